@@ -112,7 +112,7 @@ endif
 
 # --- libraries: one per folder -----------------------------------------------------------------------------------
 SOURCES  := $(shell find base osal pus fsw launcher sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
-ifdef S390X # Procedures run in the supervisor, which is never a foreign program: no Lua for that processor.
+ifdef S390X # Procedures run in the supervisor, which is never a remote-endian program: no Lua for that processor.
 SOURCES  := $(filter-out fsw/procedures/%,$(SOURCES))
 endif
 TESTS    := $(shell find test/unit test/contract -name 'test_*.c' 2>/dev/null | LC_ALL=C sort)
@@ -187,7 +187,7 @@ $(call program_name,$1): $(call objects,$1) $(call libraries_of,$1)
 endef
 $(foreach m,$(MAINS),$(eval $(call program_rule,$m)))
 PROGRAMS := $(foreach m,$(MAINS),$(call program_name,$m))
-# Those that a stand-in can take part for: all components but the two that others reach in shared memory.
+# Those that a proxy can take part for: all components but the two that others reach in shared memory.
 FOREIGN_PROGRAMS := $(foreach p,$(filter-out supervisor communication,$(patsubst %_program.c,%,\
                     $(notdir $(wildcard fsw/programs/*_program.c)))),$B/bin/$(subst _,-,$p))
 
@@ -274,7 +274,7 @@ tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 	@:
 # What puts numbers into octets, where numbers lie the other way round. Only Unity's, since cmocka is not there for it,
 # and what needs neither several tasks (the emulator has no locks with inheritance of priority) nor the clock on the wall.
-FOREIGN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_foreign_wire.c test/unit/base/% $(foreach f,parameter rtlink message,\
+FOREIGN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_remote_endian_wire.c test/unit/base/% $(foreach f,parameter rtlink message,\
                  test/unit/fsw/framework/$f/%),$(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
 FOREIGN_TESTS := $(if $(FOREIGN_TESTS),$(shell grep -L cmocka.h $(FOREIGN_TESTS)))
 foreign-tests: $(FOREIGN_PROGRAMS) $(foreach t,$(FOREIGN_TESTS),$(call test_name,$t))
@@ -282,7 +282,7 @@ foreign-tests: $(FOREIGN_PROGRAMS) $(foreach t,$(FOREIGN_TESTS),$(call test_name
 foreign-programs: $(FOREIGN_PROGRAMS)
 	@:
 # What the tests in test/hil run once more on a kernel that has such buses.
-KERNEL_TESTS := $(filter $(patsubst %,test/contract/osal/test_%.c,calendar_blocking can can_socket tipc network) %/test_flow_can_socket.c \
+KERNEL_TESTS := $(filter $(patsubst %,test/contract/osal/test_%.c,lockstep_scheduler_blocking can can_socket tipc network) %/test_flow_can_socket.c \
                 test/unit/fsw/framework/message/%,$(TESTS))
 kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
 	@:

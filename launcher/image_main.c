@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The image: all flight components and the simulator in one address space, run in order by one loop, messages
 // by octet rings. The launcher starts it in place of the processes.
-#include "fsw/programs/member.h"
-#include "fsw/programs/program.h"
+#include "fsw/programs/subsystem_host.h"
+#include "fsw/programs/component_instance.h"
 #include "launcher/return_budget.h"
 #include "base/assertion.h"
 #include "base/text.h"
@@ -12,32 +12,32 @@
 #include "osal/include/osal/process.h"
 #include "sim/app/process_faults.h"
 #include "sim/app/simulator.h"
-#include "sim/clock/door.h"
+#include "sim/clock/cosimulation_port.h"
 
 #include <string.h>
 
 CAPACITY_CHECK(simulator_has_all_buses, SIMULATOR_BUSES_MAX >= MISSION_BUSES_MAX);
 
-#define DOOR_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
-#define DOOR_ROUND_MS 100U
-#define DOOR_ROUNDS 1800U
+#define COSIMULATION_PORT_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
+#define COSIMULATION_PORT_ROUND_MS 100U
+#define COSIMULATION_PORT_ROUNDS 1800U
 
 typedef struct { // Everything the image holds beside its components' own storage.
-    run_block_t* run;
+    run_state_t* run;
     osal_shm_t run_shm;
-    osal_shm_t calendar_shm;
-    osal_calendar_t* calendar;
+    osal_shm_t scheduler_shm;
+    osal_lockstep_t* scheduler;
     mission_descriptor_t mission;
-    seat_reader_t reader;
-    ring_carrier_t hub;
-    seat_t seats[MISSION_SUBSYSTEMS_MAX];
+    component_runtime_reader_t reader;
+    message_ring_carrier_t hub;
+    component_runtime_t runtimes[MISSION_SUBSYSTEMS_MAX];
     subsystem_descriptor_t own[MISSION_SUBSYSTEMS_MAX];
-    program_t programs[MISSION_SUBSYSTEMS_MAX];
+    component_instance_t programs[MISSION_SUBSYSTEMS_MAX];
     bool is_open[MISSION_SUBSYSTEMS_MAX];
     process_faults_t process_faults;
     simulator_t* simulator;
-    door_t door;
-    bool has_door;
+    cosimulation_port_t cosimulation;
+    bool has_cosimulation;
     unsigned communication; // Participant that the operator's stream goes to.
     return_budget_t returns;
     uint64_t abandon_ns; // When a run without supervisor ends; 0: it has one.
@@ -48,8 +48,8 @@ typedef struct { // Everything the image holds beside its components' own storag
 typedef struct {
     const char* run;
     const char* scenario;
-    const char* equipment;
-    const char* door;
+    const char* bench_devices;
+    const char* cosimulation;
     uint64_t seed;
 } image_options_t;
 
@@ -70,12 +70,14 @@ static void delivered(void* const context, const uint16_t to)
 {
     image_t* const self = (image_t*)context;
     unsigned component  = 0U;
-    if (run_block_find(self->run, to, &component)) {
+    if (run_state_find(self->run, to, &component)) {
         FSW_ASSERT(self->running > RUN_SIMULATOR); // Components speak in their turns only.
-        seat_told(&self->seats[self->running - 1U], component, osal_calendar_now_ns(self->calendar));
+        component_runtime_told(&self->runtimes[self->running - 1U], component,
+                               osal_lockstep_now_ns(self->scheduler));
         // Only to wake it: the frame is in its inbox, and not among what its sockets have to bring.
-        osal_calendar_deliver(self->calendar, self->running, run_participant(component),
-                              seat_life_of(&self->seats[self->running - 1U], component), 0U, 0U);
+        osal_lockstep_deliver(self->scheduler, self->running, run_participant(component),
+                              component_runtime_life_of(&self->runtimes[self->running - 1U], component), 0U,
+                              0U);
     }
 }
 
@@ -84,63 +86,63 @@ static void delivered(void* const context, const uint16_t to)
 static const char* attach(image_t* const self, const char* const run_name_text)
 {
     char name[RUN_NAME_MAX];
-    if ((run_block_attach(&self->run_shm, run_name_text, &self->run) != STATUS_OK) ||
-        !run_name(self->run, "calendar", 0U, name, sizeof name) ||
-        (osal_shm_open(&self->calendar_shm, name) != STATUS_OK)) {
+    if ((run_state_attach(&self->run_shm, run_name_text, &self->run) != STATUS_OK) ||
+        !run_name(self->run, "scheduler", 0U, name, sizeof name) ||
+        (osal_shm_open(&self->scheduler_shm, name) != STATUS_OK)) {
         return "there is no such run; the image is started by `hirosco run FORM=image`";
     }
-    self->calendar = osal_calendar_attach(osal_shm_address(&self->calendar_shm));
-    seat_reader_init(&self->reader);
+    self->scheduler = osal_lockstep_attach(osal_shm_address(&self->scheduler_shm));
+    component_runtime_reader_init(&self->reader);
     if (descriptor_load_mission(&self->reader.loader, self->run->mission_path, MISSION_ANY_TARGET,
-                                &mission_whole, &self->mission, &self->own[0]) != STATUS_OK) {
+                                &descriptor_mission_whole, &self->mission, &self->own[0]) != STATUS_OK) {
         return descriptor_error(&self->reader.loader);
     }
-    return (self->calendar == NULL) ? "the run's calendar is gone" : NULL;
+    return (self->scheduler == NULL) ? "the run's scheduler is gone" : NULL;
 }
 
-static seat_surroundings_t surroundings_of(image_t* const self)
+static component_runtime_surroundings_t surroundings_of(image_t* const self)
 {
-    return (seat_surroundings_t){.run      = self->run,
-                                 .mission  = &self->mission,
-                                 .reader   = &self->reader,
-                                 .calendar = self->calendar,
-                                 .hub      = &self->hub};
+    return (component_runtime_surroundings_t){.run       = self->run,
+                                              .mission   = &self->mission,
+                                              .reader    = &self->reader,
+                                              .scheduler = self->scheduler,
+                                              .hub       = &self->hub};
 }
 
 /// Open a component with `own` for its descriptor. Null, or what is wrong.
 static const char* open_component(image_t* const self, const unsigned index,
                                   subsystem_descriptor_t* const own)
 {
-    const seat_surroundings_t surroundings = surroundings_of(self);
+    const component_runtime_surroundings_t surroundings = surroundings_of(self);
     char path[RUN_PATH_MAX];
     if (!descriptor_path(self->run, self->mission.subsystems[index].descriptor, path, sizeof path) ||
         (descriptor_load_subsystem(&self->reader.loader, path, own) != STATUS_OK)) {
         return descriptor_error(&self->reader.loader);
     }
-    if (!self->seats[index].is_kept &&
-        (seat_take(&self->seats[index], &surroundings, own, index) != STATUS_OK)) {
-        return self->seats[index].error;
+    if (!self->runtimes[index].is_kept &&
+        (component_runtime_take(&self->runtimes[index], &surroundings, own, index) != STATUS_OK)) {
+        return self->runtimes[index].error;
     }
-    const program_open_t open = program_find(self->mission.subsystems[index].executable);
+    const component_open_t open = component_find(self->mission.subsystems[index].executable);
     if (open == NULL) {
         return "the image contains no program for one of the mission's executables";
     }
-    if (!open(&self->seats[index], &self->programs[index])) {
-        return self->seats[index].error;
+    if (!open(&self->runtimes[index], &self->programs[index])) {
+        return self->runtimes[index].error;
     }
     self->is_open[index] = true;
     return NULL;
 }
 
-static const char* seat_all(image_t* const self)
+static const char* component_runtime_all(image_t* const self)
 {
-    ring_carrier_init(&self->hub, (delivery_notice_t){self, delivered});
+    message_ring_carrier_init(&self->hub, (message_delivery_notice_t){self, delivered});
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         const char* const error = open_component(self, i, &self->own[i]);
         if (error != NULL) {
             return error;
         }
-        if (self->seats[i].apid == 2U) {
+        if (self->runtimes[i].apid == 2U) {
             self->communication = run_participant(i);
         }
     }
@@ -154,7 +156,7 @@ static void close_component(image_t* const self, const unsigned index)
 {
     if (self->is_open[index]) {
         self->programs[index].close(self->programs[index].self);
-        seat_leave(&self->seats[index]);
+        component_runtime_leave(&self->runtimes[index]);
         self->is_open[index] = false;
     }
 }
@@ -163,9 +165,9 @@ static void close_component(image_t* const self, const unsigned index)
 static void close_ended(image_t* const self)
 {
     for (unsigned i = 0U; i < self->run->component_count; i++) {
-        if (!osal_calendar_is_present(self->calendar, run_participant(i))) {
+        if (!osal_lockstep_is_present(self->scheduler, run_participant(i))) {
             if (self->run->components[i].apid == DESCRIPTOR_SUPERVISOR_APID) {
-                seat_keep(&self->seats[i]); // It comes back, and its channels outlive it.
+                component_runtime_keep(&self->runtimes[i]); // It comes back, and its channels outlive it.
             }
             close_component(self, i);
         }
@@ -175,7 +177,7 @@ static void close_ended(image_t* const self)
 /// The supervisor comes back as long as its budget lasts, and takes over at the place of its earlier life.
 static bool may_return(image_t* const self)
 {
-    const uint64_t now_ns = osal_calendar_now_ns(self->calendar);
+    const uint64_t now_ns = osal_lockstep_now_ns(self->scheduler);
     uint64_t delay_ns     = 0U; // Of wall-clock time, which does not matter here.
     const bool may        = return_budget_take(&self->returns, now_ns, &delay_ns);
     if (!may) {
@@ -187,8 +189,8 @@ static bool may_return(image_t* const self)
 
 static void give_up(image_t* const self, const unsigned participant)
 {
-    osal_calendar_succeed(self->calendar, participant, 0U);
-    osal_calendar_end(self->calendar, participant, OSAL_CALENDAR_ANY_LIFE);
+    osal_lockstep_succeed(self->scheduler, participant, 0U);
+    osal_lockstep_end(self->scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE);
 }
 
 /// The life of a component begins: it finds its storage as a new process would.
@@ -196,14 +198,14 @@ static void begin_life(image_t* const self, const unsigned participant)
 {
     const unsigned index              = participant - 1U;
     run_component_t* const component  = &self->run->components[index];
-    subsystem_descriptor_t* const own = self->seats[index].own;
+    subsystem_descriptor_t* const own = self->runtimes[index].own;
     uint32_t life                     = 0U;
     FSW_ASSERT(!self->is_open[index] && (index < self->run->component_count));
     if ((component->apid == DESCRIPTOR_SUPERVISOR_APID) && !may_return(self)) {
         give_up(self, participant);
         return;
     }
-    (void)osal_calendar_presence(self->calendar, participant, &life);
+    (void)osal_lockstep_presence(self->scheduler, participant, &life);
     __atomic_store_n(&component->found_life, life, __ATOMIC_RELEASE);
     (void)memset(self->programs[index].storage, 0, self->programs[index].size);
     const char* const error = open_component(self, index, own);
@@ -212,24 +214,24 @@ static void begin_life(image_t* const self, const unsigned participant)
         give_up(self, participant);
         return;
     }
-    run_block_beat(self->run, index, 0U, OSAL_CALENDAR_NEVER); // Its earlier life's counts no more.
-    osal_calendar_done(self->calendar, participant, 0U);
+    run_state_beat(self->run, index, 0U, OSAL_LOCKSTEP_NEVER); // Its earlier life's counts no more.
+    osal_lockstep_done(self->scheduler, participant, 0U);
 }
 
 static const char* open_simulator(image_t* const self, const image_options_t* const options)
 {
-    self->process_faults.calendar = self->calendar;
+    self->process_faults.scheduler = self->scheduler;
     for (uint16_t i = 0U; i < self->mission.subsystem_count; i++) {
         const mission_subsystem_t* const subsystem = &self->mission.subsystems[i];
         const bool is_named =
             process_faults_name(&self->process_faults, subsystem->executable, run_participant(i)) &&
             process_faults_name(&self->process_faults, subsystem->name, run_participant(i));
-        FSW_ASSERT(is_named); // The table has room for all that the calendar has.
+        FSW_ASSERT(is_named); // The table has room for all that the scheduler has.
     }
     simulator_config_t config = {.process_fault   = process_faults_act,
                                  .process_context = &self->process_faults,
                                  .scenario_path   = options->scenario,
-                                 .equipment_path  = options->equipment,
+                                 .bench_path      = options->bench_devices,
                                  .output_path     = self->run->folder,
                                  .seed            = options->seed};
     for (uint16_t i = 0U; (i < self->mission.bus_count) && (i < SIMULATOR_BUSES_MAX); i++) {
@@ -251,30 +253,32 @@ static bool is_stop_requested(const image_t* const self)
     return __atomic_load_n(&self->run->is_stop_requested, __ATOMIC_ACQUIRE) != 0U;
 }
 
-static const char* open_door(image_t* const self, const char* const path)
+static const char* open_cosimulation(image_t* const self, const char* const path)
 {
     const unsigned order = run_operator(self->run);
     if (path == NULL) {
         return NULL;
     }
-    if (door_open(&self->door, path, "operator", self->calendar, DOOR_PATIENCE_MS) != STATUS_OK) {
-        return "cannot open the operator's door";
+    if (cosimulation_port_open(&self->cosimulation, path, "operator", self->scheduler,
+                               COSIMULATION_PORT_PATIENCE_MS) != STATUS_OK) {
+        return "cannot open the operator's co-simulation port";
     }
-    self->has_door  = true;
-    status_t status = STATUS_TIMEOUT;
-    for (unsigned i = 0U; (status == STATUS_TIMEOUT) && (i < DOOR_ROUNDS) && !is_stop_requested(self); i++) {
-        status = door_accept(&self->door, DOOR_ROUND_MS);
+    self->has_cosimulation = true;
+    status_t status        = STATUS_TIMEOUT;
+    for (unsigned i = 0U;
+         (status == STATUS_TIMEOUT) && (i < COSIMULATION_PORT_ROUNDS) && !is_stop_requested(self); i++) {
+        status = cosimulation_port_accept(&self->cosimulation, COSIMULATION_PORT_ROUND_MS);
     }
     if ((status == STATUS_TIMEOUT) && is_stop_requested(self)) {
-        osal_calendar_end(self->calendar, order,
-                          OSAL_CALENDAR_ANY_LIFE); // It has ended before it came: go down in order.
+        osal_lockstep_end(self->scheduler, order,
+                          OSAL_LOCKSTEP_ANY_LIFE); // It has ended before it came: go down in order.
         return NULL;
     }
     if (status != STATUS_OK) {
         return "the operator did not join";
     }
-    osal_calendar_set_stream_port(self->calendar, order, self->door.stream_port);
-    osal_calendar_done(self->calendar, order, 0U);
+    osal_lockstep_set_stream_port(self->scheduler, order, self->cosimulation.stream_port);
+    osal_lockstep_done(self->scheduler, order, 0U);
     return NULL;
 }
 
@@ -283,41 +287,43 @@ static const char* open_door(image_t* const self, const char* const path)
 static void run_operator_turn(image_t* const self, const osal_grant_t* const grant)
 {
     const unsigned order = run_operator(self->run);
-    uint64_t wake_ns     = OSAL_CALENDAR_NEVER;
-    if (door_turn(&self->door, self->calendar, order, self->communication, grant, &wake_ns) == STATUS_OK) {
-        osal_calendar_done(self->calendar, order, wake_ns);
+    uint64_t wake_ns     = OSAL_LOCKSTEP_NEVER;
+    if (cosimulation_port_turn(&self->cosimulation, self->scheduler, order, self->communication, grant,
+                               &wake_ns) == STATUS_OK) {
+        osal_lockstep_done(self->scheduler, order, wake_ns);
     }
 }
 
 static void run_component(image_t* const self, const unsigned participant, const osal_grant_t* const grant)
 {
-    const unsigned component       = participant - 1U;
-    const program_t* const program = &self->programs[component];
-    seat_pump(&self->seats[component], grant->messages, program->link_datagram, program->self);
+    const unsigned component                  = participant - 1U;
+    const component_instance_t* const program = &self->programs[component];
+    component_runtime_pump(&self->runtimes[component], grant->messages, program->link_datagram,
+                           program->self);
     const uint64_t wake_ns = program->step(program->self, grant->now_ns, grant->octets);
-    run_block_beat(self->run, component, grant->now_ns, wake_ns);
-    seat_watch_supervisor(&self->seats[component], self->calendar, grant->now_ns);
-    osal_calendar_done(self->calendar, participant, wake_ns);
+    run_state_beat(self->run, component, grant->now_ns, wake_ns);
+    component_runtime_watch_supervisor(&self->runtimes[component], self->scheduler, grant->now_ns);
+    osal_lockstep_done(self->scheduler, participant, wake_ns);
 }
 
-/// Until the supervisor has closed the calendar, or the launcher.
+/// Until the supervisor has closed the scheduler, or the launcher.
 static void loop(image_t* const self)
 {
-    osal_calendar_done(self->calendar, RUN_SIMULATOR, 0U);
+    osal_lockstep_done(self->scheduler, RUN_SIMULATOR, 0U);
     for (unsigned i = 0U; i < self->run->component_count; i++) {
-        osal_calendar_done(self->calendar, run_participant(i), 0U);
+        osal_lockstep_done(self->scheduler, run_participant(i), 0U);
     }
     while ((osal_process_stop_count() == 0U) &&
-           ((self->abandon_ns == 0U) || (osal_calendar_now_ns(self->calendar) < self->abandon_ns))) {
+           ((self->abandon_ns == 0U) || (osal_lockstep_now_ns(self->scheduler) < self->abandon_ns))) {
         osal_grant_t grant    = {0U, 0U, 0U};
-        const status_t status = osal_calendar_next(self->calendar, &self->running, &grant);
+        const status_t status = osal_lockstep_next(self->scheduler, &self->running, &grant);
         if (status == STATUS_BUSY) {
             begin_life(self, self->running);
         } else if (status != STATUS_OK) {
             return;
         } else if (self->running == RUN_SIMULATOR) {
             const uint64_t wake_ns = simulator_step(self->simulator, grant.now_ns);
-            osal_calendar_done(self->calendar, RUN_SIMULATOR, wake_ns);
+            osal_lockstep_done(self->scheduler, RUN_SIMULATOR, wake_ns);
             close_ended(self);
         } else if (self->running == run_operator(self->run)) {
             run_operator_turn(self, &grant);
@@ -337,8 +343,8 @@ static int close_all(image_t* const self)
     if (simulator_close(self->simulator) != STATUS_OK) {
         code = complain("a log of the simulator is not complete");
     }
-    if (self->has_door) {
-        door_close(&self->door);
+    if (self->has_cosimulation) {
+        cosimulation_port_close(&self->cosimulation);
     }
     return code;
 }
@@ -362,10 +368,10 @@ static bool parse(const int argument_count, char* const arguments[], image_optio
             options->run = value;
         } else if (strcmp(arguments[i], "--scenario") == 0) {
             options->scenario = value;
-        } else if (strcmp(arguments[i], "--equipment") == 0) {
-            options->equipment = value;
-        } else if (strcmp(arguments[i], "--door") == 0) {
-            options->door = value;
+        } else if (strcmp(arguments[i], "--bench-devices") == 0) {
+            options->bench_devices = value;
+        } else if (strcmp(arguments[i], "--cosimulation") == 0) {
+            options->cosimulation = value;
         } else if (strcmp(arguments[i], "--seed") == 0) {
             options->seed = number_of(value);
         } else {
@@ -406,7 +412,7 @@ static void tell_takes(void)
 int main(const int argument_count, char* arguments[])
 {
     static const char usage[] =
-        "usage: --run NAME [--scenario FILE] [--equipment FILE] [--seed N] [--door PATH] "
+        "usage: --run NAME [--scenario FILE] [--bench-devices FILE] [--seed N] [--cosimulation PATH] "
         "(started by `hirosco run`)";
     image_options_t options = {.seed = 1U};
     if (osal_console_introduce(argument_count, arguments, "image", usage)) {
@@ -420,9 +426,9 @@ int main(const int argument_count, char* arguments[])
     osal_process_ignore_interrupt();
     arm_refusal();
     const char* error = attach(&image, options.run);
-    error             = (error != NULL) ? error : seat_all(&image);
+    error             = (error != NULL) ? error : component_runtime_all(&image);
     error             = (error != NULL) ? error : open_simulator(&image, &options);
-    error             = (error != NULL) ? error : open_door(&image, options.door);
+    error             = (error != NULL) ? error : open_cosimulation(&image, options.cosimulation);
     if (error != NULL) {
         return complain(error);
     }

@@ -276,7 +276,7 @@ const char* launch_time_text(const launch_options_t* const options)
     return options->is_stepped ? "stepped" : real;
 }
 
-bool launch_has_calendar(const launch_options_t* const options)
+bool launch_has_scheduler(const launch_options_t* const options)
 {
     return launch_has_simulator(options) && !options->is_free;
 }
@@ -323,8 +323,8 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
     return true;
 }
 
-/// A foreign program shares no memory with the rest of the run.
-static bool is_foreign_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
+/// A remote-endian program shares no memory with the rest of the run.
+static bool is_remote_endian_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
     if (options->foreign[0] == '\0') {
         return true;
@@ -345,15 +345,15 @@ static bool is_foreign_sensible(launch_options_t* const options, char error[LAUN
     }
     if (options->bus != LAUNCH_BUS_SHM) {
         return fail(error, "--foreign --bus", launch_bus_text(options->bus),
-                    "its stand-in forwards frames, but not the status of a controller; use --bus shm");
+                    "its proxy forwards frames, but not the status of a controller; use --bus shm");
     }
     if (!options->is_stepped) {
         return fail(error, "--foreign --time", options->is_free ? "free" : "real",
-                    "its stand-in works in stepped time, and an emulated processor keeps no deadline; use "
+                    "its proxy works in stepped time, and an emulated processor keeps no deadline; use "
                     "--time stepped");
     }
     return (options->nodes == 1U) ||
-           fail(error, "--foreign", "--nodes 2", "a stand-in and its program run on one on-board computer");
+           fail(error, "--foreign", "--nodes 2", "a proxy and its program run on one on-board computer");
 }
 
 static bool is_image_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
@@ -433,5 +433,5 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
     if (!is_time_said) { // Devices that are not simulated do not wait.
         out_options->is_stepped = launch_has_simulator(out_options);
     }
-    return is_foreign_sensible(out_options, error) && is_sensible(out_options, error);
+    return is_remote_endian_sensible(out_options, error) && is_sensible(out_options, error);
 }

@@ -27,7 +27,7 @@ typedef struct {
     uint64_t seed;
     bool is_image;
     bool is_stepped; ///< Discrete time; default with a simulator.
-    bool is_free;    ///< Every process has its own clock, also the simulator; there is no calendar.
+    bool is_free;    ///< Every process has its own clock, also the simulator; there is no scheduler.
     launch_bus_t bus;
     const char* interfaces[LAUNCH_INTERFACES_MAX]; ///< "BUS=INTERFACE": flight's controllers.
     size_t interface_count;
@@ -42,7 +42,7 @@ typedef struct {
     const char*
         storage;     ///< Folder of lasting records, stores and files; empty: "storage" in the output folder.
     const char* key; ///< File with the key of telecommands; empty: the mission's.
-    const char* foreign; ///< Subsystem whose program is that of another processor, by its stand-in; "": none.
+    const char* foreign;  ///< Subsystem whose program is that of another processor, by its proxy; "": none.
     uint64_t duration_ns; ///< Shut the mission down after this simulated time; 0: never.
     bool has_report;
 } launch_options_t;
@@ -55,8 +55,8 @@ bool launch_options_parse(int argument_count, char* const arguments[], launch_op
 bool launch_scenario_is_path(const char* scenario);
 /// The simulator takes part: on all buses but those of real devices.
 bool launch_has_simulator(const launch_options_t* options);
-/// A calendar keeps simulated time: true with a simulator, unless every process has its own clock.
-bool launch_has_calendar(const launch_options_t* options);
+/// A scheduler keeps simulated time: true with a simulator, unless every process has its own clock.
+bool launch_has_scheduler(const launch_options_t* options);
 /// How time passes, in the words of the command line: "stepped", "real" or "free".
 const char* launch_time_text(const launch_options_t* options);
 /// The carrier of buses as the command line has it: "shm", "vcan" or "can".

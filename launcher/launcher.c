@@ -31,28 +31,28 @@ void launcher_give_up(launcher_t* const launcher, const char* const what, const 
 /// Without a simulator, mission time is the machine's.
 uint64_t launcher_now_ns(const launcher_t* const launcher)
 {
-    if (launcher->calendar != NULL) {
-        return osal_calendar_now_ns(launcher->calendar);
+    if (launcher->scheduler != NULL) {
+        return osal_lockstep_now_ns(launcher->scheduler);
     }
     const uint64_t wall_ns = osal_clock_monotonic_ns();
     return (wall_ns > launcher->run->origin_ns) ? (wall_ns - launcher->run->origin_ns) : 0U;
 }
 
-/// A participant of the calendar has ended. True if simulated time determines the instant: the holder of a
+/// A participant of the scheduler has ended. True if simulated time determines the instant: the holder of a
 /// grant has ended its life before, or it held the grant itself.
 static bool end_participant(const launcher_t* const launcher, const child_t* const child)
 {
-    if (launcher->calendar == NULL) {
+    if (launcher->scheduler == NULL) {
         return false;
     }
     uint32_t grants      = 0U;
     uint32_t life        = 0U;
-    const uint32_t of    = child->is_component ? child->life : OSAL_CALENDAR_ANY_LIFE;
-    const bool is_holder = osal_calendar_holder(launcher->calendar, &grants) == child->participant;
+    const uint32_t of    = child->is_component ? child->life : OSAL_LOCKSTEP_ANY_LIFE;
+    const bool is_holder = osal_lockstep_holder(launcher->scheduler, &grants) == child->participant;
     const bool is_absent =
-        osal_calendar_presence(launcher->calendar, child->participant, &life) == OSAL_CALENDAR_ABSENT;
+        osal_lockstep_presence(launcher->scheduler, child->participant, &life) == OSAL_LOCKSTEP_ABSENT;
     const bool is_ended = is_absent || (child->is_component && (life != child->life));
-    osal_calendar_end(launcher->calendar, child->participant, of);
+    osal_lockstep_end(launcher->scheduler, child->participant, of);
     // A terminating signal comes from outside at any instant; an error of the process itself does not.
     const bool is_from_outside = child->result.was_signalled && ((child->result.code == OSAL_SIGNAL_KILL) ||
                                                                  (child->result.code == OSAL_SIGNAL_END));
@@ -109,7 +109,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
 }
 
 /// The supervisor died: it is started again, at once, after 0.1 s, after 1 s of wall-clock time, as long as
-/// its budget lasts; in stepped time the calendar has its next life begin after its time of booting. Members
+/// its budget lasts; in stepped time the scheduler has its next life begin after its time of booting. Members
 /// hold meanwhile. False: this once too often, or before it had begun.
 static bool may_return(launcher_t* const launcher, child_t* const child)
 {
@@ -136,9 +136,9 @@ static void give_supervisor_up(const launcher_t* const launcher, const child_t* 
 {
     const bool is_supervisor =
         (launcher->run->components[child->component].apid == DESCRIPTOR_SUPERVISOR_APID);
-    if (is_supervisor && (launcher->calendar != NULL)) {
-        osal_calendar_succeed(launcher->calendar, child->participant, 0U);
-        osal_calendar_end(launcher->calendar, child->participant, child->life + 1U);
+    if (is_supervisor && (launcher->scheduler != NULL)) {
+        osal_lockstep_succeed(launcher->scheduler, child->participant, 0U);
+        osal_lockstep_end(launcher->scheduler, child->participant, child->life + 1U);
     }
 }
 
@@ -195,9 +195,10 @@ static void reap(launcher_t* const launcher)
     }
 }
 
-/// A process whose life is over. Participants of the calendar end on their own; others, and those that have
+/// A process whose life is over. Participants of the scheduler end on their own; others, and those that have
 /// not ended in time, are asked to end; a process that hangs is killed.
-static void end_child(child_t* const child, const run_component_t* const component, const bool is_in_calendar)
+static void end_child(child_t* const child, const run_component_t* const component,
+                      const bool is_in_scheduler)
 {
     const uint64_t now_ns = osal_clock_monotonic_ns();
     if (child->asked_to_end_ns == 0U) {
@@ -208,11 +209,11 @@ static void end_child(child_t* const child, const run_component_t* const compone
     const bool is_to_kill    = (__atomic_load_n(&component->kill_life, __ATOMIC_ACQUIRE) == child->life);
     if (is_to_kill || (waited_ns >= KILL_NS)) {
         (void)osal_process_stop(&child->process, true);
-    } else if (!child->is_asked && (!is_in_calendar || (waited_ns >= ASK_NS))) {
+    } else if (!child->is_asked && (!is_in_scheduler || (waited_ns >= ASK_NS))) {
         (void)osal_process_stop(&child->process, false);
         child->is_asked = true;
     } else {
-        // The calendar has ended its life, or it was asked to end.
+        // The scheduler has ended its life, or it was asked to end.
     }
 }
 
@@ -227,7 +228,7 @@ static void obey_supervisor(launcher_t* const launcher)
         const run_component_t* const component = &launcher->run->components[child->component];
         const uint32_t wanted                  = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
         if (child->is_alive && (wanted != child->life)) {
-            end_child(child, component, launcher->calendar != NULL);
+            end_child(child, component, launcher->scheduler != NULL);
         } else if (!child->is_alive && (wanted != 0U) && (wanted != child->life) &&
                    ((component->apid != DESCRIPTOR_SUPERVISOR_APID) ||
                     (osal_clock_monotonic_ns() >= launcher->return_wall_ns))) {
@@ -338,7 +339,7 @@ void launcher_fly(launcher_t* const launcher)
                 count++;
             }
         }
-        const bool is_held_back = (launcher->calendar != NULL) && !launcher->options.is_stepped;
+        const bool is_held_back = (launcher->scheduler != NULL) && !launcher->options.is_stepped;
         (void)osal_process_wait_any(processes, count,
                                     is_held_back ? LAUNCHER_REAL_LOOP_MS : LAUNCHER_LOOP_MS);
         reap(launcher);

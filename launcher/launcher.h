@@ -10,9 +10,9 @@
 
 #include "launcher/launch_options.h"
 #include "launcher/return_budget.h"
-#include "fsw/programs/run_block.h"
+#include "fsw/programs/run_state.h"
 #include "fsw/framework/descriptor/descriptor.h"
-#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/network.h"
 #include "osal/include/osal/process.h"
@@ -28,7 +28,7 @@ typedef struct { // Private: one child process.
     bool has_run;
     bool is_component;
     unsigned component;       // Index, if it is one.
-    unsigned participant;     // Of the calendar; OSAL_CALENDAR_PARTICIPANTS_MAX: none.
+    unsigned participant;     // Of the scheduler; OSAL_LOCKSTEP_PARTICIPANTS_MAX: none.
     uint32_t life;            // Life of the component that it was started for.
     uint64_t started_ns;      // Wall-clock time at which this life of a component was started.
     uint64_t asked_to_end_ns; // Wall-clock time at which it was first found unwanted; 0: it is wanted.
@@ -47,12 +47,12 @@ typedef struct { // Private: the interfaces of one bus, "" where it has none.
     osal_can_claim_t claim;
 } launcher_bus_t;
 
-typedef struct { // Private: the process that holds the grant of the calendar; without one, the supervisor.
+typedef struct { // Private: the process that holds the grant of the scheduler; without one, the supervisor.
     unsigned holder;
     uint32_t grants;
     uint64_t since_ns;     // Wall-clock time at which it was first seen with this grant; 0: no holder.
     uint64_t processor_ns; // Processor time that it had used by then.
-    uint64_t step_ns;      // Without a calendar: last step of the supervisor by then.
+    uint64_t step_ns;      // Without a scheduler: last step of the supervisor by then.
     uint64_t join_ns;      // Wall-clock time since which time waits for a participant to join; 0: none.
 } launcher_watch_t;
 
@@ -62,10 +62,10 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     mission_descriptor_t mission;
     subsystem_descriptor_t scratch;
     descriptor_loader_t loader;
-    run_block_t* run;
+    run_state_t* run;
     osal_shm_t run_shm;
-    osal_shm_t calendar_shm;
-    osal_calendar_t* calendar;
+    osal_shm_t scheduler_shm;
+    osal_lockstep_t* scheduler;
     osal_network_t home; // Network namespace of the launcher itself, while it is in another.
     osal_socket_t ground;
     char key_path[RUN_PATH_MAX]; // Key of telecommands; "": telecommands need none.
@@ -82,11 +82,11 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     size_t child_count;
     struct guard* guard; // Cleans up if this process is killed. Null: no guard.
     bool is_taken_over;  // This is the guard: the launcher was killed.
-    char door[LAUNCH_PATH_MAX];
+    char cosimulation[LAUNCH_PATH_MAX];
     char scenario_path[LAUNCH_PATH_MAX];
     bool has_operator;
-    char equipment_path[LAUNCH_PATH_MAX]; // Further devices on the buses.
-    bool has_equipment;
+    char bench_path[LAUNCH_PATH_MAX]; // Further devices on the buses.
+    bool has_bench_devices;
     uint64_t first_wall_ns; // When simulated time was first seen to move.
     uint64_t first_simulated_ns;
     uint64_t last_wall_ns;

@@ -79,7 +79,7 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
                                   .output_path = output};
     launcher_limit(launcher, child, &start);
     if (osal_process_start(&child->process, &start) == STATUS_OK) {
-        run_block_t* const run = launcher->run;
+        run_state_t* const run = launcher->run;
         child->is_alive        = true;
         child->has_run         = true;
         __atomic_store_n(&run->processes[run->process_count % RUN_PROCESSES_MAX], child->process.id,
@@ -100,7 +100,7 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     child->asked_to_end_ns = 0U;
     child->started_ns      = osal_clock_monotonic_ns();
     if (!launcher->options.is_stepped) { // The supervisor's earlier life has left a beat.
-        run_block_beat(launcher->run, child->component, 0U, OSAL_CALENDAR_NEVER);
+        run_state_beat(launcher->run, child->component, 0U, OSAL_LOCKSTEP_NEVER);
     }
     __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
     __atomic_store_n(&component->found_life, child->life, __ATOMIC_RELEASE);
@@ -121,9 +121,9 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
 /// Arguments of simulator and image about the simulated world.
 static void add_world(arguments_t* const arguments, const launcher_t* const launcher)
 {
-    if (launcher->has_equipment) {
-        arguments_add(arguments, "--equipment");
-        arguments_add(arguments, launcher->equipment_path);
+    if (launcher->has_bench_devices) {
+        arguments_add(arguments, "--bench-devices");
+        arguments_add(arguments, launcher->bench_path);
     }
     if (launcher->has_operator) {
         arguments_add(arguments, "--scenario");
@@ -196,22 +196,22 @@ static void start_simulator(launcher_t* const launcher)
     arguments_add(&arguments, launcher->run->folder);
     add_buses(&arguments, launcher);
     unsigned communication = 0U;
-    if (launcher->calendar != NULL) {
-        FSW_ASSERT(run_name(launcher->run, "calendar", 0U, name, sizeof name));
-        arguments_add(&arguments, "--calendar");
+    if (launcher->scheduler != NULL) {
+        FSW_ASSERT(run_name(launcher->run, "scheduler", 0U, name, sizeof name));
+        arguments_add(&arguments, "--scheduler");
         arguments_add(&arguments, name);
         add_processes(&arguments, launcher);
     }
-    if ((launcher->calendar != NULL) && launcher->has_operator &&
-        run_block_find(launcher->run, 2U, &communication)) {
-        arguments_add(&arguments, "--door");
-        arguments_add(&arguments, launcher->door);
-        arguments_add(&arguments, "--door-seat");
+    if ((launcher->scheduler != NULL) && launcher->has_operator &&
+        run_state_find(launcher->run, 2U, &communication)) {
+        arguments_add(&arguments, "--cosimulation");
+        arguments_add(&arguments, launcher->cosimulation);
+        arguments_add(&arguments, "--cosimulation-participant");
         arguments_add_number(&arguments, run_operator(launcher->run));
-        arguments_add(&arguments, "--door-receiver");
+        arguments_add(&arguments, "--cosimulation-receiver");
         arguments_add_number(&arguments, run_participant(communication));
     }
-    if (!launcher->options.is_stepped) { // The calendar is held back to the wall clock.
+    if (!launcher->options.is_stepped) { // The scheduler is held back to the wall clock.
         arguments_add(&arguments, "--time");
         arguments_add(&arguments, "real");
         arguments_add(&arguments, "--origin");
@@ -246,8 +246,8 @@ static void start_image(launcher_t* const launcher)
     arguments_add(&arguments, name);
     add_world(&arguments, launcher);
     if (launcher->has_operator) {
-        arguments_add(&arguments, "--door");
-        arguments_add(&arguments, launcher->door);
+        arguments_add(&arguments, "--cosimulation");
+        arguments_add(&arguments, launcher->cosimulation);
     }
     launcher_start_child(launcher, new_child(launcher, "image", LAUNCHER_NO_PARTICIPANT), &arguments,
                          descriptors, count);
@@ -274,11 +274,11 @@ static void start_operator(launcher_t* const launcher)
         arguments_add(&arguments, launcher->run->key);
     }
     if (launcher->run->is_stepped) {
-        arguments_add(&arguments, "--door");
-        arguments_add(&arguments, launcher->door);
+        arguments_add(&arguments, "--cosimulation");
+        arguments_add(&arguments, launcher->cosimulation);
     }
-    // The image looks after its own calendar.
-    const bool is_ours = (launcher->calendar != NULL) && !launcher->options.is_image;
+    // The image looks after its own scheduler.
+    const bool is_ours = (launcher->scheduler != NULL) && !launcher->options.is_image;
     child_t* const child =
         new_child(launcher, "operator", is_ours ? run_operator(launcher->run) : LAUNCHER_NO_PARTICIPANT);
     launcher_start_child(launcher, child, &arguments, NULL, 0U);

@@ -43,8 +43,8 @@ static void stop_all(launcher_t* const launcher, const bool by_force)
 static void end_children(launcher_t* const launcher)
 {
     __atomic_store_n(&launcher->run->is_finished, 1U, __ATOMIC_RELEASE);
-    if (launcher->calendar != NULL) {
-        osal_calendar_close(launcher->calendar);
+    if (launcher->scheduler != NULL) {
+        osal_lockstep_close(launcher->scheduler);
     }
     bool is_asked           = false;
     const uint64_t start_ns = osal_clock_monotonic_ns();
@@ -62,7 +62,7 @@ static void end_children(launcher_t* const launcher)
 }
 
 /// Remove names that a killed component has left. A name may be of either kind.
-static void remove_flows(const run_block_t* const run)
+static void remove_flows(const run_state_t* const run)
 {
     for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {
         if (run->flows[i].name[0] != '\0') {
@@ -85,7 +85,7 @@ void launcher_remove_all(const char* const identity)
     text_add(&text, "/");
     text_add(&text, identity);
     text_add(&text, ".");
-    (void)osal_shm_each(prefix, remove_name, NULL); // The door as well.
+    (void)osal_shm_each(prefix, remove_name, NULL); // The co-simulation port as well.
     launcher_remove_nodes(identity);
 }
 
@@ -102,13 +102,13 @@ static void remove_names(launcher_t* const launcher)
     }
     remove_flows(launcher->run);
     launcher_remove_buses(launcher);
-    static const char* const memories[] = {"calendar", "vitals", "run"};
+    static const char* const memories[] = {"scheduler", "checkpoint", "run"};
     for (size_t i = 0U; i < (sizeof memories / sizeof memories[0]); i++) {
         if (run_name(launcher->run, memories[i], 0U, name, sizeof name)) {
             (void)osal_shm_remove(name);
         }
     }
-    (void)osal_file_remove(launcher->door);
+    (void)osal_file_remove(launcher->cosimulation);
     launcher_remove_nodes(launcher->run->identity);
 }
 

@@ -6,7 +6,7 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 
-#define LOOK_MS 20U     ///< Until the run block is there.
+#define LOOK_MS 20U     ///< Until the run state is there.
 #define STAY_MS 60000U  ///< From then on the launcher's end wakes us.
 #define GONE_MS 30000U  ///< For children that have been killed to be gone.
 #define OWN_ARGUMENTS 3 ///< Program, word and identity, before the options.
@@ -68,23 +68,23 @@ void guard_stop(guard_t* const guard)
 // ---- The guard itself ----
 
 /// The run of a launcher; null as long as it has not made it.
-static run_block_t* run_of(osal_shm_t* const shm, const char* const identity)
+static run_state_t* run_of(osal_shm_t* const shm, const char* const identity)
 {
     char name[RUN_NAME_MAX];
-    run_block_t* run = NULL;
+    run_state_t* run = NULL;
     text_t text      = text_in(name, sizeof name);
     text_add(&text, "/");
     text_add(&text, identity);
     text_add(&text, ".run");
-    return (!text.cut && (run_block_attach(shm, name, &run) == STATUS_OK)) ? run : NULL;
+    return (!text.cut && (run_state_attach(shm, name, &run) == STATUS_OK)) ? run : NULL;
 }
 
 /// Until the launcher has ended. Its run, or null if it had none yet.
-static run_block_t* wait_for_end(osal_shm_t* const shm, const char* const identity)
+static run_state_t* wait_for_end(osal_shm_t* const shm, const char* const identity)
 {
     osal_process_t owner        = {.id = 0, .descriptor = -1};
     osal_process_t* const one[] = {&owner};
-    run_block_t* run            = NULL;
+    run_state_t* run            = NULL;
     bool is_alive               = (osal_process_watch(&owner, launcher_owner_of(identity)) == STATUS_OK);
     do {
         run = (run == NULL) ? run_of(shm, identity) : run;
@@ -98,7 +98,7 @@ static run_block_t* wait_for_end(osal_shm_t* const shm, const char* const identi
 }
 
 /// The launcher's children are killed with it: until they are gone.
-static void wait_for_children(const run_block_t* const run)
+static void wait_for_children(const run_state_t* const run)
 {
     const uint64_t until_ns = osal_clock_monotonic_ns() + (GONE_MS * 1000000ULL);
     for (unsigned i = 0U; i < RUN_PROCESSES_MAX; i++) {
@@ -119,7 +119,7 @@ int guard_watch(launcher_t* const launcher, const launch_options_t* const option
 {
     FSW_ASSERT((launcher != NULL) && (options != NULL) && (program_folder != NULL) && (identity != NULL));
     osal_shm_t shm         = {0};
-    run_block_t* const run = wait_for_end(&shm, identity);
+    run_state_t* const run = wait_for_end(&shm, identity);
     if ((run != NULL) && (__atomic_load_n(&run->is_cleaned_up, __ATOMIC_ACQUIRE) != 0U)) {
         return 0;
     }

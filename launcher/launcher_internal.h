@@ -8,7 +8,7 @@
 
 #define LAUNCHER_LOOP_MS 20U
 #define LAUNCHER_REAL_LOOP_MS 5U ///< Real time: a hang must be found soon.
-#define LAUNCHER_NO_PARTICIPANT OSAL_CALENDAR_PARTICIPANTS_MAX
+#define LAUNCHER_NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
 #define LAUNCHER_ARGUMENTS_MAX 96U
 #define LAUNCHER_ARGUMENT_TEXT 8192U
 
@@ -45,11 +45,11 @@ bool launcher_open_sockets(launcher_t* launcher);
 bool launcher_enter_node(launcher_t* launcher, unsigned node);
 void launcher_leave_node(launcher_t* launcher);
 
-/// launcher_foreign.c: a subsystem whose program is that of another processor. False: `reason` says what is
-/// missing and what to do.
-bool launcher_check_foreign(launcher_t* launcher);
-bool launcher_is_foreign(const launcher_t* launcher, unsigned component);
-/// Program and arguments of a component's process, or of its stand-in.
+/// launcher_remote_endian.c: a subsystem whose program is that of another processor. False: `reason` says
+/// what is missing and what to do.
+bool launcher_check_remote_endian(launcher_t* launcher);
+bool launcher_is_remote_endian(const launcher_t* launcher, unsigned component);
+/// Program and arguments of a component's process, or of its proxy.
 void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
 
 /// launcher_limits.c: limits of memory and descriptors of subsystems. False: `reason` says which limit is too
@@ -62,7 +62,7 @@ bool launcher_has_ended(const launcher_t* launcher, child_t* child);
 /// launcher_prepare.c: the remains of a run whose launcher was killed, to be cleaned up; null: there are none
 /// yet.
 void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
-                        run_block_t* run);
+                        run_state_t* run);
 /// Number of the process behind "hirosco-" in an identity, 0 if there is none.
 int32_t launcher_owner_of(const char* identity);
 
@@ -72,7 +72,7 @@ void launcher_remove_all(const char* identity);
 bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const char* name);
 
 /// launcher_buses.c: interfaces of the buses, before there is a run; then shared memory, and the addresses in
-/// the run block. False: `reason` says what is wrong and what to do. Removing also reports problems of the
+/// the run state. False: `reason` says what is wrong and what to do. Removing also reports problems of the
 /// hand-over.
 bool launcher_ready_interfaces(launcher_t* launcher);
 bool launcher_make_buses(launcher_t* launcher);

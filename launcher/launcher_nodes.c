@@ -148,7 +148,7 @@ bool launcher_check_system(launcher_t* const launcher)
 
 bool launcher_make_nodes(launcher_t* const launcher)
 {
-    run_block_t* const run = launcher->run;
+    run_state_t* const run = launcher->run;
     const unsigned asked   = launcher->options.nodes;
     run->node_ipv4[0]      = OSAL_IPV4_LOOPBACK;
     run->node_count        = 1U;
@@ -224,7 +224,7 @@ static bool open_message_socket(launcher_t* const launcher, const uint16_t index
 
 static bool open_link_socket(launcher_t* const launcher, const uint16_t index, const unsigned node)
 {
-    run_block_t* const run      = launcher->run;
+    run_state_t* const run      = launcher->run;
     osal_socket_t* const socket = &launcher->links[index];
     const osal_tipc_name_t name = {run_link_type(run), launcher->mission.links[index].number};
     const bool is_tipc          = ((run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
@@ -237,7 +237,7 @@ static bool open_link_socket(launcher_t* const launcher, const uint16_t index, c
 /// The sockets of all that runs on one node, in its namespace.
 static bool open_on_node(launcher_t* const launcher, const unsigned node)
 {
-    run_block_t* const run  = launcher->run;
+    run_state_t* const run  = launcher->run;
     const uint8_t in_memory = (uint8_t)(1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY);
     const bool has_links    = ((run->link_methods & (uint8_t)~in_memory) != 0U);
     bool is_open            = launcher_enter_node(launcher, node);
@@ -250,7 +250,7 @@ static bool open_on_node(launcher_t* const launcher, const unsigned node)
     for (uint16_t i = 0U; is_open && has_links && (i < launcher->mission.link_count) && (i < RUN_LINKS_MAX);
          i++) {
         unsigned consumer  = 0U;
-        const bool is_here = run_block_find(run, launcher->mission.links[i].consumer_apid, &consumer) &&
+        const bool is_here = run_state_find(run, launcher->mission.links[i].consumer_apid, &consumer) &&
                              (run->components[consumer].node == node);
         is_open = !is_here || open_link_socket(launcher, i, node);
     }
@@ -286,7 +286,7 @@ static bool sees_names(launcher_t* const launcher, const uint32_t type, const un
 
 static bool see_each_other(launcher_t* const launcher)
 {
-    const run_block_t* const run = launcher->run;
+    const run_state_t* const run = launcher->run;
     const bool is_transport      = (run->transport == (uint8_t)RUN_TRANSPORT_TIPC);
     bool is_seen                 = true;
     for (unsigned node = 0U; is_seen && (node < run->node_count); node++) {

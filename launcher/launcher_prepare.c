@@ -5,7 +5,7 @@
 #include "fsw/programs/ground_key.h"
 #include "launcher/run_summary.h"
 #include "fsw/framework/rtlink/agreement.h"
-#include "fsw/supervisor/vitals.h"
+#include "fsw/supervisor/checkpoint.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/file.h"
 
@@ -39,7 +39,7 @@ static bool load_mission(launcher_t* const launcher, char* const path, const siz
         return fail(launcher, "no such mission (run hirosco in the project's folder): ", path);
     }
     descriptor_loader_init(&launcher->loader);
-    if (descriptor_load_mission(&launcher->loader, path, MISSION_ANY_TARGET, &mission_whole,
+    if (descriptor_load_mission(&launcher->loader, path, MISSION_ANY_TARGET, &descriptor_mission_whole,
                                 &launcher->mission, &launcher->scratch) != STATUS_OK) {
         return fail(launcher, descriptor_error(&launcher->loader), "");
     }
@@ -235,7 +235,7 @@ static void sweep(void* const context, const char* const name)
     const int32_t id      = launcher_owner_of(&name[1]);
     const status_t status = (id > 0) ? osal_process_watch(&owner, id) : STATUS_OK;
     if (status == STATUS_NOT_FOUND) {
-        (void)osal_shm_remove(name); // The door has such a name as well.
+        (void)osal_shm_remove(name); // The co-simulation port has such a name as well.
         char identity[RUN_IDENTITY_MAX];
         text_t text = text_in(identity, sizeof identity);
         text_add(&text, &FAMILY[1]);
@@ -247,17 +247,17 @@ static void sweep(void* const context, const char* const name)
 
 // ---- Shared memory ----
 
-static bool make_run_block(launcher_t* const launcher, const char* const mission_path,
+static bool make_run_state(launcher_t* const launcher, const char* const mission_path,
                            const char* const folder)
 {
     char identity[RUN_IDENTITY_MAX];
     text_t text = text_in(identity, sizeof identity);
     text_add(&text, IDENTITY);
     text_add_unsigned(&text, (uint64_t)osal_process_own_id());
-    if (run_block_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
+    if (run_state_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
         return fail(launcher, "cannot make shared memory for the run ", identity);
     }
-    run_block_t* const run = launcher->run;
+    run_state_t* const run = launcher->run;
     text                   = text_in(run->mission_path, sizeof run->mission_path);
     text_add(&text, mission_path);
     text = text_in(run->folder, sizeof run->folder);
@@ -270,8 +270,8 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
     }
     text = text_in(run->key, sizeof run->key);
     text_add(&text, launcher->key_path);
-    // Also in wall-clock time: simulated hardware belongs to the calendar, unless all is free.
-    run->is_stepped      = launch_has_calendar(&launcher->options);
+    // Also in wall-clock time: simulated hardware belongs to the scheduler, unless all is free.
+    run->is_stepped      = launch_has_scheduler(&launcher->options);
     run->is_real         = !launcher->options.is_stepped;
     run->link_methods    = link_methods(launcher->options.links);
     run->transport       = (uint8_t)((strcmp(launcher->options.transport, "tipc") == 0) ? RUN_TRANSPORT_TIPC
@@ -285,7 +285,7 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
         component->message_descriptor              = -1;
         component->life                            = 1U;
         component->wanted_life                     = 1U;
-        run_block_beat(run, i, 0U, OSAL_CALENDAR_NEVER);
+        run_state_beat(run, i, 0U, OSAL_LOCKSTEP_NEVER);
         text = text_in(component->name, sizeof component->name);
         text_add(&text, subsystem->name);
     }
@@ -299,34 +299,34 @@ static bool make_run_block(launcher_t* const launcher, const char* const mission
 static void let_supervisor_return(const launcher_t* const launcher)
 {
     unsigned index = 0U;
-    if (run_block_find(launcher->run, DESCRIPTOR_SUPERVISOR_APID, &index)) {
-        osal_calendar_succeed(launcher->calendar, run_participant(index),
+    if (run_state_find(launcher->run, DESCRIPTOR_SUPERVISOR_APID, &index)) {
+        osal_lockstep_succeed(launcher->scheduler, run_participant(index),
                               (uint64_t)launcher->mission.subsystems[index].boot_time_us * 1000U);
     }
 }
 
-static bool make_calendar(launcher_t* const launcher)
+static bool make_scheduler(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
     if (!launcher->run->is_stepped) {
         return true; // Each component has a clock of its own.
     }
-    if (!run_name(launcher->run, "calendar", 0U, name, sizeof name) ||
-        (osal_shm_create(&launcher->calendar_shm, name, OSAL_CALENDAR_BYTES) != STATUS_OK)) {
-        return fail(launcher, "cannot make shared memory for the calendar ", name);
+    if (!run_name(launcher->run, "scheduler", 0U, name, sizeof name) ||
+        (osal_shm_create(&launcher->scheduler_shm, name, OSAL_LOCKSTEP_BYTES) != STATUS_OK)) {
+        return fail(launcher, "cannot make shared memory for the scheduler ", name);
     }
-    launcher->calendar =
-        osal_calendar_create(osal_shm_address(&launcher->calendar_shm), SLOT_NS, !launcher->options.is_image);
-    if (launcher->calendar == NULL) {
+    launcher->scheduler = osal_lockstep_create(osal_shm_address(&launcher->scheduler_shm), SLOT_NS,
+                                               !launcher->options.is_image);
+    if (launcher->scheduler == NULL) {
         return fail(launcher, "this system has no lock that survives the death of its holder", "");
     }
     if (!launcher->options.is_stepped) {
-        osal_calendar_set_patience(launcher->calendar, REAL_PATIENCE_NS);
+        osal_lockstep_set_patience(launcher->scheduler, REAL_PATIENCE_NS);
     }
     const unsigned last = run_operator(launcher->run);
     for (unsigned participant = 0U; participant <= last; participant++) {
         if ((participant != last) || launcher->has_operator) {
-            osal_calendar_expect(launcher->calendar, participant, 1U, 0U);
+            osal_lockstep_expect(launcher->scheduler, participant, 1U, 0U);
         }
     }
     let_supervisor_return(launcher);
@@ -334,12 +334,12 @@ static bool make_calendar(launcher_t* const launcher)
 }
 
 /// What a supervisor that is started again takes over.
-static bool make_vitals(launcher_t* const launcher)
+static bool make_checkpoint(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
     osal_shm_t shm;
-    if (!run_name(launcher->run, "vitals", 0U, name, sizeof name) ||
-        (osal_shm_create(&shm, name, sizeof(vitals_t)) != STATUS_OK)) {
+    if (!run_name(launcher->run, "checkpoint", 0U, name, sizeof name) ||
+        (osal_shm_create(&shm, name, sizeof(checkpoint_t)) != STATUS_OK)) {
         return fail(launcher, "cannot make shared memory for the supervisor ", name);
     }
     osal_shm_close(&shm); // The name keeps it.
@@ -404,23 +404,23 @@ static bool tell_ground(launcher_t* const launcher)
 }
 
 /// Further devices on the buses, if the mission has a file of them.
-static void find_equipment(launcher_t* const launcher)
+static void find_bench_devices(launcher_t* const launcher)
 {
-    text_t text = text_in(launcher->equipment_path, sizeof launcher->equipment_path);
-    text_add(&text, "sim/equipment/");
+    text_t text = text_in(launcher->bench_path, sizeof launcher->bench_path);
+    text_add(&text, "sim/bench_devices/");
     text_add(&text, launcher->options.mission);
     text_add(&text, ".txt");
-    launcher->has_equipment = osal_file_exists(launcher->equipment_path);
+    launcher->has_bench_devices = osal_file_exists(launcher->bench_path);
 }
 
 /// In the folder of the run's shared memory: a container with its own /dev/shm and process numbers from 1
 /// then has its own doors, and remains of a killed launcher are removed with the rest.
-static void name_door(launcher_t* const launcher)
+static void name_cosimulation(launcher_t* const launcher)
 {
-    text_t text = text_in(launcher->door, sizeof launcher->door);
+    text_t text = text_in(launcher->cosimulation, sizeof launcher->cosimulation);
     text_add(&text, "/dev/shm/");
     text_add(&text, launcher->run->identity);
-    text_add(&text, ".door");
+    text_add(&text, ".cosim");
 }
 
 static void begin(launcher_t* const launcher, const launch_options_t* const options,
@@ -456,22 +456,22 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     begin(launcher, options, program_folder);
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
-        read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_foreign(launcher) &&
+        read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_remote_endian(launcher) &&
         launcher_check_system(launcher) && find_scenario(launcher) && launcher_ready_interfaces(launcher) &&
-        make_folder(launcher, folder, sizeof folder) && make_run_block(launcher, mission_path, folder) &&
-        make_calendar(launcher) && make_vitals(launcher) && launcher_make_buses(launcher) &&
+        make_folder(launcher, folder, sizeof folder) && make_run_state(launcher, mission_path, folder) &&
+        make_scheduler(launcher) && make_checkpoint(launcher) && launcher_make_buses(launcher) &&
         launcher_make_nodes(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
         tell_ground(launcher);
     if (is_ready) {
-        find_equipment(launcher);
-        name_door(launcher);
+        find_bench_devices(launcher);
+        name_cosimulation(launcher);
         launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U; // All are up by then.
     }
     return is_ready;
 }
 
 void launcher_take_over(launcher_t* const launcher, const launch_options_t* const options,
-                        const char* const program_folder, run_block_t* const run)
+                        const char* const program_folder, run_state_t* const run)
 {
     char path[LAUNCH_PATH_MAX];
     begin(launcher, options, program_folder);
@@ -488,10 +488,10 @@ void launcher_take_over(launcher_t* const launcher, const launch_options_t* cons
     if (run == NULL) {
         return;
     }
-    name_door(launcher);
-    if (run->is_stepped && run_name(run, "calendar", 0U, path, sizeof path) &&
-        (osal_shm_open(&launcher->calendar_shm, path) == STATUS_OK)) {
-        launcher->calendar = osal_calendar_attach(osal_shm_address(&launcher->calendar_shm));
+    name_cosimulation(launcher);
+    if (run->is_stepped && run_name(run, "scheduler", 0U, path, sizeof path) &&
+        (osal_shm_open(&launcher->scheduler_shm, path) == STATUS_OK)) {
+        launcher->scheduler = osal_lockstep_attach(osal_shm_address(&launcher->scheduler_shm));
     }
     launcher->last_simulated_ns = launcher_now_ns(launcher);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Watchdog of the calendar. A process that holds the grant and does not pass it on stops simulated time for
+// Watchdog of the scheduler. A process that holds the grant and does not pass it on stops simulated time for
 // all. A component that does so hangs: it is suspended, so that the others continue, and the supervisor kills
 // it. A decision by wall-clock time makes the run irreproducible.
 #include "launcher/launcher_internal.h"
@@ -36,7 +36,7 @@ static bool is_hanging(const launcher_t* const launcher, const osal_process_look
                        const uint64_t held_ns)
 {
     const bool is_stepped  = launcher->options.is_stepped;
-    const uint64_t held    = (launcher->calendar != NULL) ? REAL_HANG_NS : FREE_HANG_NS;
+    const uint64_t held    = (launcher->scheduler != NULL) ? REAL_HANG_NS : FREE_HANG_NS;
     const uint64_t hang_ns = is_stepped ? STEPPED_HANG_NS : held;
     const uint64_t wait_ns = is_stepped ? STEPPED_WAIT_NS : REAL_WAIT_NS;
     if (look->is_stopped) {
@@ -66,7 +66,7 @@ static void suspend(launcher_t* const launcher, child_t* const child)
     }
     tell(child, " hangs: suspended, so that the others continue; the supervisor kills it");
     (void)osal_process_suspend(&child->process); // So that it does nothing outside of a grant.
-    osal_calendar_suspend(launcher->calendar, child->participant);
+    osal_lockstep_suspend(launcher->scheduler, child->participant);
     __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);
 }
 
@@ -74,7 +74,7 @@ static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
 {
     launcher_watch_t* const watch = &launcher->watch;
     uint32_t grants               = 0U;
-    const unsigned holder         = osal_calendar_holder(launcher->calendar, &grants);
+    const unsigned holder         = osal_lockstep_holder(launcher->scheduler, &grants);
     child_t* const child          = child_of(launcher, holder);
     osal_process_look_t look;
     if ((child == NULL) || (osal_process_look(&child->process, &look) != STATUS_OK)) {
@@ -98,17 +98,17 @@ static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
 /// A start may not hold others up.
 static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
 {
-    const unsigned awaited   = osal_calendar_awaited(launcher->calendar);
-    const uint64_t simulated = osal_calendar_now_ns(launcher->calendar);
+    const unsigned awaited   = osal_lockstep_awaited(launcher->scheduler);
+    const uint64_t simulated = osal_lockstep_now_ns(launcher->scheduler);
     const bool is_begun      = (simulated > 0U);
     uint32_t life            = 0U;
-    if ((awaited == OSAL_CALENDAR_PARTICIPANTS_MAX) || !is_begun) {
+    if ((awaited == OSAL_LOCKSTEP_PARTICIPANTS_MAX) || !is_begun) {
         launcher->watch.join_ns = 0U;
         return;
     }
-    (void)osal_calendar_presence(launcher->calendar, awaited, &life);
+    (void)osal_lockstep_presence(launcher->scheduler, awaited, &life);
     if (!launcher->options.is_stepped) {
-        osal_calendar_postpone(launcher->calendar, awaited, life, simulated + POSTPONED_NS);
+        osal_lockstep_postpone(launcher->scheduler, awaited, life, simulated + POSTPONED_NS);
         return;
     }
     if (launcher->watch.join_ns == 0U) {
@@ -120,7 +120,7 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
             tell(child, " has not joined the run within 10 s: killed");
             (void)osal_process_stop(&child->process, true);
         }
-        osal_calendar_end(launcher->calendar, awaited, life);
+        osal_lockstep_end(launcher->scheduler, awaited, life);
         launcher->watch.join_ns = 0U;
     } else {
         // It has its time.
@@ -135,7 +135,7 @@ static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
         child_t* const child = &launcher->children[i];
         if (child->is_alive && child->is_component && (child->life > 1U) &&
             ((now_ns - child->started_ns) >= JOIN_NS) &&
-            (run_block_last_beat(launcher->run, child->component).wake_ns == OSAL_CALENDAR_NEVER)) {
+            (run_state_last_beat(launcher->run, child->component).wake_ns == OSAL_LOCKSTEP_NEVER)) {
             tell(child, " has not made a step within 10 s: killed");
             (void)osal_process_stop(&child->process, true);
             child->started_ns = now_ns;
@@ -150,11 +150,11 @@ static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
     launcher_watch_t* const watch = &launcher->watch;
     unsigned index                = 0U;
     osal_process_look_t look;
-    child_t* const child  = run_block_find(launcher->run, DESCRIPTOR_SUPERVISOR_APID, &index)
+    child_t* const child  = run_state_find(launcher->run, DESCRIPTOR_SUPERVISOR_APID, &index)
                                 ? child_of(launcher, run_participant(index))
                                 : NULL;
-    const run_beat_t beat = run_block_last_beat(launcher->run, index);
-    if ((child == NULL) || (beat.wake_ns == OSAL_CALENDAR_NEVER) ||
+    const run_beat_t beat = run_state_last_beat(launcher->run, index);
+    if ((child == NULL) || (beat.wake_ns == OSAL_LOCKSTEP_NEVER) ||
         (osal_process_look(&child->process, &look) != STATUS_OK)) {
         watch->since_ns = 0U;
     } else if ((watch->since_ns == 0U) || (watch->step_ns != beat.step_ns)) {
@@ -178,7 +178,7 @@ void launcher_watch_lives(launcher_t* const launcher)
     if (!launcher->options.is_stepped) {
         watch_first_steps(launcher, now_ns);
     }
-    if (launcher->calendar == NULL) { // Each process has its own clock.
+    if (launcher->scheduler == NULL) { // Each process has its own clock.
         watch_supervisor(launcher, now_ns);
     } else {
         watch_holder(launcher, now_ns);
@@ -190,7 +190,7 @@ bool launcher_is_starved(launcher_t* const launcher)
 {
     osal_process_look_t look;
     const child_t* const child =
-        (launcher->calendar != NULL) ? child_of(launcher, launcher->watch.holder) : NULL;
+        (launcher->scheduler != NULL) ? child_of(launcher, launcher->watch.holder) : NULL;
     return (launcher->watch.since_ns != 0U) && (child != NULL) &&
            (osal_process_look(&child->process, &look) == STATUS_OK) && look.is_runnable &&
            ((look.processor_ns - launcher->watch.processor_ns) < STEPPED_HANG_NS);
@@ -199,6 +199,6 @@ bool launcher_is_starved(launcher_t* const launcher)
 const char* launcher_holder(launcher_t* const launcher)
 {
     const child_t* const child =
-        (launcher->calendar != NULL) ? child_of(launcher, launcher->watch.holder) : NULL;
+        (launcher->scheduler != NULL) ? child_of(launcher, launcher->watch.holder) : NULL;
     return ((launcher->watch.since_ns != 0U) && (child != NULL)) ? child->name : "nobody";
 }

@@ -86,7 +86,7 @@ static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
 /// On a clock of its own: how many steps were late by less than 0.1, 1, 10, 100 ms, and by more.
 static void add_lateness(text_t* const text, const launcher_t* const launcher, const unsigned component)
 {
-    if (launcher->calendar != NULL) {
+    if (launcher->scheduler != NULL) {
         return;
     }
     text_add(text, ", \"late_steps\": [");

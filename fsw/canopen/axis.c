@@ -5,19 +5,20 @@
 
 #include <stddef.h>
 
-void cia402_axis_init(cia402_axis_t* const axis, const cia402_scale_t scale)
+void canopen_cia402_axis_init(canopen_cia402_axis_t* const axis, const canopen_cia402_scale_t scale)
 {
     FSW_ASSERT((axis != NULL) && (scale.position_rad > 0.0) && (scale.torque_nm > 0.0));
-    *axis = (cia402_axis_t){.scale = scale, .goal = CIA402_GOAL_DISABLED};
+    *axis = (canopen_cia402_axis_t){.scale = scale, .goal = CIA402_GOAL_DISABLED};
 }
 
-cia402_state_t cia402_axis_state(const cia402_axis_t* const axis)
+canopen_cia402_state_t canopen_cia402_axis_state(const canopen_cia402_axis_t* const axis)
 {
     FSW_ASSERT(axis != NULL);
-    return cia402_state(axis->statusword);
+    return canopen_cia402_state(axis->statusword);
 }
 
-void cia402_axis_set_goal(cia402_axis_t* const axis, const cia402_goal_t goal, const bool may_reset_fault)
+void canopen_cia402_axis_set_goal(canopen_cia402_axis_t* const axis, const canopen_cia402_goal_t goal,
+                                  const bool may_reset_fault)
 {
     FSW_ASSERT(axis != NULL);
     if (goal != axis->goal) {
@@ -28,46 +29,47 @@ void cia402_axis_set_goal(cia402_axis_t* const axis, const cia402_goal_t goal, c
     axis->has_dropped     = false;
 }
 
-void cia402_axis_observe(cia402_axis_t* const axis)
+void canopen_cia402_axis_observe(canopen_cia402_axis_t* const axis)
 {
     FSW_ASSERT(axis != NULL);
     if (axis->goal == CIA402_GOAL_ENABLED) {
-        if (cia402_axis_state(axis) == CIA402_OPERATION_ENABLED) {
+        if (canopen_cia402_axis_state(axis) == CIA402_OPERATION_ENABLED) {
             axis->was_enabled = true;
         } else if (axis->was_enabled) {
-            cia402_axis_set_goal(axis, CIA402_GOAL_DISABLED, false);
+            canopen_cia402_axis_set_goal(axis, CIA402_GOAL_DISABLED, false);
             axis->has_dropped = true;
         }
     }
 }
 
-void cia402_axis_step(cia402_axis_t* const axis)
+void canopen_cia402_axis_step(canopen_cia402_axis_t* const axis)
 {
     FSW_ASSERT(axis != NULL);
-    axis->controlword =
-        cia402_controlword(cia402_axis_state(axis), axis->goal, axis->may_reset_fault, axis->controlword);
+    axis->controlword = canopen_cia402_controlword(canopen_cia402_axis_state(axis), axis->goal,
+                                                   axis->may_reset_fault, axis->controlword);
 }
 
-bool cia402_axis_is_at_goal(const cia402_axis_t* const axis)
+bool canopen_cia402_axis_is_at_goal(const canopen_cia402_axis_t* const axis)
 {
     FSW_ASSERT(axis != NULL);
-    return !axis->has_dropped && cia402_is_at_goal(cia402_axis_state(axis), axis->goal);
+    return !axis->has_dropped && canopen_cia402_is_at_goal(canopen_cia402_axis_state(axis), axis->goal);
 }
 
-double cia402_axis_position_rad(const cia402_axis_t* const axis)
+double canopen_cia402_axis_position_rad(const canopen_cia402_axis_t* const axis)
 {
     FSW_ASSERT(axis != NULL);
     return (double)axis->position * axis->scale.position_rad;
 }
 
-double cia402_axis_torque_nm(const cia402_axis_t* const axis)
+double canopen_cia402_axis_torque_nm(const canopen_cia402_axis_t* const axis)
 {
     FSW_ASSERT(axis != NULL);
     return (double)axis->torque * axis->scale.torque_nm;
 }
 
 /// Nearest unit within +-limit; counts clipped values.
-static double to_units(cia402_axis_t* const axis, const double value, const double unit, const double limit)
+static double to_units(canopen_cia402_axis_t* const axis, const double value, const double unit,
+                       const double limit)
 {
     const double units = value / unit;
     if (units > limit) {
@@ -81,7 +83,7 @@ static double to_units(cia402_axis_t* const axis, const double value, const doub
     return units + ((units < 0.0) ? -0.5 : 0.5);
 }
 
-static int16_t torque_units(cia402_axis_t* const axis, const double torque_nm)
+static int16_t torque_units(canopen_cia402_axis_t* const axis, const double torque_nm)
 {
     if (torque_nm != torque_nm) {
         axis->limited++;
@@ -91,8 +93,8 @@ static int16_t torque_units(cia402_axis_t* const axis, const double torque_nm)
     return (int16_t)to_units(axis, torque_nm, axis->scale.torque_nm, (by_axis < 32766.0) ? by_axis : 32766.0);
 }
 
-void cia402_axis_command_position(cia402_axis_t* const axis, const double position_rad,
-                                  const double torque_offset_nm)
+void canopen_cia402_axis_command_position(canopen_cia402_axis_t* const axis, const double position_rad,
+                                          const double torque_offset_nm)
 {
     FSW_ASSERT(axis != NULL);
     if (position_rad == position_rad) {
@@ -103,7 +105,7 @@ void cia402_axis_command_position(cia402_axis_t* const axis, const double positi
     axis->torque_offset = torque_units(axis, torque_offset_nm);
 }
 
-void cia402_axis_command_torque(cia402_axis_t* const axis, const double torque_nm)
+void canopen_cia402_axis_command_torque(canopen_cia402_axis_t* const axis, const double torque_nm)
 {
     FSW_ASSERT(axis != NULL);
     axis->target_torque = torque_units(axis, torque_nm);

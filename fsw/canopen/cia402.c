@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/canopen/cia402.h"
 
-cia402_state_t cia402_state(const uint16_t statusword)
+canopen_cia402_state_t canopen_cia402_state(const uint16_t statusword)
 {
     switch (statusword & 0x4FU) { // Quick stop bit does not matter.
     case 0x00U:
@@ -29,8 +29,8 @@ cia402_state_t cia402_state(const uint16_t statusword)
     }
 }
 
-static uint16_t towards_power(const cia402_state_t state, const bool is_enable_wanted, const bool may_reset,
-                              const uint16_t previous)
+static uint16_t towards_power(const canopen_cia402_state_t state, const bool is_enable_wanted,
+                              const bool may_reset, const uint16_t previous)
 {
     switch (state) {
     case CIA402_SWITCH_ON_DISABLED:
@@ -53,8 +53,8 @@ static uint16_t towards_power(const cia402_state_t state, const bool is_enable_w
     }
 }
 
-uint16_t cia402_controlword(const cia402_state_t state, const cia402_goal_t goal, const bool may_reset,
-                            const uint16_t previous)
+uint16_t canopen_cia402_controlword(const canopen_cia402_state_t state, const canopen_cia402_goal_t goal,
+                                    const bool may_reset, const uint16_t previous)
 {
     switch (goal) {
     case CIA402_GOAL_STANDBY:
@@ -71,7 +71,7 @@ uint16_t cia402_controlword(const cia402_state_t state, const cia402_goal_t goal
     }
 }
 
-bool cia402_is_at_goal(const cia402_state_t state, const cia402_goal_t goal)
+bool canopen_cia402_is_at_goal(const canopen_cia402_state_t state, const canopen_cia402_goal_t goal)
 {
     switch (goal) {
     case CIA402_GOAL_STANDBY:

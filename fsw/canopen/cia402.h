@@ -22,14 +22,14 @@ typedef enum {
     CIA402_FAULT_REACTION,     ///< 0x0F
     CIA402_FAULT,              ///< 0x08
     CIA402_UNKNOWN             ///< No such pattern.
-} cia402_state_t;
+} canopen_cia402_state_t;
 
 typedef enum {
     CIA402_GOAL_DISABLED,  ///< Down to 0x40, at once.
     CIA402_GOAL_STANDBY,   ///< 0x23.
     CIA402_GOAL_ENABLED,   ///< 0x27.
     CIA402_GOAL_QUICK_STOP ///< Brake actively, then 0x40; where there is no motion to stop, 0x40.
-} cia402_goal_t;
+} canopen_cia402_goal_t;
 
 #define CIA402_CONTROL_DISABLE_VOLTAGE 0x0000U
 #define CIA402_CONTROL_QUICK_STOP 0x0002U
@@ -47,11 +47,12 @@ typedef enum {
 #define CIA402_MODE_CSV 9
 #define CIA402_MODE_CST 10
 
-cia402_state_t cia402_state(uint16_t statusword);
+canopen_cia402_state_t canopen_cia402_state(uint16_t statusword);
 /// Controlword for the next cycle. `previous` is the last one sent: a fault reset is a rising edge of bit 7.
 /// Without `may_reset` a fault stays.
-uint16_t cia402_controlword(cia402_state_t state, cia402_goal_t goal, bool may_reset, uint16_t previous);
+uint16_t canopen_cia402_controlword(canopen_cia402_state_t state, canopen_cia402_goal_t goal, bool may_reset,
+                                    uint16_t previous);
 /// True if the state is that of the goal; for DISABLED and QUICK_STOP also a fault, which has no torque.
-bool cia402_is_at_goal(cia402_state_t state, cia402_goal_t goal);
+bool canopen_cia402_is_at_goal(canopen_cia402_state_t state, canopen_cia402_goal_t goal);
 
 #endif // FSW_CANOPEN_CIA402_H

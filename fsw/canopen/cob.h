@@ -28,7 +28,7 @@ typedef enum { // NMT commands.
     NMT_PRE_OPERATIONAL     = 0x80,
     NMT_RESET_NODE          = 0x81,
     NMT_RESET_COMMUNICATION = 0x82
-} nmt_command_t;
+} canopen_nmt_command_t;
 
 typedef enum { // NMT states as in heartbeats.
     NMT_STATE_BOOT_UP         = 0x00,
@@ -36,6 +36,6 @@ typedef enum { // NMT states as in heartbeats.
     NMT_STATE_OPERATIONAL     = 0x05,
     NMT_STATE_PRE_OPERATIONAL = 0x7F,
     NMT_STATE_UNKNOWN         = 0xFF ///< Nothing heard yet.
-} nmt_state_t;
+} canopen_nmt_state_t;
 
 #endif // FSW_CANOPEN_COB_H

@@ -34,34 +34,37 @@
 
 #define FIRST_UNIT 3U // Place of the units among the accesses that identify a device.
 
-void device_reset(canopen_device_t* const device)
+void canopen_device_reset(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
-    const device_profile_t* const profile = device->profile;
+    const canopen_device_profile_t* const profile = device->profile;
     for (uint8_t i = 0U; i < profile->transmit_count; i++) {
-        device->transmit[i] = (device_pdo_t){.cob = (uint16_t)(profile->transmit[i].cob_base + device->node),
-                                             .is_valid = profile->transmit[i].is_valid};
+        device->transmit[i] =
+            (canopen_device_pdo_t){.cob      = (uint16_t)(profile->transmit[i].cob_base + device->node),
+                                   .is_valid = profile->transmit[i].is_valid};
     }
     for (uint8_t i = 0U; i < profile->receive_count; i++) {
-        device->receive[i] = (device_pdo_t){.cob = (uint16_t)(profile->receive[i].cob_base + device->node),
-                                            .is_valid = profile->receive[i].is_valid};
+        device->receive[i] =
+            (canopen_device_pdo_t){.cob      = (uint16_t)(profile->receive[i].cob_base + device->node),
+                                   .is_valid = profile->receive[i].is_valid};
     }
     for (uint8_t i = 0U; i < PROFILE_AXES_MAX; i++) {
-        cia402_axis_init(&device->axes[i], (cia402_scale_t){.position_rad   = profile->position_rad,
-                                                            .velocity_rad_s = profile->velocity_rad_s,
-                                                            .torque_nm      = PER_MILLE});
+        canopen_cia402_axis_init(&device->axes[i],
+                                 (canopen_cia402_scale_t){.position_rad   = profile->position_rad,
+                                                          .velocity_rad_s = profile->velocity_rad_s,
+                                                          .torque_nm      = PER_MILLE});
     }
 }
 
-status_t device_attach(canopen_device_t* const device, canopen_master_t* const master,
-                       const device_profile_t* const profile, const uint8_t node)
+status_t canopen_device_attach(canopen_device_t* const device, canopen_master_t* const master,
+                               const canopen_device_profile_t* const profile, const uint8_t node)
 {
     FSW_ASSERT((device != NULL) && (master != NULL) && (profile != NULL));
     uint8_t index         = 0U;
-    const status_t status = master_add_node(master, node, &index);
+    const status_t status = canopen_master_add_node(master, node, &index);
     if (status == STATUS_OK) {
         *device = (canopen_device_t){.profile = profile, .master = master, .node = node, .index = index};
-        device_reset(device);
+        canopen_device_reset(device);
     }
     return status;
 }
@@ -85,29 +88,30 @@ static void ask_number(canopen_device_t* const device, uint16_t* const count, co
 }
 
 static void ask_mapping(canopen_device_t* const device, uint16_t* const count, const uint16_t object,
-                        const profile_pdo_t* const pdo)
+                        const canopen_profile_pdo_t* const pdo)
 {
     ask(device, count,
         (canopen_setting_t){
             .index = object, .octets = 1U, .kind = SETTING_VERIFY, .value = pdo->entry_count});
     for (uint8_t i = 0U; i < pdo->entry_count; i++) {
-        const profile_entry_t* const entry = &pdo->entries[i];
+        const canopen_profile_entry_t* const entry = &pdo->entries[i];
         const uint32_t value = ((uint32_t)entry->index << 16) | ((uint32_t)entry->subindex << 8) |
                                ((uint32_t)entry->octets * 8U);
         ask_number(device, count, object, (uint8_t)(i + 1U), value);
     }
 }
 
-void device_identify(canopen_device_t* const device)
+void canopen_device_identify(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
-    const device_profile_t* const profile = device->profile;
-    uint16_t count                        = 0U;
+    const canopen_device_profile_t* const profile = device->profile;
+    uint16_t count                                = 0U;
     ask_number(device, &count, OBJECT_DEVICE_TYPE, 0U, profile->device_type);
     ask_number(device, &count, OBJECT_IDENTITY, IDENTITY_VENDOR, profile->vendor_id);
     ask_number(device, &count, OBJECT_IDENTITY, IDENTITY_PRODUCT, profile->product_code);
     FSW_ASSERT(count == FIRST_UNIT);
-    for (uint8_t i = 0U; i < profile->axis_count; i++) { // device_identify_step finds these by their place.
+    for (uint8_t i = 0U; i < profile->axis_count;
+         i++) { // canopen_device_identify_step finds these by their place.
         const uint16_t offset = (uint16_t)(i * PROFILE_AXIS_STEP);
         ask(device, &count,
             (canopen_setting_t){
@@ -122,18 +126,18 @@ void device_identify(canopen_device_t* const device)
     for (uint8_t i = 0U; i < profile->receive_count; i++) {
         ask_mapping(device, &count, (uint16_t)(OBJECT_RECEIVE_MAPPING + i), &profile->receive[i]);
     }
-    setting_run_begin(&device->run, device->identify, count);
+    canopen_setting_run_begin(&device->run, device->identify, count);
 }
 
-static sdo_client_t* client_of(canopen_device_t* const device)
+static canopen_sdo_client_t* client_of(canopen_device_t* const device)
 {
     return &device->master->nodes[device->index].sdo;
 }
 
-status_t device_identify_step(canopen_device_t* const device)
+status_t canopen_device_identify_step(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
-    const status_t status = setting_run_step(&device->run, client_of(device));
+    const status_t status = canopen_setting_run_step(&device->run, client_of(device));
     if (status != STATUS_OK) {
         return status;
     }
@@ -146,37 +150,38 @@ status_t device_identify_step(canopen_device_t* const device)
             device->run.is_other_value = true;
             return STATUS_INVALID;
         }
-        cia402_scale_t scale = device->axes[i].scale;
-        scale.torque_nm      = rated_nm * PER_MILLE;
-        scale.torque_max_nm  = rated_nm * max_share;
-        cia402_axis_init(&device->axes[i], scale);
+        canopen_cia402_scale_t scale = device->axes[i].scale;
+        scale.torque_nm              = rated_nm * PER_MILLE;
+        scale.torque_max_nm          = rated_nm * max_share;
+        canopen_cia402_axis_init(&device->axes[i], scale);
     }
     return STATUS_OK;
 }
 
-void device_configure(canopen_device_t* const device, canopen_setting_t* const settings, const uint16_t count)
+void canopen_device_configure(canopen_device_t* const device, canopen_setting_t* const settings,
+                              const uint16_t count)
 {
     FSW_ASSERT(device != NULL);
-    setting_run_begin(&device->run, settings, count);
+    canopen_setting_run_begin(&device->run, settings, count);
 }
 
 /// Settings of communication parameters change what we send and expect.
-static void follow_setting(device_pdo_t* const pdos, const uint8_t count, const uint16_t first_object,
+static void follow_setting(canopen_device_pdo_t* const pdos, const uint8_t count, const uint16_t first_object,
                            const canopen_setting_t* const setting)
 {
     const bool is_cob_id = (setting->subindex == 1U) && (setting->index >= first_object) &&
                            (setting->index < (first_object + count));
     if (is_cob_id) {
-        device_pdo_t* const pdo = &pdos[setting->index - first_object];
-        pdo->cob                = (uint16_t)(setting->value & COB_PDO_ID_MASK);
-        pdo->is_valid           = (setting->value & COB_PDO_INVALID) == 0U;
+        canopen_device_pdo_t* const pdo = &pdos[setting->index - first_object];
+        pdo->cob                        = (uint16_t)(setting->value & COB_PDO_ID_MASK);
+        pdo->is_valid                   = (setting->value & COB_PDO_INVALID) == 0U;
     }
 }
 
-status_t device_configure_step(canopen_device_t* const device)
+status_t canopen_device_configure_step(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
-    const status_t status = setting_run_step(&device->run, client_of(device));
+    const status_t status = canopen_setting_run_step(&device->run, client_of(device));
     for (uint16_t i = 0U; (status == STATUS_OK) && (i < device->run.count); i++) {
         const canopen_setting_t* const setting = &device->run.settings[i];
         follow_setting(device->transmit, device->profile->transmit_count, OBJECT_TRANSMIT_PARAMETER, setting);
@@ -188,8 +193,8 @@ status_t device_configure_step(canopen_device_t* const device)
 // ---- Process data -------------------------------------------------------------------------------
 
 /// Axis of an object of the profile area, and the object of the first axis that corresponds to it.
-static cia402_axis_t* axis_of(canopen_device_t* const device, const uint16_t index,
-                              uint16_t* const out_object)
+static canopen_cia402_axis_t* axis_of(canopen_device_t* const device, const uint16_t index,
+                                      uint16_t* const out_object)
 {
     const unsigned offset = (unsigned)index - OBJECT_PROFILE_AREA;
     const unsigned number = offset / PROFILE_AXIS_STEP;
@@ -204,8 +209,8 @@ static void take_object(canopen_device_t* const device, const uint16_t index, co
         device->temperature = (int16_t)(uint16_t)value;
         return;
     }
-    uint16_t object           = 0U;
-    cia402_axis_t* const axis = axis_of(device, index, &object);
+    uint16_t object                   = 0U;
+    canopen_cia402_axis_t* const axis = axis_of(device, index, &object);
     switch (object) {
     case OBJECT_STATUSWORD:
         axis->statusword = (uint16_t)value;
@@ -231,8 +236,8 @@ static void take_object(canopen_device_t* const device, const uint16_t index, co
 
 static uint32_t give_object(canopen_device_t* const device, const uint16_t index)
 {
-    uint16_t object                 = 0U;
-    const cia402_axis_t* const axis = axis_of(device, index, &object);
+    uint16_t object                         = 0U;
+    const canopen_cia402_axis_t* const axis = axis_of(device, index, &object);
     switch (object) {
     case OBJECT_CONTROLWORD:
         return axis->controlword;
@@ -265,8 +270,8 @@ static void take_process_data(void* const context, const uint16_t cob, const uin
     canopen_device_t* const device = context;
     const uint8_t number           = transmit_number(device, cob);
     FSW_ASSERT(number < device->profile->transmit_count); // Only our own identifiers are routed here.
-    const profile_pdo_t* const pdo = &device->profile->transmit[number];
-    if (length != device_profile_pdo_octets(pdo)) {
+    const canopen_profile_pdo_t* const pdo = &device->profile->transmit[number];
+    if (length != canopen_device_profile_pdo_octets(pdo)) {
         device->malformed++;
         return;
     }
@@ -283,35 +288,35 @@ static void take_process_data(void* const context, const uint16_t cob, const uin
     device->transmit[number].heard_count = device->master->sync_count;
 }
 
-status_t device_connect(canopen_device_t* const device)
+status_t canopen_device_connect(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
     status_t status = STATUS_OK;
     for (uint8_t i = 0U; (status == STATUS_OK) && (i < device->profile->transmit_count); i++) {
-        device_pdo_t* const pdo = &device->transmit[i];
-        pdo->is_heard           = false;
-        pdo->heard_count        = device->master->sync_count;
+        canopen_device_pdo_t* const pdo = &device->transmit[i];
+        pdo->is_heard                   = false;
+        pdo->heard_count                = device->master->sync_count;
         if (pdo->is_valid) {
-            status        = master_route(device->master, pdo->cob, take_process_data, device);
+            status        = canopen_master_route(device->master, pdo->cob, take_process_data, device);
             pdo->is_valid = (status == STATUS_OK); // Nothing may be unrouted that belongs to another device.
         }
     }
     return status;
 }
 
-void device_disconnect(canopen_device_t* const device)
+void canopen_device_disconnect(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
     for (uint8_t i = 0U; i < device->profile->transmit_count; i++) {
         if (device->transmit[i].is_valid) {
-            master_unroute(device->master, device->transmit[i].cob);
+            canopen_master_unroute(device->master, device->transmit[i].cob);
         }
     }
 }
 
 static void emit_pdo(canopen_device_t* const device, const uint8_t number)
 {
-    const profile_pdo_t* const pdo = &device->profile->receive[number];
+    const canopen_profile_pdo_t* const pdo = &device->profile->receive[number];
     uint8_t octets[CANOPEN_PDO_OCTETS_MAX];
     uint8_t length = 0U;
     for (uint8_t i = 0U; i < pdo->entry_count; i++) {
@@ -321,10 +326,10 @@ static void emit_pdo(canopen_device_t* const device, const uint8_t number)
             length++;
         }
     }
-    (void)master_send_process_data(device->master, device->receive[number].cob, octets, length);
+    (void)canopen_master_send_process_data(device->master, device->receive[number].cob, octets, length);
 }
 
-void device_emit(canopen_device_t* const device)
+void canopen_device_emit(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
     for (uint8_t i = 0U; i < device->profile->receive_count; i++) {
@@ -334,7 +339,7 @@ void device_emit(canopen_device_t* const device)
     }
 }
 
-bool device_is_heard(const canopen_device_t* const device)
+bool canopen_device_is_heard(const canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
     for (uint8_t i = 0U; i < device->profile->transmit_count; i++) {
@@ -346,7 +351,7 @@ bool device_is_heard(const canopen_device_t* const device)
     return true;
 }
 
-uint32_t device_silence(const canopen_device_t* const device)
+uint32_t canopen_device_silence(const canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
     uint32_t longest = 0U;

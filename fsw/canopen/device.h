@@ -27,51 +27,52 @@
 typedef struct {
     uint16_t cob;
     bool is_valid;
-    bool is_heard;        ///< Transmit PDO: came at least once since device_connect.
+    bool is_heard;        ///< Transmit PDO: came at least once since canopen_device_connect.
     uint32_t heard_count; ///< Transmit PDO: number of SYNCs sent when it came last.
-} device_pdo_t;
+} canopen_device_pdo_t;
 
 typedef struct { // axes may be used as axis.h says; all else is read-only outside.
-    const device_profile_t* profile;
+    const canopen_device_profile_t* profile;
     canopen_master_t* master;
     uint8_t node;   ///< Node id.
     uint8_t index;  ///< In master->nodes.
     uint32_t boots; ///< Boot-up messages counted when it was last commissioned.
-    cia402_axis_t axes[PROFILE_AXES_MAX];
-    device_pdo_t transmit[PROFILE_PDOS_MAX];
-    device_pdo_t receive[PROFILE_PDOS_MAX];
+    canopen_cia402_axis_t axes[PROFILE_AXES_MAX];
+    canopen_device_pdo_t transmit[PROFILE_PDOS_MAX];
+    canopen_device_pdo_t receive[PROFILE_PDOS_MAX];
     int16_t temperature;     ///< [0.1 degC]
     uint32_t digital_inputs; ///< Object 0x60FD.
     uint32_t malformed;      ///< Process data of a wrong length, dropped [frames, wraps].
     canopen_setting_t identify[DEVICE_IDENTIFY_MAX];
-    setting_run_t run;
+    canopen_setting_run_t run;
 } canopen_device_t;
 
 /// Make it known to the master. STATUS_OK, STATUS_EXISTS (node), STATUS_EXHAUSTED, STATUS_INVALID (node id).
-MUST_USE status_t device_attach(canopen_device_t* device, canopen_master_t* master,
-                                const device_profile_t* profile, uint8_t node);
+MUST_USE status_t canopen_device_attach(canopen_device_t* device, canopen_master_t* master,
+                                        const canopen_device_profile_t* profile, uint8_t node);
 /// Back to the defaults of its profile, as after a boot-up.
-void device_reset(canopen_device_t* device);
+void canopen_device_reset(canopen_device_t* device);
 
-/// Start to identify the device; continue with device_identify_step. STATUS_BUSY; STATUS_OK: type, identity
-/// and mapping are those of the profile, and the axes know their units; else as setting_run_step, and
-/// run.position is the access that failed.
-void device_identify(canopen_device_t* device);
-status_t device_identify_step(canopen_device_t* device);
-/// Start to write settings; continue with device_configure_step. Statuses as setting_run_step.
-void device_configure(canopen_device_t* device, canopen_setting_t* settings, uint16_t count);
-status_t device_configure_step(canopen_device_t* device);
+/// Start to identify the device; continue with canopen_device_identify_step. STATUS_BUSY; STATUS_OK: type,
+/// identity and mapping are those of the profile, and the axes know their units; else as
+/// canopen_setting_run_step, and run.position is the access that failed.
+void canopen_device_identify(canopen_device_t* device);
+status_t canopen_device_identify_step(canopen_device_t* device);
+/// Start to write settings; continue with canopen_device_configure_step. Statuses as
+/// canopen_setting_run_step.
+void canopen_device_configure(canopen_device_t* device, canopen_setting_t* settings, uint16_t count);
+status_t canopen_device_configure_step(canopen_device_t* device);
 
 /// Take in process data from now on. STATUS_OK, STATUS_EXISTS (identifier used by another device),
 /// STATUS_EXHAUSTED.
-MUST_USE status_t device_connect(canopen_device_t* device);
-void device_disconnect(canopen_device_t* device);
+MUST_USE status_t canopen_device_connect(canopen_device_t* device);
+void canopen_device_disconnect(canopen_device_t* device);
 /// Send the process data that exist.
-void device_emit(canopen_device_t* device);
+void canopen_device_emit(canopen_device_t* device);
 
 /// True if each PDO that comes with every SYNC came at least once.
-bool device_is_heard(const canopen_device_t* device);
+bool canopen_device_is_heard(const canopen_device_t* device);
 /// SYNCs that its slowest such PDO has left unanswered; 0 while all is well.
-uint32_t device_silence(const canopen_device_t* device);
+uint32_t canopen_device_silence(const canopen_device_t* device);
 
 #endif // FSW_CANOPEN_DEVICE_H

@@ -8,7 +8,7 @@
 
 #define MICRO 1.0e-6
 
-static const device_profile_t profiles[] = {
+static const canopen_device_profile_t profiles[] = {
     {.type           = "cia402-drive",
      .device_type    = 0x00020192U, // CiA 402, servo drive
      .product_code   = 0x00004010U,
@@ -58,7 +58,7 @@ static const device_profile_t profiles[] = {
                          .entries = {{0x6071U, 0U, 2U}, {0x6871U, 0U, 2U}, {0x6040U, 0U, 2U}, {0x6840U, 0U, 2U}}}}},
 };
 
-const device_profile_t* device_profile_find(const char* const type)
+const canopen_device_profile_t* canopen_device_profile_find(const char* const type)
 {
     FSW_ASSERT(type != NULL);
     for (size_t i = 0U; i < (sizeof profiles / sizeof profiles[0]); i++) {
@@ -69,7 +69,7 @@ const device_profile_t* device_profile_find(const char* const type)
     return NULL;
 }
 
-uint8_t device_profile_pdo_octets(const profile_pdo_t* const pdo)
+uint8_t canopen_device_profile_pdo_octets(const canopen_profile_pdo_t* const pdo)
 {
     FSW_ASSERT(pdo != NULL);
     uint8_t octets = 0U;

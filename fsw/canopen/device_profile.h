@@ -19,15 +19,15 @@ typedef struct {
     uint16_t index;
     uint8_t subindex;
     uint8_t octets; ///< 2 or 4.
-} profile_entry_t;
+} canopen_profile_entry_t;
 
 typedef struct {
     uint16_t cob_base; ///< Default identifier is this plus the node id.
     bool is_valid;     ///< Exists unless a setting says otherwise.
     bool is_each_sync; ///< Transmit PDO: comes with every SYNC, so that its absence shows a lost device.
     uint8_t entry_count;
-    profile_entry_t entries[PROFILE_ENTRIES_MAX];
-} profile_pdo_t;
+    canopen_profile_entry_t entries[PROFILE_ENTRIES_MAX];
+} canopen_profile_pdo_t;
 
 typedef struct {
     const char* type;      ///< Word in descriptors.
@@ -38,14 +38,14 @@ typedef struct {
     double position_rad;    ///< Position unit [rad].
     double velocity_rad_s;  ///< Velocity unit [rad/s].
     uint8_t transmit_count; ///< PDOs that the device transmits.
-    profile_pdo_t transmit[PROFILE_PDOS_MAX];
+    canopen_profile_pdo_t transmit[PROFILE_PDOS_MAX];
     uint8_t receive_count; ///< PDOs that the device receives.
-    profile_pdo_t receive[PROFILE_PDOS_MAX];
-} device_profile_t;
+    canopen_profile_pdo_t receive[PROFILE_PDOS_MAX];
+} canopen_device_profile_t;
 
 /// Profile of a class; null if there is none.
-const device_profile_t* device_profile_find(const char* type);
+const canopen_device_profile_t* canopen_device_profile_find(const char* type);
 /// Octets of all entries of a PDO together.
-uint8_t device_profile_pdo_octets(const profile_pdo_t* pdo);
+uint8_t canopen_device_profile_pdo_octets(const canopen_profile_pdo_t* pdo);
 
 #endif // FSW_CANOPEN_DEVICE_PROFILE_H

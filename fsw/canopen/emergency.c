@@ -7,7 +7,7 @@
 
 typedef struct {
     uint16_t code;
-    emergency_class_t class;
+    canopen_emergency_class_t class;
 } code_class_t;
 
 static const code_class_t code_classes[] = {
@@ -28,19 +28,19 @@ static const code_class_t code_classes[] = {
     {0xFF01U, EMERGENCY_HIGH},   // torque sensor
 };
 
-emergency_t emergency_decode(const uint8_t node, const uint8_t octets[EMERGENCY_OCTETS])
+canopen_emergency_t canopen_emergency_decode(const uint8_t node, const uint8_t octets[EMERGENCY_OCTETS])
 {
     FSW_ASSERT(octets != NULL);
     const uint32_t raw = (uint32_t)octets[4] | ((uint32_t)octets[5] << 8) | ((uint32_t)octets[6] << 16) |
                          ((uint32_t)octets[7] << 24);
-    return (emergency_t){.node           = node,
-                         .code           = (uint16_t)(octets[0] | ((unsigned)octets[1] << 8)),
-                         .error_register = octets[2],
-                         .axis           = octets[3],
-                         .raw_value      = (int32_t)raw};
+    return (canopen_emergency_t){.node           = node,
+                                 .code           = (uint16_t)(octets[0] | ((unsigned)octets[1] << 8)),
+                                 .error_register = octets[2],
+                                 .axis           = octets[3],
+                                 .raw_value      = (int32_t)raw};
 }
 
-emergency_class_t emergency_class(const uint16_t code)
+canopen_emergency_class_t canopen_emergency_class(const uint16_t code)
 {
     for (size_t i = 0U; i < (sizeof code_classes / sizeof code_classes[0]); i++) {
         if (code_classes[i].code == code) {

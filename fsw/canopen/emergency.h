@@ -13,7 +13,7 @@ typedef enum {
     EMERGENCY_LOW,     ///< To be logged.
     EMERGENCY_MEDIUM,  ///< Actuators should be switched off.
     EMERGENCY_HIGH     ///< The device can no longer work.
-} emergency_class_t;
+} canopen_emergency_class_t;
 
 typedef struct {
     uint8_t node;
@@ -21,11 +21,11 @@ typedef struct {
     uint8_t error_register;
     uint8_t axis;      ///< Manufacturer's octet 0: axis of the device.
     int32_t raw_value; ///< Manufacturer's octets 1..4.
-} emergency_t;
+} canopen_emergency_t;
 
 /// From the 8 octets of a frame.
-emergency_t emergency_decode(uint8_t node, const uint8_t octets[EMERGENCY_OCTETS]);
+canopen_emergency_t canopen_emergency_decode(uint8_t node, const uint8_t octets[EMERGENCY_OCTETS]);
 /// Severity of a code. An unknown code is MEDIUM, because its effect is unknown.
-emergency_class_t emergency_class(uint16_t code);
+canopen_emergency_class_t canopen_emergency_class(uint16_t code);
 
 #endif // FSW_CANOPEN_EMERGENCY_H

@@ -7,7 +7,8 @@
 
 #define NO_NODE 0xFFU
 
-void master_init(canopen_master_t* const master, const master_config_t* const config, flow_can_t* const flow)
+void canopen_master_init(canopen_master_t* const master, const canopen_master_config_t* const config,
+                         flow_can_t* const flow)
 {
     FSW_ASSERT((master != NULL) && (config != NULL) && (flow != NULL));
     FSW_ASSERT((config->node_id >= 1U) && (config->node_id <= CANOPEN_NODE_MAX) &&
@@ -15,7 +16,7 @@ void master_init(canopen_master_t* const master, const master_config_t* const co
     *master = (canopen_master_t){.config = *config, .flow = flow};
 }
 
-void master_clear(canopen_master_t* const master)
+void canopen_master_clear(canopen_master_t* const master)
 {
     FSW_ASSERT(master != NULL);
     master->node_count        = 0U;
@@ -25,7 +26,7 @@ void master_clear(canopen_master_t* const master)
     master->next_heartbeat_ns = 0U;
 }
 
-void master_use_flow(canopen_master_t* const master, flow_can_t* const flow)
+void canopen_master_use_flow(canopen_master_t* const master, flow_can_t* const flow)
 {
     FSW_ASSERT((master != NULL) && (flow != NULL));
     master->flow              = flow;
@@ -42,7 +43,7 @@ static uint8_t index_of(const canopen_master_t* const master, const uint8_t id)
     return NO_NODE;
 }
 
-status_t master_add_node(canopen_master_t* const master, const uint8_t id, uint8_t* const out_index)
+status_t canopen_master_add_node(canopen_master_t* const master, const uint8_t id, uint8_t* const out_index)
 {
     FSW_ASSERT((master != NULL) && (out_index != NULL));
     if ((id < 1U) || (id > CANOPEN_NODE_MAX) || (id == master->config.node_id)) {
@@ -54,9 +55,9 @@ status_t master_add_node(canopen_master_t* const master, const uint8_t id, uint8
     if (master->node_count == MASTER_NODES_MAX) {
         return STATUS_EXHAUSTED;
     }
-    master_node_t* const node = &master->nodes[master->node_count];
-    *node                     = (master_node_t){.id = id, .state = NMT_STATE_UNKNOWN};
-    sdo_client_init(&node->sdo, master->config.sdo_timeout_ns);
+    canopen_master_node_t* const node = &master->nodes[master->node_count];
+    *node                             = (canopen_master_node_t){.id = id, .state = NMT_STATE_UNKNOWN};
+    canopen_sdo_client_init(&node->sdo, master->config.sdo_timeout_ns);
     *out_index = master->node_count;
     master->node_count++;
     return STATUS_OK;
@@ -71,8 +72,8 @@ static uint8_t route_of(const canopen_master_t* const master, const uint16_t cob
     return route;
 }
 
-status_t master_route(canopen_master_t* const master, const uint16_t cob, const master_taker_t take,
-                      void* const context)
+status_t canopen_master_route(canopen_master_t* const master, const uint16_t cob,
+                              const canopen_master_taker_t take, void* const context)
 {
     FSW_ASSERT((master != NULL) && (take != NULL));
     if (route_of(master, cob) < master->route_count) {
@@ -81,12 +82,13 @@ status_t master_route(canopen_master_t* const master, const uint16_t cob, const 
     if (master->route_count == MASTER_ROUTES_MAX) {
         return STATUS_EXHAUSTED;
     }
-    master->routes[master->route_count] = (master_route_t){.cob = cob, .take = take, .context = context};
+    master->routes[master->route_count] =
+        (canopen_master_route_t){.cob = cob, .take = take, .context = context};
     master->route_count++;
     return STATUS_OK;
 }
 
-void master_unroute(canopen_master_t* const master, const uint16_t cob)
+void canopen_master_unroute(canopen_master_t* const master, const uint16_t cob)
 {
     FSW_ASSERT(master != NULL);
     const uint8_t route = route_of(master, cob);
@@ -106,13 +108,13 @@ static void take_emergency(canopen_master_t* const master, const uint8_t node,
     } else {
         const unsigned place =
             (master->emergency_first + (unsigned)master->emergency_count) % MASTER_EMERGENCIES_MAX;
-        master->emergencies[place] = emergency_decode(node, frame->data);
+        master->emergencies[place] = canopen_emergency_decode(node, frame->data);
         master->emergency_count++;
         master->counters.emergencies++;
     }
 }
 
-static void take_heartbeat(canopen_master_t* const master, master_node_t* const node,
+static void take_heartbeat(canopen_master_t* const master, canopen_master_node_t* const node,
                            const osal_can_frame_t* const frame, const uint64_t now_ns)
 {
     const uint8_t state = frame->data[0] & 0x7FU;
@@ -124,10 +126,10 @@ static void take_heartbeat(canopen_master_t* const master, master_node_t* const 
     }
     if (state == NMT_STATE_BOOT_UP) {
         node->boots++;
-        sdo_client_reset(&node->sdo);
+        canopen_sdo_client_reset(&node->sdo);
     }
     // A node enters PRE-OPERATIONAL by itself after its boot-up.
-    node->state    = (state == NMT_STATE_BOOT_UP) ? NMT_STATE_PRE_OPERATIONAL : (nmt_state_t)state;
+    node->state    = (state == NMT_STATE_BOOT_UP) ? NMT_STATE_PRE_OPERATIONAL : (canopen_nmt_state_t)state;
     node->heard_ns = now_ns;
 }
 
@@ -166,7 +168,7 @@ static void take_frame(canopen_master_t* const master, const osal_can_frame_t* c
         take_heartbeat(master, &master->nodes[index], frame, now_ns);
         break;
     case COB_SDO_ANSWER:
-        sdo_client_answer(&master->nodes[index].sdo, frame->data, frame->length);
+        canopen_sdo_client_answer(&master->nodes[index].sdo, frame->data, frame->length);
         break;
     default:
         master->counters.unknown++;
@@ -174,7 +176,7 @@ static void take_frame(canopen_master_t* const master, const osal_can_frame_t* c
     }
 }
 
-void master_receive(canopen_master_t* const master, const uint64_t now_ns)
+void canopen_master_receive(canopen_master_t* const master, const uint64_t now_ns)
 {
     FSW_ASSERT(master != NULL);
     osal_can_frame_t frame;
@@ -185,8 +187,8 @@ void master_receive(canopen_master_t* const master, const uint64_t now_ns)
         take_frame(master, &frame, now_ns);
     }
     for (uint8_t i = 0U; i < master->node_count; i++) {
-        master_node_t* const node = &master->nodes[i];
-        const uint64_t age_ns     = now_ns - node->heard_ns;
+        canopen_master_node_t* const node = &master->nodes[i];
+        const uint64_t age_ns             = now_ns - node->heard_ns;
         node->is_heartbeat_lost =
             (node->state != NMT_STATE_UNKNOWN) && (age_ns > master->config.heartbeat_timeout_ns);
     }
@@ -202,13 +204,13 @@ static status_t send(canopen_master_t* const master, const uint16_t cob, const u
     return status;
 }
 
-static void follow_command(master_node_t* const node, const nmt_command_t command)
+static void follow_command(canopen_master_node_t* const node, const canopen_nmt_command_t command)
 {
     switch (command) {
     case NMT_RESET_NODE:
     case NMT_RESET_COMMUNICATION:
         node->state = NMT_STATE_UNKNOWN;
-        sdo_client_reset(&node->sdo);
+        canopen_sdo_client_reset(&node->sdo);
         break;
     case NMT_START:
     case NMT_STOP:
@@ -218,7 +220,8 @@ static void follow_command(master_node_t* const node, const nmt_command_t comman
     }
 }
 
-status_t master_command(canopen_master_t* const master, const uint8_t id, const nmt_command_t command)
+status_t canopen_master_command(canopen_master_t* const master, const uint8_t id,
+                                const canopen_nmt_command_t command)
 {
     FSW_ASSERT(master != NULL);
     const uint8_t octets[2] = {(uint8_t)command, id};
@@ -233,8 +236,8 @@ status_t master_command(canopen_master_t* const master, const uint8_t id, const 
     return status;
 }
 
-status_t master_send_process_data(canopen_master_t* const master, const uint16_t cob,
-                                  const uint8_t* const octets, const uint8_t length)
+status_t canopen_master_send_process_data(canopen_master_t* const master, const uint16_t cob,
+                                          const uint8_t* const octets, const uint8_t length)
 {
     FSW_ASSERT(master != NULL);
     if (master->flow->health.is_unacknowledged) {
@@ -247,7 +250,7 @@ status_t master_send_process_data(canopen_master_t* const master, const uint16_t
     return status;
 }
 
-void master_set_sync(canopen_master_t* const master, const bool is_on)
+void canopen_master_set_sync(canopen_master_t* const master, const bool is_on)
 {
     FSW_ASSERT(master != NULL);
     master->is_sync_on = is_on;
@@ -257,13 +260,13 @@ static void emit_requests(canopen_master_t* const master, const uint64_t now_ns)
 {
     uint8_t request[SDO_FRAME_OCTETS];
     for (uint8_t i = 0U; i < master->node_count; i++) {
-        if (sdo_client_request(&master->nodes[i].sdo, now_ns, request)) {
+        if (canopen_sdo_client_request(&master->nodes[i].sdo, now_ns, request)) {
             (void)send(master, (uint16_t)(COB_SDO_REQUEST + master->nodes[i].id), request, SDO_FRAME_OCTETS);
         }
     }
 }
 
-void master_emit(canopen_master_t* const master, const uint64_t now_ns)
+void canopen_master_emit(canopen_master_t* const master, const uint64_t now_ns)
 {
     FSW_ASSERT(master != NULL);
     if (!flow_can_is_open(master->flow) || master->flow->health.is_unacknowledged) {
@@ -280,7 +283,8 @@ void master_emit(canopen_master_t* const master, const uint64_t now_ns)
     }
 }
 
-status_t master_take_emergency(canopen_master_t* const master, emergency_t* const out_emergency)
+status_t canopen_master_take_emergency(canopen_master_t* const master,
+                                       canopen_emergency_t* const out_emergency)
 {
     FSW_ASSERT((master != NULL) && (out_emergency != NULL));
     if (master->emergency_count == 0U) {

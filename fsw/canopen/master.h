@@ -2,9 +2,9 @@
 /// CiA 301 master of one bus: NMT, SYNC, heartbeats in both directions, boot-up, SDO clients, emergencies,
 /// and the distribution of process data.
 ///
-/// Once per cycle: master_receive takes in received frames; the owner works and sends its process data;
-/// master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. The bus is not trusted:
-/// every unexpected or malformed frame is counted and dropped.
+/// Once per cycle: canopen_master_receive takes in received frames; the owner works and sends its process
+/// data; canopen_master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. The bus is not
+/// trusted: every unexpected or malformed frame is counted and dropped.
 ///
 /// Ownership  The caller places canopen_master_t; the flow is borrowed.
 /// Context    One task. Never blocks.
@@ -32,25 +32,25 @@ typedef struct {
     uint64_t heartbeat_ns;         ///< Period of its own heartbeat.
     uint64_t heartbeat_timeout_ns; ///< A node that has begun to send heartbeats must repeat them within this.
     uint64_t sdo_timeout_ns;
-} master_config_t;
+} canopen_master_config_t;
 
 /// Taker of one process data frame.
-typedef void (*master_taker_t)(void* context, uint16_t cob, const uint8_t* octets, uint8_t length);
+typedef void (*canopen_master_taker_t)(void* context, uint16_t cob, const uint8_t* octets, uint8_t length);
 
 typedef struct { // Read-only outside.
     uint8_t id;
-    nmt_state_t state;
+    canopen_nmt_state_t state;
     bool is_heartbeat_lost;
     uint32_t boots;    ///< Boot-up messages since it was added.
     uint64_t heard_ns; ///< Last heartbeat.
-    sdo_client_t sdo;
-} master_node_t;
+    canopen_sdo_client_t sdo;
+} canopen_master_node_t;
 
 typedef struct { // Private.
     uint16_t cob;
-    master_taker_t take;
+    canopen_master_taker_t take;
     void* context;
-} master_route_t;
+} canopen_master_route_t;
 
 typedef struct {               // [wrap]
     uint32_t unknown;          ///< Data frames that no receiver expects.
@@ -60,54 +60,56 @@ typedef struct {               // [wrap]
     uint32_t refused;          ///< Frames the flow did not take.
     uint32_t emergencies;      ///< Taken in.
     uint32_t emergencies_lost; ///< Not taken in: queue full.
-} master_counters_t;
+} canopen_master_counters_t;
 
 typedef struct { // Private, except nodes, sync_count and counters: read-only.
-    master_config_t config;
+    canopen_master_config_t config;
     flow_can_t* flow;
-    master_node_t nodes[MASTER_NODES_MAX];
+    canopen_master_node_t nodes[MASTER_NODES_MAX];
     uint8_t node_count;
-    master_route_t routes[MASTER_ROUTES_MAX];
+    canopen_master_route_t routes[MASTER_ROUTES_MAX];
     uint8_t route_count;
-    emergency_t emergencies[MASTER_EMERGENCIES_MAX];
+    canopen_emergency_t emergencies[MASTER_EMERGENCIES_MAX];
     uint8_t emergency_first;
     uint8_t emergency_count;
     bool is_sync_on;
     uint32_t sync_count; ///< SYNCs sent [wraps].
     uint64_t next_heartbeat_ns;
-    master_counters_t counters;
+    canopen_master_counters_t counters;
 } canopen_master_t;
 
 /// No nodes, silent. Counters start at zero.
-void master_init(canopen_master_t* master, const master_config_t* config, flow_can_t* flow);
+void canopen_master_init(canopen_master_t* master, const canopen_master_config_t* config, flow_can_t* flow);
 /// Forget nodes, routes and emergencies; SYNC off. Counters stay.
-void master_clear(canopen_master_t* master);
+void canopen_master_clear(canopen_master_t* master);
 
 /// Send and receive on another channel from now on; the heartbeat is due at once.
-void master_use_flow(canopen_master_t* master, flow_can_t* flow);
+void canopen_master_use_flow(canopen_master_t* master, flow_can_t* flow);
 
 /// Watch a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (id).
-MUST_USE status_t master_add_node(canopen_master_t* master, uint8_t id, uint8_t* out_index);
-/// Hand frames of an identifier to `take`, from master_receive. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED.
-MUST_USE status_t master_route(canopen_master_t* master, uint16_t cob, master_taker_t take, void* context);
+MUST_USE status_t canopen_master_add_node(canopen_master_t* master, uint8_t id, uint8_t* out_index);
+/// Hand frames of an identifier to `take`, from canopen_master_receive. STATUS_OK, STATUS_EXISTS,
+/// STATUS_EXHAUSTED.
+MUST_USE status_t canopen_master_route(canopen_master_t* master, uint16_t cob, canopen_master_taker_t take,
+                                       void* context);
 /// Forget the route of an identifier, if there is one.
-void master_unroute(canopen_master_t* master, uint16_t cob);
+void canopen_master_unroute(canopen_master_t* master, uint16_t cob);
 
 /// Take in everything received, and watch heartbeats.
-void master_receive(canopen_master_t* master, uint64_t now_ns);
+void canopen_master_receive(canopen_master_t* master, uint64_t now_ns);
 /// NMT command to node `id`, 0 for all. Our picture of the nodes follows. STATUS_OK, STATUS_FULL,
 /// STATUS_CLOSED.
-status_t master_command(canopen_master_t* master, uint8_t id, nmt_command_t command);
+status_t canopen_master_command(canopen_master_t* master, uint8_t id, canopen_nmt_command_t command);
 /// Process data frame. STATUS_OK, STATUS_FULL, STATUS_CLOSED.
-status_t master_send_process_data(canopen_master_t* master, uint16_t cob, const uint8_t* octets,
-                                  uint8_t length);
-void master_set_sync(canopen_master_t* master, bool is_on);
+status_t canopen_master_send_process_data(canopen_master_t* master, uint16_t cob, const uint8_t* octets,
+                                          uint8_t length);
+void canopen_master_set_sync(canopen_master_t* master, bool is_on);
 /// End of the cycle: SDO requests, heartbeat, SYNC. While no node acknowledges, no frame is added to the one
 /// that the controller keeps repeating, so that no old commands wait for a device that is plugged in; the
 /// first frame of a node ends that.
-void master_emit(canopen_master_t* master, uint64_t now_ns);
+void canopen_master_emit(canopen_master_t* master, uint64_t now_ns);
 
 /// Oldest emergency. STATUS_OK, STATUS_EMPTY.
-MUST_USE status_t master_take_emergency(canopen_master_t* master, emergency_t* out_emergency);
+MUST_USE status_t canopen_master_take_emergency(canopen_master_t* master, canopen_emergency_t* out_emergency);
 
 #endif // FSW_CANOPEN_MASTER_H

@@ -7,7 +7,7 @@
 
 #define ALL_NODES 0U
 
-void network_init(canopen_network_t* const network, const network_config_t* const config)
+void canopen_network_init(canopen_network_t* const network, const canopen_network_config_t* const config)
 {
     FSW_ASSERT((network != NULL) && (config != NULL) && (config->lost_after_syncs >= 1U));
     *network = (canopen_network_t){.config = *config};
@@ -15,17 +15,18 @@ void network_init(canopen_network_t* const network, const network_config_t* cons
         flow_can_init(&network->flows[i]);
     }
     network->flow = &network->flows[NETWORK_CHANNEL_A];
-    master_init(&network->master, &config->master, network->flow);
+    canopen_master_init(&network->master, &config->master, network->flow);
 }
 
-void network_clear(canopen_network_t* const network)
+void canopen_network_clear(canopen_network_t* const network)
 {
     FSW_ASSERT((network != NULL) && !flow_can_is_open(network->flow));
-    master_clear(&network->master);
+    canopen_master_clear(&network->master);
     network->device_count = 0U;
 }
 
-status_t network_find(const canopen_network_t* const network, const uint8_t node, uint8_t* const out_index)
+status_t canopen_network_find(const canopen_network_t* const network, const uint8_t node,
+                              uint8_t* const out_index)
 {
     FSW_ASSERT((network != NULL) && (out_index != NULL));
     for (uint8_t i = 0U; i < network->device_count; i++) {
@@ -37,18 +38,18 @@ status_t network_find(const canopen_network_t* const network, const uint8_t node
     return STATUS_NOT_FOUND;
 }
 
-status_t network_add(canopen_network_t* const network, const char* const type, const uint8_t node)
+status_t canopen_network_add(canopen_network_t* const network, const char* const type, const uint8_t node)
 {
     FSW_ASSERT((network != NULL) && (type != NULL));
-    const device_profile_t* const profile = device_profile_find(type);
+    const canopen_device_profile_t* const profile = canopen_device_profile_find(type);
     if (profile == NULL) {
         return STATUS_NOT_FOUND;
     }
     if (network->device_count == NETWORK_DEVICES_MAX) {
         return STATUS_EXHAUSTED;
     }
-    network_device_t* const place = &network->devices[network->device_count];
-    const status_t status         = device_attach(&place->device, &network->master, profile, node);
+    canopen_network_device_t* const place = &network->devices[network->device_count];
+    const status_t status = canopen_device_attach(&place->device, &network->master, profile, node);
     if (status == STATUS_OK) {
         place->is_lost         = false;
         place->is_faulty       = false;
@@ -60,14 +61,15 @@ status_t network_add(canopen_network_t* const network, const char* const type, c
     return status;
 }
 
-static void enter(canopen_network_t* const network, const network_phase_t phase, const uint64_t now_ns)
+static void enter(canopen_network_t* const network, const canopen_network_phase_t phase,
+                  const uint64_t now_ns)
 {
     network->phase          = phase;
     network->phase_start_ns = now_ns;
 }
 
-status_t network_open(canopen_network_t* const network, const flow_resolver_t* const resolver,
-                      const char* const bus, const char* const redundant_bus)
+status_t canopen_network_open(canopen_network_t* const network, const flow_resolver_t* const resolver,
+                              const char* const bus, const char* const redundant_bus)
 {
     FSW_ASSERT((network != NULL) && (resolver != NULL) && (bus != NULL));
     const char* const buses[NETWORK_CHANNELS] = {bus, redundant_bus};
@@ -88,12 +90,12 @@ status_t network_open(canopen_network_t* const network, const flow_resolver_t* c
     network->is_securing = false;
     network->fault_count = 0U;
     for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
-        network->told[i] = network_conditions(&network->flows[i]);
+        network->told[i] = canopen_network_conditions(&network->flows[i]);
     }
     return STATUS_OK;
 }
 
-status_t network_select_channel(canopen_network_t* const network, const uint8_t channel)
+status_t canopen_network_select_channel(canopen_network_t* const network, const uint8_t channel)
 {
     FSW_ASSERT(network != NULL);
     if (channel >= NETWORK_CHANNELS) {
@@ -107,19 +109,20 @@ status_t network_select_channel(canopen_network_t* const network, const uint8_t 
         return STATUS_NOT_FOUND;
     }
     if (is_open) {
-        network_stop(network);
+        canopen_network_stop(network);
         network->is_booted = false;
     }
     network->channel = channel;
     network->flow    = &network->flows[channel];
-    master_use_flow(&network->master, network->flow);
+    canopen_master_use_flow(&network->master, network->flow);
     return STATUS_OK;
 }
 
-void network_bus_counters(const canopen_network_t* const network, network_bus_counters_t* const out_counters)
+void canopen_network_bus_counters(const canopen_network_t* const network,
+                                  canopen_network_bus_counters_t* const out_counters)
 {
     FSW_ASSERT((network != NULL) && (out_counters != NULL));
-    network_bus_counters_t sum = {.sent = 0U};
+    canopen_network_bus_counters_t sum = {.sent = 0U};
     for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
         const flow_can_t* const flow = &network->flows[i];
         sum.sent += flow->counters.sent;
@@ -153,8 +156,8 @@ static bool is_call_over(const canopen_network_t* const network, const uint64_t 
     const bool is_late = (now_ns - network->phase_start_ns) >= network->config.call_ns;
     bool have_all      = true;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        const master_node_t* const node = &network->master.nodes[network->devices[i].device.index];
-        have_all                        = have_all && (node->heard_ns > network->phase_start_ns);
+        const canopen_master_node_t* const node = &network->master.nodes[network->devices[i].device.index];
+        have_all                                = have_all && (node->heard_ns > network->phase_start_ns);
     }
     return have_all || is_late;
 }
@@ -162,24 +165,24 @@ static bool is_call_over(const canopen_network_t* const network, const uint64_t 
 static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
 {
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        network_device_t* const place = &network->devices[i];
-        device_reset(&place->device);
+        canopen_network_device_t* const place = &network->devices[i];
+        canopen_device_reset(&place->device);
         place->device.boots    = network->master.nodes[place->device.index].boots;
         place->is_lost         = false;
         place->is_faulty       = false;
         place->is_refusal_told = false;
     }
-    (void)master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
+    (void)canopen_master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
     enter(network, NETWORK_BOOTING, now_ns);
 }
 
 /// Tell once what keeps a device from being commissioned, while it may still come.
-static void tell_waiting(canopen_network_t* const network, network_device_t* const place,
-                         const network_refusal_t refusal)
+static void tell_waiting(canopen_network_t* const network, canopen_network_device_t* const place,
+                         const canopen_network_refusal_t refusal)
 {
     if (!place->is_refusal_told) {
         place->is_refusal_told = true;
-        network_tell_refusal(network, place, refusal);
+        canopen_network_tell_refusal(network, place, refusal);
     }
 }
 
@@ -196,7 +199,7 @@ static bool have_all_booted(canopen_network_t* const network, const uint64_t now
                 tell_waiting(network, &network->devices[i], REFUSAL_NOT_BOOTED);
             }
             if (is_retry && !network->flow->health.is_unacknowledged) {
-                (void)master_command(&network->master, device->node, NMT_RESET_NODE);
+                (void)canopen_master_command(&network->master, device->node, NMT_RESET_NODE);
             }
         }
     }
@@ -208,8 +211,8 @@ static bool have_all_booted(canopen_network_t* const network, const uint64_t now
 
 static void discard_faults(canopen_network_t* const network)
 {
-    emergency_t emergency;
-    while (master_take_emergency(&network->master, &emergency) == STATUS_OK) {
+    canopen_emergency_t emergency;
+    while (canopen_master_take_emergency(&network->master, &emergency) == STATUS_OK) {
         // Messages of a node about the time before the reset no longer matter.
     }
     network->fault_count = 0U;
@@ -219,16 +222,16 @@ static status_t identify_all(canopen_network_t* const network)
 {
     bool is_busy = false;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        network_device_t* const place = &network->devices[i];
+        canopen_network_device_t* const place = &network->devices[i];
         if (network->master.nodes[place->device.index].boots != place->device.boots) {
             discard_faults(network);
-            network_tell_refusal(network, place, REFUSAL_REBOOTED);
+            canopen_network_tell_refusal(network, place, REFUSAL_REBOOTED);
             return STATUS_CLOSED;
         }
-        const status_t status = device_identify_step(&place->device);
+        const status_t status = canopen_device_identify_step(&place->device);
         if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
             discard_faults(network);
-            network_tell_access(network, place, status);
+            canopen_network_tell_access(network, place, status);
             return status;
         }
         is_busy = is_busy || (status == STATUS_BUSY);
@@ -239,7 +242,7 @@ static status_t identify_all(canopen_network_t* const network)
     return is_busy ? STATUS_BUSY : STATUS_OK;
 }
 
-status_t network_boot(canopen_network_t* const network, const uint64_t now_ns)
+status_t canopen_network_boot(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);
     if (!flow_can_is_open(network->flow)) {
@@ -259,7 +262,7 @@ status_t network_boot(canopen_network_t* const network, const uint64_t now_ns)
             for (uint8_t i = 0U; i < network->device_count; i++) {
                 canopen_device_t* const device = &network->devices[i].device;
                 device->boots                  = network->master.nodes[device->index].boots;
-                device_identify(device);
+                canopen_device_identify(device);
             }
             enter(network, NETWORK_IDENTIFYING, now_ns);
         }
@@ -269,21 +272,21 @@ status_t network_boot(canopen_network_t* const network, const uint64_t now_ns)
     if (status != STATUS_BUSY) {
         network->is_booted = (status == STATUS_OK);
         if (network->is_booted && network->is_standby_missing) {
-            network_tell_condition(network, (uint8_t)(NETWORK_CHANNELS - 1U - network->channel),
-                                   NETWORK_BUS_MISSING);
+            canopen_network_tell_condition(network, (uint8_t)(NETWORK_CHANNELS - 1U - network->channel),
+                                           NETWORK_BUS_MISSING);
         }
         enter(network, NETWORK_RESTING, now_ns);
     }
     return status;
 }
 
-void network_set_patience(canopen_network_t* const network, const uint32_t syncs)
+void canopen_network_set_patience(canopen_network_t* const network, const uint32_t syncs)
 {
     FSW_ASSERT((network != NULL) && (syncs >= 1U));
     network->config.lost_after_syncs = syncs;
 }
 
-void network_clear_settings(canopen_network_t* const network)
+void canopen_network_clear_settings(canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; i < network->device_count; i++) {
@@ -291,11 +294,11 @@ void network_clear_settings(canopen_network_t* const network)
     }
 }
 
-status_t network_set(canopen_network_t* const network, const uint8_t index,
-                     const canopen_setting_t* const setting)
+status_t canopen_network_set(canopen_network_t* const network, const uint8_t index,
+                             const canopen_setting_t* const setting)
 {
     FSW_ASSERT((network != NULL) && (index < network->device_count) && (setting != NULL));
-    network_device_t* const place = &network->devices[index];
+    canopen_network_device_t* const place = &network->devices[index];
     if (place->setting_count == NETWORK_SETTINGS_MAX) {
         return STATUS_EXHAUSTED;
     }
@@ -304,25 +307,25 @@ status_t network_set(canopen_network_t* const network, const uint8_t index,
     return STATUS_OK;
 }
 
-status_t network_configure(canopen_network_t* const network, const uint64_t now_ns)
+status_t canopen_network_configure(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);
     if (!network->is_booted) {
         return STATUS_CLOSED;
     }
     if (network->phase != NETWORK_CONFIGURING) {
-        network_stop(network);
+        canopen_network_stop(network);
         for (uint8_t i = 0U; i < network->device_count; i++) {
-            network_device_t* const place = &network->devices[i];
-            device_configure(&place->device, place->settings, place->setting_count);
+            canopen_network_device_t* const place = &network->devices[i];
+            canopen_device_configure(&place->device, place->settings, place->setting_count);
         }
         enter(network, NETWORK_CONFIGURING, now_ns);
     }
     bool is_busy = false;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        const status_t status = device_configure_step(&network->devices[i].device);
+        const status_t status = canopen_device_configure_step(&network->devices[i].device);
         if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
-            network_tell_access(network, &network->devices[i], status);
+            canopen_network_tell_access(network, &network->devices[i], status);
             enter(network, NETWORK_RESTING, now_ns);
             return status;
         }
@@ -339,20 +342,20 @@ static status_t begin_start(canopen_network_t* const network, const uint64_t now
 {
     for (uint8_t i = 0U; i < network->device_count; i++) {
         network->devices[i].is_refusal_told = false;
-        const status_t status               = device_connect(&network->devices[i].device);
+        const status_t status               = canopen_device_connect(&network->devices[i].device);
         if (status != STATUS_OK) {
-            network_stop(network);
+            canopen_network_stop(network);
             return status;
         }
     }
-    network_set_goal(network, CIA402_GOAL_DISABLED, false);
-    (void)master_command(&network->master, ALL_NODES, NMT_START);
-    master_set_sync(&network->master, true);
+    canopen_network_set_goal(network, CIA402_GOAL_DISABLED, false);
+    (void)canopen_master_command(&network->master, ALL_NODES, NMT_START);
+    canopen_master_set_sync(&network->master, true);
     enter(network, NETWORK_STARTING, now_ns);
     return STATUS_BUSY;
 }
 
-status_t network_start(canopen_network_t* const network, const uint64_t now_ns)
+status_t canopen_network_start(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);
     if (!network->is_booted) {
@@ -367,9 +370,9 @@ status_t network_start(canopen_network_t* const network, const uint64_t now_ns)
     const bool is_late = (now_ns - network->phase_start_ns) >= network->config.silence_told_ns;
     bool are_all_heard = true;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        network_device_t* const place = &network->devices[i];
-        const bool is_heard           = device_is_heard(&place->device);
-        are_all_heard                 = are_all_heard && is_heard;
+        canopen_network_device_t* const place = &network->devices[i];
+        const bool is_heard                   = canopen_device_is_heard(&place->device);
+        are_all_heard                         = are_all_heard && is_heard;
         if (is_late && !is_heard) {
             tell_waiting(network, place, REFUSAL_SILENT);
         }
@@ -382,34 +385,34 @@ status_t network_start(canopen_network_t* const network, const uint64_t now_ns)
     return STATUS_OK;
 }
 
-void network_stop(canopen_network_t* const network)
+void canopen_network_stop(canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
-    master_set_sync(&network->master, false);
-    network_set_goal(network, CIA402_GOAL_DISABLED, false);
+    canopen_master_set_sync(&network->master, false);
+    canopen_network_set_goal(network, CIA402_GOAL_DISABLED, false);
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        device_disconnect(&network->devices[i].device);
-        sdo_client_reset(&network->master.nodes[network->devices[i].device.index].sdo);
+        canopen_device_disconnect(&network->devices[i].device);
+        canopen_sdo_client_reset(&network->master.nodes[network->devices[i].device.index].sdo);
     }
     if (flow_can_is_open(network->flow) && !network->flow->health.is_unacknowledged) {
-        (void)master_command(&network->master, ALL_NODES, NMT_PRE_OPERATIONAL);
+        (void)canopen_master_command(&network->master, ALL_NODES, NMT_PRE_OPERATIONAL);
     }
     network->phase       = NETWORK_RESTING;
     network->is_running  = false;
     network->is_securing = false;
 }
 
-void network_reset_nodes(canopen_network_t* const network)
+void canopen_network_reset_nodes(canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
-    network_stop(network);
+    canopen_network_stop(network);
     network->is_booted = false;
     if (flow_can_is_open(network->flow) && !network->flow->health.is_unacknowledged) {
-        (void)master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
+        (void)canopen_master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
     }
 }
 
-void network_close(canopen_network_t* const network)
+void canopen_network_close(canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
     network->is_booted  = false;
@@ -422,37 +425,38 @@ void network_close(canopen_network_t* const network)
 
 // ---- The cycle ----------------------------------------------------------------------------------
 
-void network_emit(canopen_network_t* const network, const uint64_t now_ns)
+void canopen_network_emit(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; network->is_running && (i < network->device_count); i++) {
         canopen_device_t* const device = &network->devices[i].device;
         for (uint8_t k = 0U; k < device->profile->axis_count; k++) {
-            cia402_axis_step(&device->axes[k]);
+            canopen_cia402_axis_step(&device->axes[k]);
         }
-        device_emit(device);
+        canopen_device_emit(device);
     }
-    master_emit(&network->master, now_ns);
+    canopen_master_emit(&network->master, now_ns);
 }
 
-void network_set_goal(canopen_network_t* const network, const cia402_goal_t goal, const bool may_reset_faults)
+void canopen_network_set_goal(canopen_network_t* const network, const canopen_cia402_goal_t goal,
+                              const bool may_reset_faults)
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; i < network->device_count; i++) {
         canopen_device_t* const device = &network->devices[i].device;
         for (uint8_t k = 0U; k < device->profile->axis_count; k++) {
-            cia402_axis_set_goal(&device->axes[k], goal, may_reset_faults);
+            canopen_cia402_axis_set_goal(&device->axes[k], goal, may_reset_faults);
         }
     }
 }
 
-bool network_is_at_goal(const canopen_network_t* const network)
+bool canopen_network_is_at_goal(const canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        const network_device_t* const place = &network->devices[i];
+        const canopen_network_device_t* const place = &network->devices[i];
         for (uint8_t k = 0U; !place->is_lost && (k < place->device.profile->axis_count); k++) {
-            if (!cia402_axis_is_at_goal(&place->device.axes[k])) {
+            if (!canopen_cia402_axis_is_at_goal(&place->device.axes[k])) {
                 return false;
             }
         }
@@ -460,7 +464,7 @@ bool network_is_at_goal(const canopen_network_t* const network)
     return network->is_running;
 }
 
-status_t network_secure(canopen_network_t* const network, const uint64_t now_ns)
+status_t canopen_network_secure(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);
     if (!network->is_running) { // Outside of OPERATIONAL (NMT) no drive can be in operation.
@@ -470,16 +474,16 @@ status_t network_secure(canopen_network_t* const network, const uint64_t now_ns)
     if (!network->is_securing) {
         network->is_securing     = true;
         network->secure_start_ns = now_ns;
-        network_set_goal(network, CIA402_GOAL_QUICK_STOP, false);
+        canopen_network_set_goal(network, CIA402_GOAL_QUICK_STOP, false);
         return STATUS_BUSY; // Earlier messages of the devices are older than this command.
     }
     if ((now_ns - network->secure_start_ns) >= network->config.quick_stop_limit_ns) {
-        network_set_goal(network, CIA402_GOAL_DISABLED, false);
+        canopen_network_set_goal(network, CIA402_GOAL_DISABLED, false);
     }
-    if (!network_is_at_goal(network)) {
+    if (!canopen_network_is_at_goal(network)) {
         return STATUS_BUSY;
     }
-    network_set_goal(network, CIA402_GOAL_DISABLED, false);
+    canopen_network_set_goal(network, CIA402_GOAL_DISABLED, false);
     network->is_securing = false;
     return STATUS_OK;
 }

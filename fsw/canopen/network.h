@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /// All CiA 402 devices of one bus under one master: commissioning, cycle, supervision, safe state.
 ///
-/// A subsystem calls, by state: network_open and network_boot (HARDWARE_INIT); network_configure and
-/// network_start (PRE_OPERATIONAL); network_set_goal (SAFE_OPERATIONAL, OPERATIONAL); network_secure
-/// (ERROR_OPERATIONAL); network_stop and network_close on the way back. Each cycle begins with network_sense
-/// and ends with network_emit; network_take_fault returns faults.
+/// A subsystem calls, by state: canopen_network_open and _boot (HARDWARE_INIT); _configure and
+/// _start (PRE_OPERATIONAL); _set_goal (SAFE_OPERATIONAL, OPERATIONAL); _secure
+/// (ERROR_OPERATIONAL); _stop and _close on the way back. Each cycle begins with _sense
+/// and ends with _emit; _take_fault returns faults.
 ///
-/// With two channels (ECSS-E-ST-50-15C) the master sends on the active one only; network_select_channel
+/// With two channels (ECSS-E-ST-50-15C) the master sends on the active one only; _select_channel
 /// selects it. The controller of the other channel is open and watched; its frames are counted and dropped.
 ///
 /// Ownership  The caller places canopen_network_t; it must not be moved.
@@ -34,13 +34,13 @@
 #define NETWORK_CHANNEL_B 1U
 
 typedef struct {
-    master_config_t master;
+    canopen_master_config_t master;
     uint32_t lost_after_syncs; ///< A device that does not answer this many SYNCs is lost.
     uint64_t call_ns;          ///< With two channels: longest time for devices to come to the active one.
     uint64_t boot_retry_ns;    ///< A node that has not booted after this time is reset again.
     uint64_t silence_told_ns; ///< Process data that have not arrived after this time are reported as missing.
     uint64_t quick_stop_limit_ns; ///< Longest braking before voltage is taken away.
-} network_config_t;
+} canopen_network_config_t;
 
 typedef enum {
     NETWORK_DEVICE_LOST,   ///< Silent, rebooted, or the bus is dead. Once per device and commissioning.
@@ -49,7 +49,7 @@ typedef enum {
     NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or a condition of our controller (node 0).
     NETWORK_DEVICE_REFUSED, ///< Cannot be commissioned: see refusal.
     NETWORK_FOREIGN_SYNC    ///< Another node sends SYNC. Once, and again after 1 s without.
-} network_fault_kind_t;
+} canopen_network_fault_kind_t;
 
 /// Why a device is not commissioned; the numbers are those of the event DEVICE_REFUSED.
 typedef enum {
@@ -61,7 +61,7 @@ typedef enum {
     REFUSAL_FORMAT     = 5, ///< The answer about `object` has the wrong size, or is against the protocol.
     REFUSAL_REBOOTED   = 6, ///< It has booted again meanwhile.
     REFUSAL_SILENT     = 7  ///< No process data yet after the start.
-} network_refusal_t;
+} canopen_network_refusal_t;
 
 /// Code of NETWORK_BUS_WARNING of node 0; + 0x100 for channel B.
 typedef enum {
@@ -72,17 +72,17 @@ typedef enum {
     NETWORK_BUS_TRANSMIT_TIMEOUT = 5, ///< A frame could not be sent in time.
     NETWORK_BUS_RESTARTED        = 6, ///< Our controller is back from bus-off.
     NETWORK_BUS_MISSING          = 7  ///< The controller of the other channel could not be opened.
-} network_bus_condition_t;
+} canopen_network_bus_condition_t;
 #define NETWORK_BUS_CHANNEL_B 0x100U
 
 typedef struct {
-    network_fault_kind_t kind;
+    canopen_network_fault_kind_t kind;
     uint8_t node;
-    uint16_t code; ///< Emergency code; DRIVE_FAULT without one: statusword; node 0: network_bus_condition_t.
-    network_refusal_t refusal; ///< Of DEVICE_REFUSED, as the next two.
-    uint32_t object;           ///< Index << 8 | subindex; 0: none.
+    uint16_t code; ///< Emergency code; DRIVE_FAULT without one: statusword; node 0: a bus condition.
+    canopen_network_refusal_t refusal; ///< Of DEVICE_REFUSED, as the next two.
+    uint32_t object;                   ///< Index << 8 | subindex; 0: none.
     uint32_t detail;
-} network_fault_t;
+} canopen_network_fault_t;
 
 typedef struct { // device.axes may be used as axis.h says; all else is read-only outside.
     canopen_device_t device;
@@ -92,7 +92,7 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     uint32_t missed;      ///< SYNCs left unanswered [wraps].
     canopen_setting_t settings[NETWORK_SETTINGS_MAX];
     uint16_t setting_count;
-} network_device_t;
+} canopen_network_device_t;
 
 typedef struct { // Of both channels together [frames, error frames, wrap].
     uint32_t sent;
@@ -107,7 +107,7 @@ typedef struct { // Of both channels together [frames, error frames, wrap].
     uint32_t transmit_timeouts;
     uint32_t lost_arbitrations;
     uint32_t lost; ///< Times that an interface went down or away.
-} network_bus_counters_t;
+} canopen_network_bus_counters_t;
 
 typedef struct { // Private: a controller as it was looked at last.
     flow_can_state_t state;
@@ -116,12 +116,12 @@ typedef struct { // Private: a controller as it was looked at last.
     uint32_t bus_offs;
     uint32_t restarts;
     uint64_t overrun_ns; ///< When frames were lost last: continuous loss is reported once.
-} network_conditions_t;
+} canopen_network_conditions_t;
 
 typedef struct { // Private: SYNCs of other nodes at the last check.
     uint32_t count;
     uint64_t time_ns; ///< Of the last one; 0: none.
-} network_foreign_sync_t;
+} canopen_network_foreign_sync_t;
 
 typedef enum { // Private.
     NETWORK_RESTING,
@@ -130,17 +130,17 @@ typedef enum { // Private.
     NETWORK_IDENTIFYING,
     NETWORK_CONFIGURING,
     NETWORK_STARTING
-} network_phase_t;
+} canopen_network_phase_t;
 
 typedef struct { // Read-only outside, but for the axes of its devices.
-    network_config_t config;
+    canopen_network_config_t config;
     flow_can_t flows[NETWORK_CHANNELS];
     uint8_t channel;  ///< The active one.
     flow_can_t* flow; ///< Its flow.
     canopen_master_t master;
-    network_device_t devices[NETWORK_DEVICES_MAX];
+    canopen_network_device_t devices[NETWORK_DEVICES_MAX];
     uint8_t device_count;
-    network_phase_t phase;
+    canopen_network_phase_t phase;
     bool is_standby_missing; ///< The other channel exists, but could not be opened.
     bool is_booted;
     bool is_running; ///< Process data flow.
@@ -148,71 +148,73 @@ typedef struct { // Read-only outside, but for the axes of its devices.
     uint64_t phase_start_ns;
     uint64_t secure_start_ns;
     bool was_bus_off; ///< The controller of the active channel left the bus since the last cycle.
-    network_foreign_sync_t foreign_sync;
-    network_conditions_t told[NETWORK_CHANNELS];
-    network_fault_t faults[NETWORK_FAULTS_MAX];
+    canopen_network_foreign_sync_t foreign_sync;
+    canopen_network_conditions_t told[NETWORK_CHANNELS];
+    canopen_network_fault_t faults[NETWORK_FAULTS_MAX];
     uint8_t fault_first;
     uint8_t fault_count;
     uint32_t faults_lost; ///< Not queued: full [wraps].
 } canopen_network_t;
 
 /// Closed, no devices; counters zero.
-void network_init(canopen_network_t* network, const network_config_t* config);
+void canopen_network_init(canopen_network_t* network, const canopen_network_config_t* config);
 /// Forget the devices of an earlier open; only while closed.
-void network_clear(canopen_network_t* network);
+void canopen_network_clear(canopen_network_t* network);
 /// Add a device of a class. STATUS_OK, STATUS_NOT_FOUND (class), STATUS_EXISTS, STATUS_EXHAUSTED,
 /// STATUS_INVALID.
-MUST_USE status_t network_add(canopen_network_t* network, const char* type, uint8_t node);
+MUST_USE status_t canopen_network_add(canopen_network_t* network, const char* type, uint8_t node);
 /// Index of a node's device. STATUS_OK, STATUS_NOT_FOUND.
-MUST_USE status_t network_find(const canopen_network_t* network, uint8_t node, uint8_t* out_index);
+MUST_USE status_t canopen_network_find(const canopen_network_t* network, uint8_t node, uint8_t* out_index);
 
 /// Open both channels; `redundant_bus` is null without channel B. A channel that cannot be opened counts as
 /// absent, unless it is the active one. Statuses of flow_can_open; STATUS_NOT_FOUND also: no channel B.
-MUST_USE status_t network_open(canopen_network_t* network, const flow_resolver_t* resolver, const char* bus,
-                               const char* redundant_bus);
-/// Make a channel the active one: now, with process data stopped, or for the next network_open. Every device
-/// has to be commissioned again. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel); STATUS_NOT_FOUND (open,
-/// but without that channel).
-status_t network_select_channel(canopen_network_t* network, uint8_t channel);
+MUST_USE status_t canopen_network_open(canopen_network_t* network, const flow_resolver_t* resolver,
+                                       const char* bus, const char* redundant_bus);
+/// Make a channel the active one: now, with process data stopped, or for the next canopen_network_open. Every
+/// device has to be commissioned again. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel); STATUS_NOT_FOUND
+/// (open, but without that channel).
+status_t canopen_network_select_channel(canopen_network_t* network, uint8_t channel);
 /// Counters of both channels together.
-void network_bus_counters(const canopen_network_t* network, network_bus_counters_t* out_counters);
+void canopen_network_bus_counters(const canopen_network_t* network,
+                                  canopen_network_bus_counters_t* out_counters);
 /// With two channels: call the devices to the active one by our heartbeat. Reset all nodes, see each boot,
 /// identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node has booted again meanwhile);
-/// statuses of device_identify_step. network_take_fault returns the failed device and the reason as
-/// DEVICE_REFUSED, also for the two functions below.
-status_t network_boot(canopen_network_t* network, uint64_t now_ns);
+/// statuses of canopen_device_identify_step. canopen_network_take_fault returns the failed device and the
+/// reason as DEVICE_REFUSED, also for the two functions below.
+status_t canopen_network_boot(canopen_network_t* network, uint64_t now_ns);
 
 /// A device is lost if it does not answer `syncs` SYNCs in a row, >= 1.
-void network_set_patience(canopen_network_t* network, uint32_t syncs);
-/// Forget the settings of all devices; before network_set.
-void network_clear_settings(canopen_network_t* network);
+void canopen_network_set_patience(canopen_network_t* network, uint32_t syncs);
+/// Forget the settings of all devices; before canopen_network_set.
+void canopen_network_clear_settings(canopen_network_t* network);
 /// Append a setting for a device. STATUS_OK, STATUS_EXHAUSTED.
-MUST_USE status_t network_set(canopen_network_t* network, uint8_t index, const canopen_setting_t* setting);
+MUST_USE status_t canopen_network_set(canopen_network_t* network, uint8_t index,
+                                      const canopen_setting_t* setting);
 /// Stop process data, if they flow, and write the settings. STATUS_BUSY; STATUS_OK; statuses of
-/// setting_run_step.
-status_t network_configure(canopen_network_t* network, uint64_t now_ns);
+/// canopen_setting_run_step.
+status_t canopen_network_configure(canopen_network_t* network, uint64_t now_ns);
 /// Start process data and SYNC, and wait until each device answers. STATUS_BUSY; STATUS_OK; statuses of
-/// device_connect.
-status_t network_start(canopen_network_t* network, uint64_t now_ns);
+/// canopen_device_connect.
+status_t canopen_network_start(canopen_network_t* network, uint64_t now_ns);
 /// Abort the functions above, stop process data, devices to PRE-OPERATIONAL.
-void network_stop(canopen_network_t* network);
-/// Reset all nodes. The frame needs a cycle on the bus before network_close.
-void network_reset_nodes(canopen_network_t* network);
-void network_close(canopen_network_t* network);
+void canopen_network_stop(canopen_network_t* network);
+/// Reset all nodes. The frame needs a cycle on the bus before canopen_network_close.
+void canopen_network_reset_nodes(canopen_network_t* network);
+void canopen_network_close(canopen_network_t* network);
 
 /// Start of a cycle: take in frames, watch devices.
-void network_sense(canopen_network_t* network, uint64_t now_ns);
+void canopen_network_sense(canopen_network_t* network, uint64_t now_ns);
 /// End of a cycle: process data, requests, SYNC.
-void network_emit(canopen_network_t* network, uint64_t now_ns);
+void canopen_network_emit(canopen_network_t* network, uint64_t now_ns);
 /// Goal of all axes. A device that is lost takes no part.
-void network_set_goal(canopen_network_t* network, cia402_goal_t goal, bool may_reset_faults);
+void canopen_network_set_goal(canopen_network_t* network, canopen_cia402_goal_t goal, bool may_reset_faults);
 /// True if every axis of every device that is not lost is there, and process data flow.
-bool network_is_at_goal(const canopen_network_t* network);
+bool canopen_network_is_at_goal(const canopen_network_t* network);
 /// Take all axes that can be reached out of operation: quick stop, then no voltage. A lost device does that
 /// by itself. STATUS_BUSY; STATUS_OK. Safe to call in any condition; call again each cycle until STATUS_OK.
-status_t network_secure(canopen_network_t* network, uint64_t now_ns);
+status_t canopen_network_secure(canopen_network_t* network, uint64_t now_ns);
 
 /// Oldest fault. STATUS_OK, STATUS_EMPTY.
-MUST_USE status_t network_take_fault(canopen_network_t* network, network_fault_t* out_fault);
+MUST_USE status_t canopen_network_take_fault(canopen_network_t* network, canopen_network_fault_t* out_fault);
 
 #endif // FSW_CANOPEN_NETWORK_H

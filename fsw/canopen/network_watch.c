@@ -9,7 +9,7 @@
 #define OVERRUN_QUIET_NS 1000000000ULL // Lost frames are reported again after a second without loss.
 #define SYNC_QUIET_NS 1000000000ULL    // So are SYNCs of others.
 
-void network_tell(canopen_network_t* const network, const network_fault_t* const fault)
+void canopen_network_tell(canopen_network_t* const network, const canopen_network_fault_t* const fault)
 {
     FSW_ASSERT((network != NULL) && (fault != NULL));
     if (network->fault_count == NETWORK_FAULTS_MAX) {
@@ -21,38 +21,39 @@ void network_tell(canopen_network_t* const network, const network_fault_t* const
     network->fault_count++;
 }
 
-static void tell(canopen_network_t* const network, const network_fault_kind_t kind, const uint8_t node,
-                 const uint16_t code)
+static void tell(canopen_network_t* const network, const canopen_network_fault_kind_t kind,
+                 const uint8_t node, const uint16_t code)
 {
-    const network_fault_t fault = {.kind = kind, .node = node, .code = code};
-    network_tell(network, &fault);
+    const canopen_network_fault_t fault = {.kind = kind, .node = node, .code = code};
+    canopen_network_tell(network, &fault);
 }
 
-void network_tell_condition(canopen_network_t* const network, const uint8_t channel,
-                            const network_bus_condition_t condition)
+void canopen_network_tell_condition(canopen_network_t* const network, const uint8_t channel,
+                                    const canopen_network_bus_condition_t condition)
 {
     FSW_ASSERT(network != NULL);
     const uint16_t offset = (channel == NETWORK_CHANNEL_B) ? NETWORK_BUS_CHANNEL_B : 0U;
     tell(network, NETWORK_BUS_WARNING, 0U, (uint16_t)((uint16_t)condition + offset));
 }
 
-void network_tell_refusal(canopen_network_t* const network, const network_device_t* const place,
-                          const network_refusal_t refusal)
+void canopen_network_tell_refusal(canopen_network_t* const network,
+                                  const canopen_network_device_t* const place,
+                                  const canopen_network_refusal_t refusal)
 {
     FSW_ASSERT((network != NULL) && (place != NULL));
-    const network_fault_t fault = {
+    const canopen_network_fault_t fault = {
         .kind = NETWORK_DEVICE_REFUSED, .node = place->device.node, .refusal = refusal};
-    network_tell(network, &fault);
+    canopen_network_tell(network, &fault);
 }
 
-void network_tell_access(canopen_network_t* const network, const network_device_t* const place,
-                         const status_t status)
+void canopen_network_tell_access(canopen_network_t* const network,
+                                 const canopen_network_device_t* const place, const status_t status)
 {
     FSW_ASSERT((network != NULL) && (place != NULL));
-    const setting_run_t* const run = &place->device.run;
+    const canopen_setting_run_t* const run = &place->device.run;
     FSW_ASSERT(run->position < run->count);
     const canopen_setting_t* const setting = &run->settings[run->position];
-    network_fault_t fault                  = {.kind    = NETWORK_DEVICE_REFUSED,
+    canopen_network_fault_t fault          = {.kind    = NETWORK_DEVICE_REFUSED,
                                               .node    = place->device.node,
                                               .refusal = REFUSAL_FORMAT,
                                               .object  = ((uint32_t)setting->index << 8) | setting->subindex};
@@ -67,10 +68,10 @@ void network_tell_access(canopen_network_t* const network, const network_device_
     } else {
         // Of another size, too long, or against the protocol.
     }
-    network_tell(network, &fault);
+    canopen_network_tell(network, &fault);
 }
 
-static void tell_drive_fault(canopen_network_t* const network, network_device_t* const place,
+static void tell_drive_fault(canopen_network_t* const network, canopen_network_device_t* const place,
                              const uint16_t code)
 {
     if (!place->is_faulty) {
@@ -79,12 +80,12 @@ static void tell_drive_fault(canopen_network_t* const network, network_device_t*
     }
 }
 
-static void watch_presence(canopen_network_t* const network, network_device_t* const place)
+static void watch_presence(canopen_network_t* const network, canopen_network_device_t* const place)
 {
-    const canopen_device_t* const device = &place->device;
-    const master_node_t* const node      = &network->master.nodes[device->index];
-    const flow_can_health_t* const bus   = &network->flow->health;
-    const uint32_t silence               = network->is_running ? device_silence(device) : 0U;
+    const canopen_device_t* const device    = &place->device;
+    const canopen_master_node_t* const node = &network->master.nodes[device->index];
+    const flow_can_health_t* const bus      = &network->flow->health;
+    const uint32_t silence                  = network->is_running ? canopen_device_silence(device) : 0U;
     if (silence > 0U) {
         place->missed++;
     }
@@ -97,13 +98,13 @@ static void watch_presence(canopen_network_t* const network, network_device_t* c
     }
 }
 
-static void watch_axes(canopen_network_t* const network, network_device_t* const place)
+static void watch_axes(canopen_network_t* const network, canopen_network_device_t* const place)
 {
     for (uint8_t i = 0U; i < place->device.profile->axis_count; i++) {
-        cia402_axis_t* const axis = &place->device.axes[i];
-        cia402_axis_observe(axis);
-        const cia402_state_t state = cia402_axis_state(axis);
-        const bool is_in_fault     = (state == CIA402_FAULT) || (state == CIA402_FAULT_REACTION);
+        canopen_cia402_axis_t* const axis = &place->device.axes[i];
+        canopen_cia402_axis_observe(axis);
+        const canopen_cia402_state_t state = canopen_cia402_axis_state(axis);
+        const bool is_in_fault             = (state == CIA402_FAULT) || (state == CIA402_FAULT_REACTION);
         if (axis->has_dropped || (is_in_fault && !axis->may_reset_fault)) {
             tell_drive_fault(network, place, axis->statusword);
         }
@@ -112,13 +113,13 @@ static void watch_axes(canopen_network_t* const network, network_device_t* const
 
 static void take_emergencies(canopen_network_t* const network)
 {
-    emergency_t emergency;
-    while (master_take_emergency(&network->master, &emergency) == STATUS_OK) {
+    canopen_emergency_t emergency;
+    while (canopen_master_take_emergency(&network->master, &emergency) == STATUS_OK) {
         uint8_t index = 0U;
-        if (!network->is_booted || (network_find(network, emergency.node, &index) != STATUS_OK)) {
+        if (!network->is_booted || (canopen_network_find(network, emergency.node, &index) != STATUS_OK)) {
             continue; // The life of a node before it was commissioned does not matter.
         }
-        switch (emergency_class(emergency.code)) {
+        switch (canopen_emergency_class(emergency.code)) {
         case EMERGENCY_HIGH:
             tell_drive_fault(network, &network->devices[index], emergency.code);
             break;
@@ -135,41 +136,42 @@ static void take_emergencies(canopen_network_t* const network)
     }
 }
 
-network_conditions_t network_conditions(const flow_can_t* const flow)
+canopen_network_conditions_t canopen_network_conditions(const flow_can_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    return (network_conditions_t){.state             = flow->health.state,
-                                  .overruns          = flow->counters.overruns,
-                                  .transmit_timeouts = flow->errors.transmit_timeouts,
-                                  .bus_offs          = flow->errors.bus_offs,
-                                  .restarts          = flow->errors.restarts};
+    return (canopen_network_conditions_t){.state             = flow->health.state,
+                                          .overruns          = flow->counters.overruns,
+                                          .transmit_timeouts = flow->errors.transmit_timeouts,
+                                          .bus_offs          = flow->errors.bus_offs,
+                                          .restarts          = flow->errors.restarts};
 }
 
 static void tell_conditions(canopen_network_t* const network, const uint8_t channel,
-                            const network_conditions_t* const told, const network_conditions_t* const now)
+                            const canopen_network_conditions_t* const told,
+                            const canopen_network_conditions_t* const now)
 {
     if (now->state > told->state) {
-        network_tell_condition(network, channel, (network_bus_condition_t)now->state);
+        canopen_network_tell_condition(network, channel, (canopen_network_bus_condition_t)now->state);
     }
     const bool is_first =
         (told->overrun_ns == 0U) || ((now->overrun_ns - told->overrun_ns) >= OVERRUN_QUIET_NS);
     if ((now->overruns != told->overruns) && is_first) {
-        network_tell_condition(network, channel, NETWORK_BUS_OVERRUN);
+        canopen_network_tell_condition(network, channel, NETWORK_BUS_OVERRUN);
     }
     if (now->transmit_timeouts != told->transmit_timeouts) {
-        network_tell_condition(network, channel, NETWORK_BUS_TRANSMIT_TIMEOUT);
+        canopen_network_tell_condition(network, channel, NETWORK_BUS_TRANSMIT_TIMEOUT);
     }
     if (now->restarts != told->restarts) {
-        network_tell_condition(network, channel, NETWORK_BUS_RESTARTED);
+        canopen_network_tell_condition(network, channel, NETWORK_BUS_RESTARTED);
     }
 }
 
 /// The master's controllers. Their reports before the commissioning of the devices do not matter.
 static void watch_bus(canopen_network_t* const network, const uint8_t channel, const uint64_t now_ns)
 {
-    network_conditions_t* const told = &network->told[channel];
-    network_conditions_t now         = network_conditions(&network->flows[channel]);
-    now.overrun_ns                   = (now.overruns != told->overruns) ? now_ns : told->overrun_ns;
+    canopen_network_conditions_t* const told = &network->told[channel];
+    canopen_network_conditions_t now         = canopen_network_conditions(&network->flows[channel]);
+    now.overrun_ns                           = (now.overruns != told->overruns) ? now_ns : told->overrun_ns;
     if (network->is_booted) {
         tell_conditions(network, channel, told, &now);
     }
@@ -183,8 +185,8 @@ static void watch_bus(canopen_network_t* const network, const uint8_t channel, c
 /// master did not compute, and their answers belong to no cycle.
 static void watch_sync(canopen_network_t* const network, const uint64_t now_ns)
 {
-    network_foreign_sync_t* const told = &network->foreign_sync;
-    const uint32_t count               = network->master.counters.foreign_syncs;
+    canopen_network_foreign_sync_t* const told = &network->foreign_sync;
+    const uint32_t count                       = network->master.counters.foreign_syncs;
     if (count == told->count) {
         return;
     }
@@ -208,7 +210,7 @@ static void drain_standby(canopen_network_t* const network)
     }
 }
 
-void network_sense(canopen_network_t* const network, const uint64_t now_ns)
+void canopen_network_sense(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);
     if (!flow_can_is_open(network->flow)) {
@@ -217,7 +219,7 @@ void network_sense(canopen_network_t* const network, const uint64_t now_ns)
     for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
         flow_can_attend(&network->flows[i], now_ns);
     }
-    master_receive(&network->master, now_ns);
+    canopen_master_receive(&network->master, now_ns);
     drain_standby(network);
     take_emergencies(network);
     watch_sync(network, now_ns);
@@ -225,7 +227,7 @@ void network_sense(canopen_network_t* const network, const uint64_t now_ns)
         watch_bus(network, i, now_ns);
     }
     for (uint8_t i = 0U; network->is_booted && (i < network->device_count); i++) {
-        network_device_t* const place = &network->devices[i];
+        canopen_network_device_t* const place = &network->devices[i];
         watch_presence(network, place);
         if (network->is_running && !place->is_lost) {
             watch_axes(network, place);
@@ -233,7 +235,8 @@ void network_sense(canopen_network_t* const network, const uint64_t now_ns)
     }
 }
 
-status_t network_take_fault(canopen_network_t* const network, network_fault_t* const out_fault)
+status_t canopen_network_take_fault(canopen_network_t* const network,
+                                    canopen_network_fault_t* const out_fault)
 {
     FSW_ASSERT((network != NULL) && (out_fault != NULL));
     if (network->fault_count == 0U) {

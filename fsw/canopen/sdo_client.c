@@ -36,13 +36,13 @@ static void write_u32(uint8_t* const octets, const uint32_t value)
     }
 }
 
-void sdo_client_init(sdo_client_t* const client, const uint64_t timeout_ns)
+void canopen_sdo_client_init(canopen_sdo_client_t* const client, const uint64_t timeout_ns)
 {
     FSW_ASSERT((client != NULL) && (timeout_ns > 0U));
-    *client = (sdo_client_t){.timeout_ns = timeout_ns, .phase = SDO_IDLE, .result = STATUS_EMPTY};
+    *client = (canopen_sdo_client_t){.timeout_ns = timeout_ns, .phase = SDO_IDLE, .result = STATUS_EMPTY};
 }
 
-void sdo_client_reset(sdo_client_t* const client)
+void canopen_sdo_client_reset(canopen_sdo_client_t* const client)
 {
     FSW_ASSERT(client != NULL);
     client->phase       = SDO_IDLE;
@@ -50,7 +50,7 @@ void sdo_client_reset(sdo_client_t* const client)
     client->has_request = false;
 }
 
-static void address_request(sdo_client_t* const client, const uint8_t command)
+static void address_request(canopen_sdo_client_t* const client, const uint8_t command)
 {
     (void)memset(client->request, 0, SDO_FRAME_OCTETS);
     client->request[0]   = command;
@@ -61,7 +61,7 @@ static void address_request(sdo_client_t* const client, const uint8_t command)
     client->is_clock_due = true;
 }
 
-static void begin(sdo_client_t* const client, const sdo_phase_t phase, const uint16_t index,
+static void begin(canopen_sdo_client_t* const client, const canopen_sdo_phase_t phase, const uint16_t index,
                   const uint8_t subindex)
 {
     client->phase      = phase;
@@ -74,8 +74,8 @@ static void begin(sdo_client_t* const client, const sdo_phase_t phase, const uin
     client->moved      = 0U;
 }
 
-status_t sdo_client_download(sdo_client_t* const client, const uint16_t index, const uint8_t subindex,
-                             const uint8_t* const octets, const size_t size)
+status_t canopen_sdo_client_download(canopen_sdo_client_t* const client, const uint16_t index,
+                                     const uint8_t subindex, const uint8_t* const octets, const size_t size)
 {
     FSW_ASSERT((client != NULL) && (octets != NULL));
     if (client->phase != SDO_IDLE) {
@@ -103,7 +103,8 @@ status_t sdo_client_download(sdo_client_t* const client, const uint16_t index, c
     return STATUS_OK;
 }
 
-status_t sdo_client_upload(sdo_client_t* const client, const uint16_t index, const uint8_t subindex)
+status_t canopen_sdo_client_upload(canopen_sdo_client_t* const client, const uint16_t index,
+                                   const uint8_t subindex)
 {
     FSW_ASSERT(client != NULL);
     if (client->phase != SDO_IDLE) {
@@ -114,7 +115,7 @@ status_t sdo_client_upload(sdo_client_t* const client, const uint16_t index, con
     return STATUS_OK;
 }
 
-status_t sdo_client_result(const sdo_client_t* const client, uint32_t* const out_abort_code)
+status_t canopen_sdo_client_result(const canopen_sdo_client_t* const client, uint32_t* const out_abort_code)
 {
     FSW_ASSERT(client != NULL);
     if (out_abort_code != NULL) {
@@ -123,14 +124,14 @@ status_t sdo_client_result(const sdo_client_t* const client, uint32_t* const out
     return client->result;
 }
 
-const uint8_t* sdo_client_value(const sdo_client_t* const client, size_t* const out_size)
+const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* const client, size_t* const out_size)
 {
     FSW_ASSERT((client != NULL) && (out_size != NULL));
     *out_size = client->moved;
     return client->data;
 }
 
-static void end(sdo_client_t* const client, const status_t result)
+static void end(canopen_sdo_client_t* const client, const status_t result)
 {
     client->phase       = SDO_IDLE;
     client->result      = result;
@@ -141,7 +142,7 @@ static void end(sdo_client_t* const client, const status_t result)
 }
 
 /// End the transfer on our side and tell the server why.
-static void abort_transfer(sdo_client_t* const client, const uint32_t code, const status_t result)
+static void abort_transfer(canopen_sdo_client_t* const client, const uint32_t code, const status_t result)
 {
     end(client, result);
     client->abort_code = code;
@@ -155,7 +156,7 @@ static void abort_transfer(sdo_client_t* const client, const uint32_t code, cons
     }
 }
 
-static void send_segment(sdo_client_t* const client)
+static void send_segment(canopen_sdo_client_t* const client)
 {
     const size_t left   = client->size - client->moved;
     const size_t part   = (left < SEGMENT_OCTETS) ? left : SEGMENT_OCTETS;
@@ -169,7 +170,7 @@ static void send_segment(sdo_client_t* const client)
     client->is_clock_due = true;
 }
 
-static void ask_segment(sdo_client_t* const client)
+static void ask_segment(canopen_sdo_client_t* const client)
 {
     (void)memset(client->request, 0, SDO_FRAME_OCTETS);
     client->request[0]   = (uint8_t)((CLIENT_SEGMENT_UPLOAD << 5) | (client->toggle ? BIT_TOGGLE : 0U));
@@ -178,13 +179,13 @@ static void ask_segment(sdo_client_t* const client)
 }
 
 /// Answers to initiate requests and aborts carry the object; true if it is ours.
-static bool names_our_object(const sdo_client_t* const client, const uint8_t* const octets)
+static bool names_our_object(const canopen_sdo_client_t* const client, const uint8_t* const octets)
 {
     const uint16_t index = (uint16_t)(octets[1] | ((unsigned)octets[2] << 8));
     return (index == client->index) && (octets[3] == client->subindex);
 }
 
-static void answer_initiate_download(sdo_client_t* const client)
+static void answer_initiate_download(canopen_sdo_client_t* const client)
 {
     if (client->moved == client->size) {
         end(client, STATUS_OK);
@@ -194,7 +195,7 @@ static void answer_initiate_download(sdo_client_t* const client)
     }
 }
 
-static void answer_segment_download(sdo_client_t* const client, const uint8_t* const octets)
+static void answer_segment_download(canopen_sdo_client_t* const client, const uint8_t* const octets)
 {
     if (((octets[0] & BIT_TOGGLE) != 0U) != client->toggle) {
         abort_transfer(client, SDO_ABORT_TOGGLE, STATUS_INVALID);
@@ -206,7 +207,7 @@ static void answer_segment_download(sdo_client_t* const client, const uint8_t* c
     }
 }
 
-static void answer_initiate_upload(sdo_client_t* const client, const uint8_t* const octets)
+static void answer_initiate_upload(canopen_sdo_client_t* const client, const uint8_t* const octets)
 {
     const bool has_size = (octets[0] & BIT_SIZE) != 0U;
     if ((octets[0] & BIT_EXPEDITED) != 0U) {
@@ -226,7 +227,7 @@ static void answer_initiate_upload(sdo_client_t* const client, const uint8_t* co
     ask_segment(client);
 }
 
-static void answer_segment_upload(sdo_client_t* const client, const uint8_t* const octets)
+static void answer_segment_upload(canopen_sdo_client_t* const client, const uint8_t* const octets)
 {
     const size_t part  = SEGMENT_OCTETS - ((octets[0] >> 1) & 0x07U);
     const bool is_last = (octets[0] & BIT_LAST) != 0U;
@@ -255,7 +256,7 @@ static void answer_segment_upload(sdo_client_t* const client, const uint8_t* con
 }
 
 /// The command specifier that the present phase waits for.
-static unsigned expected_specifier(const sdo_phase_t phase)
+static unsigned expected_specifier(const canopen_sdo_phase_t phase)
 {
     switch (phase) {
     case SDO_INITIATE_DOWNLOAD:
@@ -271,7 +272,8 @@ static unsigned expected_specifier(const sdo_phase_t phase)
     }
 }
 
-void sdo_client_answer(sdo_client_t* const client, const uint8_t* const octets, const uint8_t length)
+void canopen_sdo_client_answer(canopen_sdo_client_t* const client, const uint8_t* const octets,
+                               const uint8_t length)
 {
     FSW_ASSERT((client != NULL) && (octets != NULL));
     if (length != SDO_FRAME_OCTETS) {
@@ -304,8 +306,8 @@ void sdo_client_answer(sdo_client_t* const client, const uint8_t* const octets, 
     }
 }
 
-bool sdo_client_request(sdo_client_t* const client, const uint64_t now_ns,
-                        uint8_t out_frame[SDO_FRAME_OCTETS])
+bool canopen_sdo_client_request(canopen_sdo_client_t* const client, const uint64_t now_ns,
+                                uint8_t out_frame[SDO_FRAME_OCTETS])
 {
     FSW_ASSERT((client != NULL) && (out_frame != NULL));
     if (!client->has_request && (client->phase != SDO_IDLE) && (now_ns >= client->deadline_ns)) {

@@ -4,10 +4,10 @@
 /// Step-function style: the owner passes each answer in and fetches the next request frame; a transfer ends
 /// with a result. Block transfer is not supported. An unexpected answer is counted and dropped.
 ///
-/// Ownership  The caller places sdo_client_t; the data of a transfer lies inside it.
+/// Ownership  The caller places canopen_sdo_client_t; the data of a transfer lies inside it.
 /// Context    One task.
 /// Time       Pushed in, O(1).
-/// Errors     See sdo_client_result.
+/// Errors     See canopen_sdo_client_result.
 #ifndef FSW_CANOPEN_SDO_CLIENT_H
 #define FSW_CANOPEN_SDO_CLIENT_H
 
@@ -33,7 +33,7 @@ typedef enum { // Private.
     SDO_SEGMENT_DOWNLOAD,
     SDO_INITIATE_UPLOAD,
     SDO_SEGMENT_UPLOAD
-} sdo_phase_t;
+} canopen_sdo_phase_t;
 
 typedef struct {        // [wrap]
     uint32_t transfers; ///< Ended well.
@@ -42,12 +42,12 @@ typedef struct {        // [wrap]
     uint32_t violations; ///< Ended by us: an answer against the protocol, or too long.
     uint32_t unasked;    ///< Answers without a request, or for another object.
     uint32_t malformed;  ///< Answers that were not 8 octets long.
-} sdo_counters_t;
+} canopen_sdo_counters_t;
 
 typedef struct { // Private, except counters: read-only.
     uint64_t timeout_ns;
     uint64_t deadline_ns;
-    sdo_phase_t phase;
+    canopen_sdo_phase_t phase;
     status_t result;
     uint32_t abort_code;
     uint16_t index;
@@ -59,31 +59,32 @@ typedef struct { // Private, except counters: read-only.
     uint8_t data[SDO_OCTETS_MAX];
     size_t size;  ///< Octets of the value; of an upload, as announced (0: not announced).
     size_t moved; ///< Octets transferred so far.
-    sdo_counters_t counters;
-} sdo_client_t;
+    canopen_sdo_counters_t counters;
+} canopen_sdo_client_t;
 
 /// Idle; a server must answer each request within timeout_ns.
-void sdo_client_init(sdo_client_t* client, uint64_t timeout_ns);
+void canopen_sdo_client_init(canopen_sdo_client_t* client, uint64_t timeout_ns);
 /// Abort the transfer without informing the server.
-void sdo_client_reset(sdo_client_t* client);
+void canopen_sdo_client_reset(canopen_sdo_client_t* client);
 
 /// Begin to write an object. STATUS_OK, STATUS_BUSY (a transfer is running), STATUS_TOO_LARGE, STATUS_INVALID
 /// (size 0).
-MUST_USE status_t sdo_client_download(sdo_client_t* client, uint16_t index, uint8_t subindex,
-                                      const uint8_t* octets, size_t size);
+MUST_USE status_t canopen_sdo_client_download(canopen_sdo_client_t* client, uint16_t index, uint8_t subindex,
+                                              const uint8_t* octets, size_t size);
 /// Begin to read an object. STATUS_OK, STATUS_BUSY.
-MUST_USE status_t sdo_client_upload(sdo_client_t* client, uint16_t index, uint8_t subindex);
+MUST_USE status_t canopen_sdo_client_upload(canopen_sdo_client_t* client, uint16_t index, uint8_t subindex);
 
 /// Outcome of the last transfer: STATUS_BUSY while it runs; STATUS_OK; STATUS_TIMEOUT; STATUS_FORBIDDEN (the
 /// server aborted: *out_abort_code); STATUS_INVALID (the server broke the protocol); STATUS_TOO_LARGE (upload
 /// longer than SDO_OCTETS_MAX); STATUS_EMPTY (none begun). out_abort_code may be null.
-status_t sdo_client_result(const sdo_client_t* client, uint32_t* out_abort_code);
+status_t canopen_sdo_client_result(const canopen_sdo_client_t* client, uint32_t* out_abort_code);
 /// Value read by an upload that ended in STATUS_OK; valid until the next transfer.
-const uint8_t* sdo_client_value(const sdo_client_t* client, size_t* out_size);
+const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* client, size_t* out_size);
 
 /// Take in one frame of the server.
-void sdo_client_answer(sdo_client_t* client, const uint8_t* octets, uint8_t length);
+void canopen_sdo_client_answer(canopen_sdo_client_t* client, const uint8_t* octets, uint8_t length);
 /// Next frame to the server, if one is due; also watches the deadline. True if `out_frame` was filled.
-bool sdo_client_request(sdo_client_t* client, uint64_t now_ns, uint8_t out_frame[SDO_FRAME_OCTETS]);
+bool canopen_sdo_client_request(canopen_sdo_client_t* client, uint64_t now_ns,
+                                uint8_t out_frame[SDO_FRAME_OCTETS]);
 
 #endif // FSW_CANOPEN_SDO_CLIENT_H

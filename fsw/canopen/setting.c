@@ -5,32 +5,33 @@
 
 #include <stddef.h>
 
-void setting_run_begin(setting_run_t* const run, canopen_setting_t* const settings, const uint16_t count)
+void canopen_setting_run_begin(canopen_setting_run_t* const run, canopen_setting_t* const settings,
+                               const uint16_t count)
 {
     FSW_ASSERT((run != NULL) && ((settings != NULL) || (count == 0U)));
-    *run = (setting_run_t){
+    *run = (canopen_setting_run_t){
         .settings = settings, .count = count, .result = (count > 0U) ? STATUS_BUSY : STATUS_OK};
 }
 
-static status_t start_access(const canopen_setting_t* const setting, sdo_client_t* const client)
+static status_t start_access(const canopen_setting_t* const setting, canopen_sdo_client_t* const client)
 {
     FSW_ASSERT((setting->octets >= 1U) && (setting->octets <= 8U));
     if (setting->kind != SETTING_WRITE) {
-        return sdo_client_upload(client, setting->index, setting->subindex);
+        return canopen_sdo_client_upload(client, setting->index, setting->subindex);
     }
     uint8_t octets[8];
     for (unsigned i = 0U; i < setting->octets; i++) {
         octets[i] = (uint8_t)(setting->value >> (8U * i));
     }
-    return sdo_client_download(client, setting->index, setting->subindex, octets, setting->octets);
+    return canopen_sdo_client_download(client, setting->index, setting->subindex, octets, setting->octets);
 }
 
 /// Value of a finished upload. STATUS_OK, STATUS_INVALID (another size or value).
-static status_t take_value(setting_run_t* const run, canopen_setting_t* const setting,
-                           const sdo_client_t* const client)
+static status_t take_value(canopen_setting_run_t* const run, canopen_setting_t* const setting,
+                           const canopen_sdo_client_t* const client)
 {
     size_t size                 = 0U;
-    const uint8_t* const octets = sdo_client_value(client, &size);
+    const uint8_t* const octets = canopen_sdo_client_value(client, &size);
     uint64_t value              = 0U;
     // An expedited answer without a size counts as four octets: longer than asked is cut, shorter is refused.
     if ((size < setting->octets) || ((size > setting->octets) && (size != 4U))) {
@@ -51,7 +52,7 @@ static status_t take_value(setting_run_t* const run, canopen_setting_t* const se
     return STATUS_OK;
 }
 
-status_t setting_run_step(setting_run_t* const run, sdo_client_t* const client)
+status_t canopen_setting_run_step(canopen_setting_run_t* const run, canopen_sdo_client_t* const client)
 {
     FSW_ASSERT((run != NULL) && (client != NULL));
     if (run->result != STATUS_BUSY) {
@@ -62,7 +63,7 @@ status_t setting_run_step(setting_run_t* const run, sdo_client_t* const client)
         run->is_started = (start_access(setting, client) == STATUS_OK);
         return STATUS_BUSY;
     }
-    status_t status = sdo_client_result(client, &run->abort_code);
+    status_t status = canopen_sdo_client_result(client, &run->abort_code);
     if ((status == STATUS_OK) && (setting->kind != SETTING_WRITE)) {
         status = take_value(run, setting, client);
     }

@@ -17,13 +17,13 @@ typedef enum {
     SETTING_WRITE,
     SETTING_READ,  ///< The value is stored in the list.
     SETTING_VERIFY ///< The value must be the one in the list.
-} setting_kind_t;
+} canopen_setting_kind_t;
 
 typedef struct {
     uint16_t index;
     uint8_t subindex;
     uint8_t octets; ///< 1, 2, 4 or 8.
-    setting_kind_t kind;
+    canopen_setting_kind_t kind;
     uint64_t value; ///< As on the wire; sign in two's complement of `octets`.
 } canopen_setting_t;
 
@@ -36,12 +36,12 @@ typedef struct { // Read-only outside.
     bool is_other_value; ///< The node has another value than SETTING_VERIFY wants: found.
     uint64_t found;      ///< As above, else 0.
     status_t result;     ///< STATUS_BUSY while running.
-} setting_run_t;
+} canopen_setting_run_t;
 
 /// Begin at the first setting. The list may be empty.
-void setting_run_begin(setting_run_t* run, canopen_setting_t* settings, uint16_t count);
+void canopen_setting_run_begin(canopen_setting_run_t* run, canopen_setting_t* settings, uint16_t count);
 /// Go on. STATUS_BUSY; STATUS_OK (all done); STATUS_FORBIDDEN (aborted by the node); STATUS_TIMEOUT;
 /// STATUS_INVALID (value other than expected, or of another size, or protocol broken); STATUS_TOO_LARGE.
-status_t setting_run_step(setting_run_t* run, sdo_client_t* client);
+status_t canopen_setting_run_step(canopen_setting_run_t* run, canopen_sdo_client_t* client);
 
 #endif // FSW_CANOPEN_SETTING_H

@@ -20,7 +20,7 @@
 #define RECEIVE_MAPPINGS 0x1600U
 #define EVENT_TIMER 5U ///< Subindex.
 
-static const network_config_t network_config = {
+static const canopen_network_config_t network_config = {
     .master           = {.node_id              = 0x01U,
                          .heartbeat_ns         = 20U * MILLISECOND_NS, // Devices expect it within 60 ms.
                          .heartbeat_timeout_ns = 60U * MILLISECOND_NS,
@@ -36,12 +36,12 @@ void drives_init(drives_t* const drives, subsystem_t* const generic, const flow_
 {
     FSW_ASSERT((drives != NULL) && (generic != NULL) && (resolver != NULL));
     *drives = (drives_t){.generic = generic, .resolver = resolver, .goal = CIA402_GOAL_DISABLED};
-    network_init(&drives->network, &network_config);
+    canopen_network_init(&drives->network, &network_config);
 }
 
 // ---- Events -------------------------------------------------------------------------------------
 
-static void raise_fault(drives_t* const drives, const network_fault_t* const fault)
+static void raise_fault(drives_t* const drives, const canopen_network_fault_t* const fault)
 {
     static const char* const names[] = {
         [NETWORK_DEVICE_LOST] = "DEVICE_LOST",       [NETWORK_DRIVE_FAULT] = "DRIVE_FAULT",
@@ -71,8 +71,8 @@ static void raise_fault(drives_t* const drives, const network_fault_t* const fau
 
 static void raise_faults(drives_t* const drives)
 {
-    network_fault_t fault;
-    while (network_take_fault(&drives->network, &fault) == STATUS_OK) {
+    canopen_network_fault_t fault;
+    while (canopen_network_take_fault(&drives->network, &fault) == STATUS_OK) {
         raise_fault(drives, &fault);
     }
 }
@@ -97,7 +97,7 @@ static status_t add_devices(drives_t* const drives, const descriptor_endnode_t**
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     *out_buses                                     = NULL;
-    network_clear(&drives->network);
+    canopen_network_clear(&drives->network);
     for (uint16_t i = 0U; i < descriptor->device_count; i++) {
         const descriptor_device_t* const device   = &descriptor->devices[i];
         const descriptor_endnode_t* const endnode = can_endnode(descriptor, device);
@@ -112,10 +112,10 @@ static status_t add_devices(drives_t* const drives, const descriptor_endnode_t**
             return STATUS_INVALID;
         }
         uint8_t index = 0U;
-        if (network_find(&drives->network, endnode->node, &index) == STATUS_OK) {
+        if (canopen_network_find(&drives->network, endnode->node, &index) == STATUS_OK) {
             continue; // Named by another configuration as well.
         }
-        const status_t status = network_add(&drives->network, device->type, endnode->node);
+        const status_t status = canopen_network_add(&drives->network, device->type, endnode->node);
         if (status != STATUS_OK) {
             return status;
         }
@@ -133,7 +133,7 @@ static status_t open_bus(drives_t* const drives)
     status_t status                   = add_devices(drives, &buses);
     if (status == STATUS_OK) {
         const char* const channel_b = (buses->redundant_bus[0] != '\0') ? buses->redundant_bus : NULL;
-        status                      = network_open(&drives->network, drives->resolver, buses->bus, channel_b);
+        status = canopen_network_open(&drives->network, drives->resolver, buses->bus, channel_b);
     }
     if (status == STATUS_OK) {
         drives->goal          = CIA402_GOAL_DISABLED;
@@ -156,7 +156,7 @@ void drives_give_back(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
     if (drives->is_borrowed) {
-        network_close(&drives->network);
+        canopen_network_close(&drives->network);
     }
     drives->is_borrowed = false;
 }
@@ -169,7 +169,7 @@ status_t drives_hardware_init(drives_t* const drives)
         return opened;
     }
     drives->is_borrowed   = false;
-    const status_t status = network_boot(&drives->network, subsystem_now_ns(drives->generic));
+    const status_t status = canopen_network_boot(&drives->network, subsystem_now_ns(drives->generic));
     raise_faults(drives); // Before the failure that they explain.
     return status;
 }
@@ -190,7 +190,7 @@ static status_t add_settings(drives_t* const drives, const descriptor_device_t* 
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     const descriptor_endnode_t* const endnode      = can_endnode(descriptor, device);
     uint8_t index                                  = 0U;
-    if ((endnode == NULL) || (network_find(&drives->network, endnode->node, &index) != STATUS_OK)) {
+    if ((endnode == NULL) || (canopen_network_find(&drives->network, endnode->node, &index) != STATUS_OK)) {
         return STATUS_NOT_FOUND;
     }
     status_t status = STATUS_OK;
@@ -201,7 +201,7 @@ static status_t add_settings(drives_t* const drives, const descriptor_device_t* 
                                                     .octets   = (uint8_t)value_size(source->type),
                                                     .kind     = SETTING_WRITE,
                                                     .value    = value_of(drives, source)};
-        status                                   = network_set(&drives->network, index, &setting);
+        status                                   = canopen_network_set(&drives->network, index, &setting);
     }
     return status;
 }
@@ -211,15 +211,16 @@ static void set_patience(drives_t* const drives, const descriptor_configuration_
     const uint64_t deadline_ns = subsystem_device_deadline_ns(drives->generic);
     const uint64_t period_ns   = (uint64_t)configuration->sampling_us * 1000U;
     const uint64_t syncs       = (deadline_ns + period_ns - 1U) / period_ns;
-    network_set_patience(&drives->network, (syncs > LOST_AFTER_SYNCS) ? (uint32_t)syncs : LOST_AFTER_SYNCS);
+    canopen_network_set_patience(&drives->network,
+                                 (syncs > LOST_AFTER_SYNCS) ? (uint32_t)syncs : LOST_AFTER_SYNCS);
 }
 
 static status_t begin_configuration(drives_t* const drives,
                                     const descriptor_configuration_t* const configuration)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    network_stop(&drives->network);
-    network_clear_settings(&drives->network);
+    canopen_network_stop(&drives->network);
+    canopen_network_clear_settings(&drives->network);
     drives->configuration = configuration;
     drives->is_written    = false;
     drives->goal          = CIA402_GOAL_DISABLED;
@@ -240,15 +241,15 @@ status_t drives_configure(drives_t* const drives, const descriptor_configuration
     status_t status   = is_new ? begin_configuration(drives, configuration) : STATUS_OK;
     drives->called_ns = now_ns;
     if ((status == STATUS_OK) && !drives->is_written) {
-        status             = network_configure(&drives->network, now_ns);
+        status             = canopen_network_configure(&drives->network, now_ns);
         drives->is_written = (status == STATUS_OK);
     }
     if ((status == STATUS_OK) && drives->is_written) {
-        status = network_start(&drives->network, now_ns);
+        status = canopen_network_start(&drives->network, now_ns);
     }
     raise_faults(drives);
     if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
-        network_stop(&drives->network);
+        canopen_network_stop(&drives->network);
         drives->configuration = NULL;
     }
     return status;
@@ -270,7 +271,7 @@ int drives_mode(const subsystem_descriptor_t* const descriptor, const descriptor
 status_t drives_post(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
-    network_stop(&drives->network);
+    canopen_network_stop(&drives->network);
     drives->configuration = NULL;
     drives->goal          = CIA402_GOAL_DISABLED;
     return STATUS_OK;
@@ -285,11 +286,11 @@ status_t drives_hardware_deinit(drives_t* const drives)
         return STATUS_OK;
     }
     if (!drives->is_closing) {
-        network_reset_nodes(&drives->network);
+        canopen_network_reset_nodes(&drives->network);
         drives->is_closing = true;
         return STATUS_BUSY;
     }
-    network_close(&drives->network);
+    canopen_network_close(&drives->network);
     drives->is_closing = false;
     return STATUS_OK;
 }
@@ -298,29 +299,29 @@ void drives_release(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
     if ((drives->network.flow != NULL) && flow_can_is_open(drives->network.flow)) {
-        network_close(&drives->network);
+        canopen_network_close(&drives->network);
     }
 }
 
 // ---- The cycle ----------------------------------------------------------------------------------
 
-status_t drives_go(drives_t* const drives, const cia402_goal_t goal)
+status_t drives_go(drives_t* const drives, const canopen_cia402_goal_t goal)
 {
     FSW_ASSERT(drives != NULL);
     if (goal != drives->goal) {
         // A fault may be reset on the way out of the safe state, never on the way into operation.
-        network_set_goal(&drives->network, goal, goal == CIA402_GOAL_STANDBY);
+        canopen_network_set_goal(&drives->network, goal, goal == CIA402_GOAL_STANDBY);
         drives->goal = goal;
         return STATUS_BUSY; // Earlier messages of the devices are older than this command.
     }
-    return network_is_at_goal(&drives->network) ? STATUS_OK : STATUS_BUSY;
+    return canopen_network_is_at_goal(&drives->network) ? STATUS_OK : STATUS_BUSY;
 }
 
 status_t drives_secure(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
     drives->goal = CIA402_GOAL_DISABLED;
-    return network_secure(&drives->network, subsystem_now_ns(drives->generic));
+    return canopen_network_secure(&drives->network, subsystem_now_ns(drives->generic));
 }
 
 /// True if some device of the descriptor has a channel B.
@@ -342,7 +343,7 @@ status_t drives_select_channel(drives_t* const drives, const uint8_t channel)
     if ((channel == NETWORK_CHANNEL_B) && !has_channel_b(descriptor)) {
         return STATUS_OUT_OF_RANGE;
     }
-    const status_t status                 = network_select_channel(&drives->network, channel);
+    const status_t status                 = canopen_network_select_channel(&drives->network, channel);
     const descriptor_event_t* const event = descriptor_find_event_name(descriptor, "CHANNEL_SELECTED");
     if ((status == STATUS_OK) && (event != NULL)) {
         (void)subsystem_raise(drives->generic, event->id, &channel, 1U);
@@ -357,17 +358,17 @@ void drives_sense(drives_t* const drives)
     const bool is_given_up = (drives->configuration != NULL) && !drives->network.is_running &&
                              ((now_ns - drives->called_ns) > CONFIGURE_GAP_NS);
     if (is_given_up) { // Its time was over: no SYNC for devices that are not commissioned.
-        network_stop(&drives->network);
+        canopen_network_stop(&drives->network);
         drives->configuration = NULL;
     }
-    network_sense(&drives->network, now_ns);
+    canopen_network_sense(&drives->network, now_ns);
     raise_faults(drives);
 }
 
 void drives_emit(drives_t* const drives)
 {
     FSW_ASSERT(drives != NULL);
-    network_emit(&drives->network, subsystem_now_ns(drives->generic));
+    canopen_network_emit(&drives->network, subsystem_now_ns(drives->generic));
 }
 
 /// Place in the network of a device of the applied configuration. STATUS_OK, STATUS_NOT_FOUND.
@@ -380,7 +381,8 @@ static status_t place_of(const drives_t* const drives, const uint16_t position, 
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     const descriptor_endnode_t* const endnode =
         can_endnode(descriptor, &descriptor->devices[configuration->first_device + position]);
-    return (endnode != NULL) ? network_find(&drives->network, endnode->node, out_index) : STATUS_NOT_FOUND;
+    return (endnode != NULL) ? canopen_network_find(&drives->network, endnode->node, out_index)
+                             : STATUS_NOT_FOUND;
 }
 
 canopen_device_t* drives_device(drives_t* const drives, const uint16_t position)

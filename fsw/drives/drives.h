@@ -6,9 +6,9 @@
 /// their settings and their end nodes come from the descriptor: in HARDWARE_INIT all devices that any
 /// configuration names are brought up, in PRE_OPERATIONAL those get their settings that the configuration
 /// names. Faults become the events DEVICE_LOST, DRIVE_FAULT {node u8, code u16}, DRIVE_WARNING, BUS_WARNING
-/// {node u8, code u16}, DEVICE_REFUSED {node u8, reason u8 as network_refusal_t, object u32, detail u32} and
-/// FOREIGN_SYNC, if the descriptor has them; CHANNEL_SELECTED {channel u8} reports the selection of a
-/// channel.
+/// {node u8, code u16}, DEVICE_REFUSED {node u8, reason u8 as canopen_network_refusal_t, object u32, detail
+/// u32} and FOREIGN_SYNC, if the descriptor has them; CHANNEL_SELECTED {channel u8} reports the selection of
+/// a channel.
 ///
 /// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
 /// Context    The subsystem's task. Never blocks.
@@ -41,7 +41,7 @@ typedef struct { // Private, except network: as network.h says.
     subsystem_t* generic;
     const flow_resolver_t* resolver;
     canopen_network_t network;
-    cia402_goal_t goal;
+    canopen_cia402_goal_t goal;
     const descriptor_configuration_t* configuration; ///< Being applied, or applied.
     uint64_t called_ns;                              ///< Last call of drives_configure.
     bool is_written;                                 ///< The settings are in the devices.
@@ -58,7 +58,7 @@ void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* 
 
 /// Open the bus, boot and identify the devices. STATUS_BUSY; STATUS_OK; STATUS_INVALID (a device without a
 /// CAN end node, or on another bus than the others); STATUS_NOT_FOUND (device class, or bus); statuses of
-/// network_add, network_open and network_boot.
+/// canopen_network_add, canopen_network_open and canopen_network_boot.
 status_t drives_hardware_init(drives_t* drives);
 /// Open the bus for frames outside of the cycle, in any state; devices do not change. Statuses of
 /// drives_hardware_init but STATUS_BUSY.
@@ -66,11 +66,11 @@ status_t drives_borrow(drives_t* drives);
 /// Close the bus if it was borrowed, and HARDWARE_INIT has not come meanwhile.
 void drives_give_back(drives_t* drives);
 /// Settings into the devices, process data on; the axes stay without voltage. STATUS_BUSY; STATUS_OK;
-/// STATUS_NOT_FOUND (device not brought up); STATUS_EXHAUSTED (settings); statuses of network_configure and
-/// _start.
+/// STATUS_NOT_FOUND (device not brought up); STATUS_EXHAUSTED (settings); statuses of
+/// canopen_network_configure and _start.
 status_t drives_configure(drives_t* drives, const descriptor_configuration_t* configuration);
 /// All axes to a goal. STATUS_BUSY; STATUS_OK.
-status_t drives_go(drives_t* drives, cia402_goal_t goal);
+status_t drives_go(drives_t* drives, canopen_cia402_goal_t goal);
 /// Safe state, from any condition. STATUS_BUSY; STATUS_OK.
 status_t drives_secure(drives_t* drives);
 /// Process data off. STATUS_OK.

@@ -81,7 +81,7 @@ static status_t object_of(const drives_t* const drives, const pus_device_action_
         out_object->is_read  = (action->kind == PUS_DEVICE_ACQUIRE);
     }
     if ((node > UINT8_MAX) ||
-        (network_find(&drives->network, (uint8_t)node, &out_object->device) != STATUS_OK)) {
+        (canopen_network_find(&drives->network, (uint8_t)node, &out_object->device) != STATUS_OK)) {
         return STATUS_NOT_FOUND;
     }
     const bool is_written = !out_object->is_read && (out_object->quantity == NULL);
@@ -109,7 +109,7 @@ static status_t fail(pus_device_result_t* const out_result, const uint16_t code,
     return STATUS_IO;
 }
 
-static sdo_client_t* client_of(drives_t* const drives, const uint8_t device)
+static canopen_sdo_client_t* client_of(drives_t* const drives, const uint8_t device)
 {
     return &drives->network.master.nodes[drives->network.devices[device].device.index].sdo;
 }
@@ -157,10 +157,11 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
     }
     uint8_t octets[SDO_OCTETS_MAX] = {0U};
     data_of(action, &object, octets);
-    sdo_client_t* const client = client_of(drives, object.device);
+    canopen_sdo_client_t* const client = client_of(drives, object.device);
     const status_t status =
-        object.is_read ? sdo_client_upload(client, object.index, object.subindex)
-                       : sdo_client_download(client, object.index, object.subindex, octets, object.length);
+        object.is_read
+            ? canopen_sdo_client_upload(client, object.index, object.subindex)
+            : canopen_sdo_client_download(client, object.index, object.subindex, octets, object.length);
     if (status != STATUS_OK) {
         return STATUS_FULL;
     }
@@ -174,11 +175,11 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
 }
 
 /// The value that was read.
-static status_t take_value(const drives_transfer_t* const transfer, const sdo_client_t* const client,
+static status_t take_value(const drives_transfer_t* const transfer, const canopen_sdo_client_t* const client,
                            pus_device_result_t* const out_result)
 {
     size_t size                 = 0U;
-    const uint8_t* const octets = sdo_client_value(client, &size);
+    const uint8_t* const octets = canopen_sdo_client_value(client, &size);
     if ((transfer->length != 0U) && (size != transfer->length)) {
         return fail(out_result, DRIVES_ACCESS_WRONG, DRIVES_ACCESS_WRONG);
     }
@@ -201,9 +202,10 @@ static status_t poll(void* const context, const uint8_t slot, pus_device_result_
     if (transfer->is_pulse) {
         return drives_supply_poll(drives);
     }
-    const sdo_client_t* const client = client_of(drives, transfer->device);
-    uint32_t abort_code              = 0U;
-    status_t status = drives->network.is_running ? sdo_client_result(client, &abort_code) : STATUS_CLOSED;
+    const canopen_sdo_client_t* const client = client_of(drives, transfer->device);
+    uint32_t abort_code                      = 0U;
+    status_t status =
+        drives->network.is_running ? canopen_sdo_client_result(client, &abort_code) : STATUS_CLOSED;
     if (status == STATUS_BUSY) {
         return status;
     }
@@ -232,7 +234,7 @@ static void abandon(void* const context, const uint8_t slot)
         return;
     }
     if (drives->network.is_running) { // Else the client is no longer ours.
-        sdo_client_reset(client_of(drives, device));
+        canopen_sdo_client_reset(client_of(drives, device));
     }
     drives->access.owners[device] = 0U;
 }

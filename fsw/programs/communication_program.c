@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/programs/ground_key.h"
-#include "fsw/programs/member.h"
-#include "fsw/programs/program.h"
+#include "fsw/programs/subsystem_host.h"
+#include "fsw/programs/component_instance.h"
 #include "fsw/subsystems/communication/communication.h"
 #include "generated/communication_services.h"
 #include "osal/include/osal/console.h"
@@ -10,7 +10,7 @@
 #define OWED_TRIES 50U ///< Five seconds of wall-clock time for octets that were announced.
 
 typedef struct {
-    member_t member;
+    subsystem_host_t host;
     communication_t communication;
     communication_services_t services;
     ground_key_t key;
@@ -21,45 +21,46 @@ static communication_program_t storage;
 
 static void sent(void* const context, const uint16_t peer_port, const uint32_t octets)
 {
-    seat_t* const seat = (seat_t*)context;
-    const unsigned operator= run_operator(seat->run);
-    if ((seat->clock.mode == OSAL_CLOCK_STEPPED) &&
-        (osal_calendar_stream_port(seat->clock.calendar, operator) == peer_port)) {
-        osal_clock_deliver(&seat->clock, operator, OSAL_CALENDAR_ANY_LIFE, 0U, octets);
+    component_runtime_t* const runtime = (component_runtime_t*)context;
+    const unsigned operator= run_operator(runtime->run);
+    if ((runtime->clock.mode == OSAL_CLOCK_STEPPED) &&
+        (osal_lockstep_stream_port(runtime->clock.scheduler, operator) == peer_port)) {
+        osal_clock_deliver(&runtime->clock, operator, OSAL_LOCKSTEP_ANY_LIFE, 0U, octets);
     }
 }
 
 static uint16_t participant_port(void* const context)
 {
-    const seat_t* const seat = (const seat_t*)context;
-    return (seat->clock.mode == OSAL_CLOCK_STEPPED)
-               ? osal_calendar_stream_port(seat->clock.calendar, run_operator(seat->run))
+    const component_runtime_t* const runtime = (const component_runtime_t*)context;
+    return (runtime->clock.mode == OSAL_CLOCK_STEPPED)
+               ? osal_lockstep_stream_port(runtime->clock.scheduler, run_operator(runtime->run))
                : 0U;
 }
 
 static void served(void* const context, const uint16_t port)
 {
-    const seat_t* const seat = (const seat_t*)context;
-    osal_calendar_serve_stream(seat->clock.calendar, run_operator(seat->run), port, seat->clock.participant);
+    const component_runtime_t* const runtime = (const component_runtime_t*)context;
+    osal_lockstep_serve_stream(runtime->clock.scheduler, run_operator(runtime->run), port,
+                               runtime->clock.participant);
 }
 
 static void cut(void* const context, const uint16_t port)
 {
-    const seat_t* const seat = (const seat_t*)context;
-    osal_calendar_cut_stream(seat->clock.calendar, run_operator(seat->run), port);
+    const component_runtime_t* const runtime = (const component_runtime_t*)context;
+    osal_lockstep_cut_stream(runtime->clock.scheduler, run_operator(runtime->run), port);
 }
 
 static void intruded(void* const context)
 {
-    const seat_t* const seat = (const seat_t*)context;
-    __atomic_store_n(&seat->run->is_intruded, 1U, __ATOMIC_RELAXED);
+    const component_runtime_t* const runtime = (const component_runtime_t*)context;
+    __atomic_store_n(&runtime->run->is_intruded, 1U, __ATOMIC_RELAXED);
 }
 
 /// Wait for a short wall-clock time, or until packets arrive.
 static void await(communication_program_t* const self)
 {
-    osal_socket_t* sockets[SEAT_SOCKETS_MAX];
-    const size_t count = communication_sockets(&self->communication, sockets, SEAT_SOCKETS_MAX);
+    osal_socket_t* sockets[COMPONENT_RUNTIME_SOCKETS_MAX];
+    const size_t count = communication_sockets(&self->communication, sockets, COMPONENT_RUNTIME_SOCKETS_MAX);
     for (size_t i = count; i > 0U; i--) { // The listener is the first.
         if (osal_socket_wait_readable(sockets[i - 1U], OWED_PATIENCE_MS / (uint32_t)count) == STATUS_OK) {
             break;
@@ -85,9 +86,9 @@ static void take_in(communication_program_t* const self, const uint32_t octets_d
 static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
 {
     communication_program_t* const self = (communication_program_t*)context;
-    component_tell_time(&self->member.component, now_ns);
+    subsystem_tell_time(&self->host.component, now_ns);
     take_in(self, octets_due);
-    const uint64_t wake_ns = member_step(&self->member, now_ns);
+    const uint64_t wake_ns = subsystem_host_step(&self->host, now_ns);
     communication_send_out(&self->communication);
     return wake_ns;
 }
@@ -118,27 +119,28 @@ static void close_it(void* const context)
     if (self->has_key) {
         ground_key_close(&self->key);
     }
-    member_close(&self->member);
+    subsystem_host_close(&self->host);
 }
 
-bool communication_open(seat_t* const seat, program_t* const out_program)
+bool communication_open(component_runtime_t* const runtime, component_instance_t* const out_instance)
 {
-    const communication_hooks_t hooks = {seat, sent, participant_port, served, cut, intruded};
-    if (!member_load(&storage.member, seat, COMMUNICATION_INTERFACE_HASH, communication_callbacks())) {
+    const communication_hooks_t hooks = {runtime, sent, participant_port, served, cut, intruded};
+    if (!subsystem_host_load(&storage.host, runtime, COMMUNICATION_INTERFACE_HASH,
+                             communication_callbacks())) {
         return false;
     }
-    communication_init(&storage.communication, &storage.member.component, &seat->uplink, &hooks,
-                       seat->run->ground_descriptor);
-    secure(&storage, seat->run->key);
-    member_begin(&storage.member, &storage.communication,
-                 (component_services_t){&storage.services, communication_add_services});
-    *out_program = (program_t){.self          = &storage,
-                               .step          = step,
-                               .sockets       = sockets_of,
-                               .link_datagram = member_link_datagram,
-                               .close         = close_it,
-                               .component     = &storage.member.component,
-                               .storage       = &storage,
-                               .size          = sizeof storage};
+    communication_init(&storage.communication, &storage.host.component, &runtime->uplink, &hooks,
+                       runtime->run->ground_descriptor);
+    secure(&storage, runtime->run->key);
+    subsystem_host_begin(&storage.host, &storage.communication,
+                         (subsystem_services_t){&storage.services, communication_add_services});
+    *out_instance = (component_instance_t){.self          = &storage,
+                                           .step          = step,
+                                           .sockets       = sockets_of,
+                                           .link_datagram = subsystem_host_link_datagram,
+                                           .close         = close_it,
+                                           .component     = &storage.host.component,
+                                           .storage       = &storage,
+                                           .size          = sizeof storage};
     return true;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/programs/executive.h"
 
-#include "fsw/programs/foreign.h"
+#include "fsw/programs/remote_endian.h"
 #include "fsw/programs/loop_tasks.h"
-#include "fsw/programs/program.h"
+#include "fsw/programs/component_instance.h"
 #include "base/text.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/console.h"
@@ -15,23 +15,23 @@
 #define REAL_WAIT_MAX_NS 50000000ULL ///< Real time: look at least so often whether the run has ended.
 
 typedef struct { // All storage that the program itself needs, in addition to its component's.
-    seat_t seat;
+    component_runtime_t runtime;
     const mission_scope_t* scope;
     mission_descriptor_t mission;
     subsystem_descriptor_t own;
-    seat_reader_t reader;
+    component_runtime_reader_t reader;
     osal_shm_t run_shm;
-    osal_shm_t calendar_shm;
+    osal_shm_t scheduler_shm;
     loop_tasks_t loop_tasks;
-    foreign_t foreign;
-    bool is_foreign; // Takes part by way of a stand-in.
+    remote_endian_t remote;
+    bool is_remote_endian; // Takes part by way of a proxy.
 } executive_t;
 
 static executive_t storage;
 
 static int complain(const char* const executable, const char* const what)
 {
-    char line[SEAT_ERROR_MAX + 64U];
+    char line[COMPONENT_RUNTIME_ERROR_MAX + 64U];
     text_t text = text_in(line, sizeof line);
     text_add(&text, executable);
     text_add(&text, ": ");
@@ -54,72 +54,72 @@ static unsigned number_of(const char* const digits)
 }
 
 /// Null, or what is wrong.
-static const char* take_seat(run_block_t* const run, const unsigned component,
-                             osal_calendar_t* const calendar)
+static const char* take_runtime(run_state_t* const run, const unsigned component,
+                                osal_lockstep_t* const scheduler)
 {
-    seat_reader_init(&storage.reader);
+    component_runtime_reader_init(&storage.reader);
     if (descriptor_load_mission(&storage.reader.loader, run->mission_path, run->components[component].apid,
                                 storage.scope, &storage.mission, &storage.own) != STATUS_OK) {
         return descriptor_error(&storage.reader.loader);
     }
-    const seat_surroundings_t surroundings = {
-        .run = run, .mission = &storage.mission, .reader = &storage.reader, .calendar = calendar};
-    return (seat_take(&storage.seat, &surroundings, &storage.own, component) == STATUS_OK)
+    const component_runtime_surroundings_t surroundings = {
+        .run = run, .mission = &storage.mission, .reader = &storage.reader, .scheduler = scheduler};
+    return (component_runtime_take(&storage.runtime, &surroundings, &storage.own, component) == STATUS_OK)
                ? NULL
-               : storage.seat.error;
+               : storage.runtime.error;
 }
 
 static const char* open_run(const char* const name, const unsigned component,
-                            osal_calendar_t** const out_calendar)
+                            osal_lockstep_t** const out_scheduler)
 {
-    run_block_t* run = NULL;
-    char calendar_name[RUN_NAME_MAX];
-    *out_calendar = NULL;
-    if (run_block_attach(&storage.run_shm, name, &run) != STATUS_OK) {
+    run_state_t* run = NULL;
+    char scheduler_name[RUN_NAME_MAX];
+    *out_scheduler = NULL;
+    if (run_state_attach(&storage.run_shm, name, &run) != STATUS_OK) {
         return "there is no such run; programs of a mission are started by `hirosco run`";
     }
     if (component >= run->component_count) {
         return "the run has no such component";
     }
     if (run->is_stepped) {
-        if (!run_name(run, "calendar", 0U, calendar_name, sizeof calendar_name) ||
-            (osal_shm_open(&storage.calendar_shm, calendar_name) != STATUS_OK)) {
-            return "the run's calendar is gone";
+        if (!run_name(run, "scheduler", 0U, scheduler_name, sizeof scheduler_name) ||
+            (osal_shm_open(&storage.scheduler_shm, scheduler_name) != STATUS_OK)) {
+            return "the run's scheduler is gone";
         }
-        *out_calendar = osal_calendar_attach(osal_shm_address(&storage.calendar_shm));
+        *out_scheduler = osal_lockstep_attach(osal_shm_address(&storage.scheduler_shm));
     }
-    return take_seat(run, component, *out_calendar);
+    return take_runtime(run, component, *out_scheduler);
 }
 
 /// Null, or what is wrong.
-static const char* join_by_stand_in(const unsigned descriptor)
+static const char* join_by_proxy(const unsigned descriptor)
 {
-    foreign_t* const foreign = &storage.foreign;
-    storage.is_foreign       = true;
+    remote_endian_t* const remote = &storage.remote;
+    storage.is_remote_endian      = true;
     const status_t joined =
-        (descriptor != UINT32_MAX) ? foreign_join(foreign, (int)descriptor) : STATUS_INVALID;
+        (descriptor != UINT32_MAX) ? remote_endian_join(remote, (int)descriptor) : STATUS_INVALID;
     if (joined != STATUS_OK) {
-        return "the stand-in has sent no run; `hirosco run --foreign SUBSYSTEM` starts both";
+        return "the proxy has sent no run; `hirosco run --foreign SUBSYSTEM` starts both";
     }
-    const char* const error = take_seat(&foreign->run, foreign->component, NULL);
+    const char* const error = take_runtime(&remote->run, remote->component, NULL);
     if (error == NULL) {
-        foreign_serve(foreign, &storage.seat);
+        remote_endian_serve(remote, &storage.runtime);
     }
     return error;
 }
 
 /// In real time each service loop has its own task.
-static bool start_loop_tasks(const program_t* const program)
+static bool start_loop_tasks(const component_instance_t* const instance)
 {
-    const seat_t* const seat = &storage.seat;
-    return (seat->clock.mode != OSAL_CLOCK_REAL) || (program->component == NULL) ||
-           (loop_tasks_start(&storage.loop_tasks, program->component, seat->run->origin_ns) == STATUS_OK);
+    const component_runtime_t* const runtime = &storage.runtime;
+    return (runtime->clock.mode != OSAL_CLOCK_REAL) || (instance->component == NULL) ||
+           (loop_tasks_start(&storage.loop_tasks, instance->component, runtime->run->origin_ns) == STATUS_OK);
 }
 
 /// Report on the console the real-time attributes that the system has not granted.
 static void note_attributes(const char* const executable)
 {
-    const osal_clock_t* const clock = &storage.seat.clock;
+    const osal_clock_t* const clock = &storage.runtime.clock;
     if (clock->mode != OSAL_CLOCK_REAL) {
         return;
     }
@@ -132,13 +132,13 @@ static void note_attributes(const char* const executable)
 }
 
 /// Where time is real, the loop runs at the priority that the descriptor gives it.
-static void follow_priority(const char* const executable, const program_t* const program,
+static void follow_priority(const char* const executable, const component_instance_t* const instance,
                             uint8_t* const priority)
 {
-    if ((storage.seat.clock.mode != OSAL_CLOCK_REAL) || (program->component == NULL)) {
+    if ((storage.runtime.clock.mode != OSAL_CLOCK_REAL) || (instance->component == NULL)) {
         return;
     }
-    const uint8_t wanted = component_priority(program->component);
+    const uint8_t wanted = subsystem_component_priority(instance->component);
     if (wanted == *priority) {
         return;
     }
@@ -149,77 +149,81 @@ static void follow_priority(const char* const executable, const program_t* const
 }
 
 /// Run until the end of the run, or until the process is asked to end. STATUS_OK, STATUS_CLOSED; others:
-/// protocol error between the stand-in and this program.
-static status_t loop(const char* const executable, const program_t* const program)
+/// protocol error between the proxy and this program.
+static status_t loop(const char* const executable, const component_instance_t* const instance)
 {
-    seat_t* const seat = &storage.seat;
-    uint64_t wake_ns   = 0U;
-    uint8_t priority   = 0U;
+    component_runtime_t* const runtime = &storage.runtime;
+    uint64_t wake_ns                   = 0U;
+    uint8_t priority                   = 0U;
     for (;;) {
-        osal_socket_t* sockets[SEAT_SOCKETS_MAX];
-        size_t count = seat_sockets(seat, sockets, SEAT_SOCKETS_MAX);
-        if (program->sockets != NULL) {
-            count += program->sockets(program->self, &sockets[count], SEAT_SOCKETS_MAX - count);
+        osal_socket_t* sockets[COMPONENT_RUNTIME_SOCKETS_MAX];
+        size_t count = component_runtime_sockets(runtime, sockets, COMPONENT_RUNTIME_SOCKETS_MAX);
+        if (instance->sockets != NULL) {
+            count +=
+                instance->sockets(instance->self, &sockets[count], COMPONENT_RUNTIME_SOCKETS_MAX - count);
         }
-        if (seat->clock.mode == OSAL_CLOCK_REAL) {
-            const uint64_t latest_ns = osal_clock_now_ns(&seat->clock) + REAL_WAIT_MAX_NS;
+        if (runtime->clock.mode == OSAL_CLOCK_REAL) {
+            const uint64_t latest_ns = osal_clock_now_ns(&runtime->clock) + REAL_WAIT_MAX_NS;
             wake_ns                  = (wake_ns < latest_ns) ? wake_ns : latest_ns;
         }
-        const status_t status = storage.is_foreign ? foreign_wait(&storage.foreign, wake_ns)
-                                                   : osal_clock_wait(&seat->clock, wake_ns, sockets, count);
+        const status_t status = storage.is_remote_endian
+                                    ? remote_endian_wait(&storage.remote, wake_ns)
+                                    : osal_clock_wait(&runtime->clock, wake_ns, sockets, count);
         if ((status != STATUS_OK) || (osal_process_stop_count() > 0U)) {
             return status;
         }
-        if (seat->clock.mode == OSAL_CLOCK_REAL) {
-            run_block_wake(seat->run, seat->component, osal_clock_now_ns(&seat->clock));
+        if (runtime->clock.mode == OSAL_CLOCK_REAL) {
+            run_state_wake(runtime->run, runtime->component, osal_clock_now_ns(&runtime->clock));
         }
-        seat_pump(seat, osal_clock_messages_due(&seat->clock), program->link_datagram, program->self);
-        wake_ns = program->step(program->self, osal_clock_now_ns(&seat->clock),
-                                osal_clock_octets_due(&seat->clock));
-        run_block_beat(seat->run, seat->component, osal_clock_now_ns(&seat->clock), wake_ns);
-        seat_watch_supervisor(seat, seat->clock.calendar, osal_clock_now_ns(&seat->clock));
-        follow_priority(executable, program, &priority);
+        component_runtime_pump(runtime, osal_clock_messages_due(&runtime->clock), instance->link_datagram,
+                               instance->self);
+        wake_ns = instance->step(instance->self, osal_clock_now_ns(&runtime->clock),
+                                 osal_clock_octets_due(&runtime->clock));
+        run_state_beat(runtime->run, runtime->component, osal_clock_now_ns(&runtime->clock), wake_ns);
+        component_runtime_watch_supervisor(runtime, runtime->clock.scheduler,
+                                           osal_clock_now_ns(&runtime->clock));
+        follow_priority(executable, instance, &priority);
     }
 }
 
 int executive_main(const int argument_count, char* const arguments[], const char* const executable,
-                   const program_open_t open, const mission_scope_t* const scope)
+                   const component_open_t open, const mission_scope_t* const scope)
 {
     static const char usage[] = "usage: --run NAME --component INDEX (the launcher `hirosco run` starts it)";
     if (osal_console_introduce(argument_count, arguments, executable, usage)) {
         return 0;
     }
-    storage.scope             = scope;
-    const bool is_well_called = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0);
-    const bool is_foreign     = is_well_called && (strcmp(arguments[3], "--stand-in") == 0);
-    if (!is_foreign && (!is_well_called || (strcmp(arguments[3], "--component") != 0))) {
+    storage.scope               = scope;
+    const bool is_well_called   = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0);
+    const bool is_remote_endian = is_well_called && (strcmp(arguments[3], "--proxy") == 0);
+    if (!is_remote_endian && (!is_well_called || (strcmp(arguments[3], "--component") != 0))) {
         (void)complain(executable, usage);
         return 2;
     }
     osal_process_catch_stop();
     osal_process_ignore_interrupt();
-    osal_calendar_t* calendar = NULL;
-    const unsigned number     = number_of(arguments[4]);
+    osal_lockstep_t* scheduler = NULL;
+    const unsigned number      = number_of(arguments[4]);
     const char* const error =
-        is_foreign ? join_by_stand_in(number) : open_run(arguments[2], number, &calendar);
+        is_remote_endian ? join_by_proxy(number) : open_run(arguments[2], number, &scheduler);
     if (error != NULL) {
         return complain(executable, error);
     }
-    program_t program = {0};
-    if (!open(&storage.seat, &program)) {
-        return complain(executable, storage.seat.error);
+    component_instance_t instance = {0};
+    if (!open(&storage.runtime, &instance)) {
+        return complain(executable, storage.runtime.error);
     }
-    if (!start_loop_tasks(&program)) {
+    if (!start_loop_tasks(&instance)) {
         return complain(executable, "cannot start the tasks of its loops");
     }
     note_attributes(executable);
-    run_block_beat(storage.seat.run, storage.seat.component, 0U,
-                   OSAL_CALENDAR_NEVER); // Its earlier life's counts no more.
-    const status_t status = loop(executable, &program);
+    run_state_beat(storage.runtime.run, storage.runtime.component, 0U,
+                   OSAL_LOCKSTEP_NEVER); // Its earlier life's counts no more.
+    const status_t status = loop(executable, &instance);
     loop_tasks_stop(&storage.loop_tasks);
-    program.close(program.self);
-    if (storage.is_foreign) {
-        foreign_leave(&storage.foreign);
+    instance.close(instance.self);
+    if (storage.is_remote_endian) {
+        remote_endian_leave(&storage.remote);
     }
     return ((status == STATUS_OK) || (status == STATUS_CLOSED)) ? 0
                                                                 : complain(executable, status_text(status));

@@ -8,7 +8,7 @@
 
 static void follow_priority(loop_task_t* const self, uint8_t* const priority)
 {
-    const uint8_t wanted = component_loop_priority(self->all->component, self->loop);
+    const uint8_t wanted = subsystem_loop_priority(self->all->component, self->loop);
     if (wanted == *priority) {
         return;
     }
@@ -26,18 +26,18 @@ static void run(void* const context)
     while ((status == STATUS_OK) && (__atomic_load_n(&self->all->is_over, __ATOMIC_ACQUIRE) == 0U)) {
         follow_priority(self, &priority);
         const uint64_t now_ns  = osal_clock_now_ns(&self->clock);
-        const uint64_t wake_ns = component_loop_step(self->all->component, self->loop, now_ns);
+        const uint64_t wake_ns = subsystem_loop_step(self->all->component, self->loop, now_ns);
         const uint64_t look_ns = now_ns + LOOK_NS;
         status = osal_clock_wait(&self->clock, (wake_ns < look_ns) ? wake_ns : look_ns, NULL, 0U);
     }
 }
 
-status_t loop_tasks_start(loop_tasks_t* const tasks, component_t* const component, const uint64_t origin_ns)
+status_t loop_tasks_start(loop_tasks_t* const tasks, subsystem_t* const component, const uint64_t origin_ns)
 {
     FSW_ASSERT((tasks != NULL) && (component != NULL));
     *tasks          = (loop_tasks_t){.component = component};
     status_t status = STATUS_OK;
-    for (uint8_t i = 0U; (i < COMPONENT_LOOPS) && (status == STATUS_OK); i++) {
+    for (uint8_t i = 0U; (i < SUBSYSTEM_LOOPS) && (status == STATUS_OK); i++) {
         loop_task_t* const task = &tasks->tasks[i];
         task->all               = tasks;
         task->loop              = i;
@@ -54,7 +54,7 @@ void loop_tasks_stop(loop_tasks_t* const tasks)
 {
     FSW_ASSERT(tasks != NULL);
     __atomic_store_n(&tasks->is_over, 1U, __ATOMIC_RELEASE);
-    for (uint8_t i = 0U; i < COMPONENT_LOOPS; i++) {
+    for (uint8_t i = 0U; i < SUBSYSTEM_LOOPS; i++) {
         osal_task_join(&tasks->tasks[i].task);
     }
 }

@@ -11,7 +11,7 @@
 #ifndef FSW_PROGRAMS_LOOP_TASKS_H
 #define FSW_PROGRAMS_LOOP_TASKS_H
 
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/task.h"
 
@@ -25,14 +25,14 @@ typedef struct { // Private.
 } loop_task_t;
 
 struct loop_tasks { // Private.
-    component_t* component;
+    subsystem_t* component;
     uint32_t is_over;
-    loop_task_t tasks[COMPONENT_LOOPS];
+    loop_task_t tasks[SUBSYSTEM_LOOPS];
 };
 
 /// Start a task for each loop that a configuration may have; time 0 of the run is `origin_ns` of
 /// osal_clock_monotonic_ns. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task is left running).
-MUST_USE status_t loop_tasks_start(loop_tasks_t* tasks, component_t* component, uint64_t origin_ns);
+MUST_USE status_t loop_tasks_start(loop_tasks_t* tasks, subsystem_t* component, uint64_t origin_ns);
 /// End them and wait until they have. Tasks that were never started, all zero, are no error.
 void loop_tasks_stop(loop_tasks_t* tasks);
 

@@ -10,9 +10,9 @@
 #define JOURNAL_SLACK (1024U * 1024U)       ///< Dead octets before a compaction.
 #define PIECE 4096U                         ///< Copied at a time [octets].
 
-static status_t complain(seat_t* const seat, const char* const path, const status_t status)
+static status_t complain(component_runtime_t* const runtime, const char* const path, const status_t status)
 {
-    text_t text = text_in(seat->error, sizeof seat->error);
+    text_t text = text_in(runtime->error, sizeof runtime->error);
     text_add(&text, "cannot keep records in ");
     text_add(&text, path);
     text_add(&text, ": ");
@@ -43,20 +43,20 @@ static void close_files(record_store_t* const store, const unsigned count)
 }
 
 /// `<storage>/<component>.<kind>`, to which more can be added.
-static text_t name_of(const seat_t* const seat, const char* const kind, char* const path)
+static text_t name_of(const component_runtime_t* const runtime, const char* const kind, char* const path)
 {
     text_t text = text_in(path, RUN_PATH_MAX);
-    text_add(&text, seat->run->storage);
+    text_add(&text, runtime->run->storage);
     text_add(&text, "/");
-    text_add(&text, seat->run->components[seat->component].name);
+    text_add(&text, runtime->run->components[runtime->component].name);
     text_add(&text, ".");
     text_add(&text, kind);
     return text;
 }
 
-static bool name_file(const seat_t* const seat, const unsigned index, char* const path)
+static bool name_file(const component_runtime_t* const runtime, const unsigned index, char* const path)
 {
-    text_t text = name_of(seat, "journal.", path);
+    text_t text = name_of(runtime, "journal.", path);
     text_add_unsigned(&text, index);
     return !text.cut;
 }
@@ -134,20 +134,20 @@ static status_t keep_copy(const char* const path, const original_t* const origin
     return status;
 }
 
-bool record_store_keep(const seat_t* const seat, const char* const kind, const uint8_t* const octets,
-                       const size_t size)
+bool record_store_keep(const component_runtime_t* const runtime, const char* const kind,
+                       const uint8_t* const octets, const size_t size)
 {
-    FSW_ASSERT((seat != NULL) && (kind != NULL) && (octets != NULL));
+    FSW_ASSERT((runtime != NULL) && (kind != NULL) && (octets != NULL));
     char path[RUN_PATH_MAX];
     const original_t original = {.octets = octets, .size = size};
-    return !name_of(seat, kind, path).cut && (keep_copy(path, &original) == STATUS_OK);
+    return !name_of(runtime, kind, path).cut && (keep_copy(path, &original) == STATUS_OK);
 }
 
 static status_t keep_file(record_store_t* const store, const unsigned index)
 {
     char path[RUN_PATH_MAX];
     const original_t original = {.file = &store->files[index]};
-    return name_file(store->seat, index, path) ? keep_copy(path, &original) : STATUS_TOO_LARGE;
+    return name_file(store->runtime, index, path) ? keep_copy(path, &original) : STATUS_TOO_LARGE;
 }
 
 static bool keep_media(void* const context)
@@ -158,28 +158,28 @@ static bool keep_media(void* const context)
     return (first == STATUS_OK) && (second == STATUS_OK);
 }
 
-status_t record_store_open(record_store_t* const store, seat_t* const seat, journal_slot_t* const slots,
-                           const size_t capacity, const bool waits)
+status_t record_store_open(record_store_t* const store, component_runtime_t* const runtime,
+                           journal_slot_t* const slots, const size_t capacity, const bool waits)
 {
-    FSW_ASSERT((store != NULL) && (seat != NULL) && (slots != NULL));
+    FSW_ASSERT((store != NULL) && (runtime != NULL) && (slots != NULL));
     char path[RUN_PATH_MAX];
-    store->seat = seat;
+    store->runtime = runtime;
     for (unsigned i = 0U; i < 2U; i++) {
         status_t status =
-            name_file(seat, i, path) ? osal_file_update(&store->files[i], path) : STATUS_TOO_LARGE;
+            name_file(runtime, i, path) ? osal_file_update(&store->files[i], path) : STATUS_TOO_LARGE;
         const bool is_open = (status == STATUS_OK);
         if (is_open) {
             status = osal_file_lock(&store->files[i]);
         }
         if (status != STATUS_OK) {
             close_files(store, is_open ? (i + 1U) : i);
-            return complain(seat, path, status);
+            return complain(runtime, path, status);
         }
     }
     const status_t named = osal_file_sync_names(path);
     if (named != STATUS_OK) {
         close_files(store, 2U);
-        return complain(seat, path, named);
+        return complain(runtime, path, named);
     }
     const journal_configuration_t configuration = {
         .media        = {medium_of(store, 0U, waits), medium_of(store, 1U, waits)},
@@ -192,7 +192,7 @@ status_t record_store_open(record_store_t* const store, seat_t* const seat, jour
     const status_t status = journal_open(&store->journal, &configuration);
     if (status != STATUS_OK) {
         record_store_close(store);
-        return complain(seat, path, status);
+        return complain(runtime, path, status);
     }
     return STATUS_OK;
 }

@@ -16,7 +16,7 @@
 #ifndef FSW_PROGRAMS_RECORD_STORE_H
 #define FSW_PROGRAMS_RECORD_STORE_H
 
-#include "fsw/programs/seat.h"
+#include "fsw/programs/component_runtime.h"
 #include "fsw/framework/journal/journal.h"
 #include "osal/include/osal/file.h"
 
@@ -29,20 +29,21 @@ typedef struct {
 } record_store_guard_t;
 
 typedef struct { // Private, except `journal`, and `guard`, which is set before it is opened.
-    const seat_t* seat;
+    const component_runtime_t* runtime;
     record_store_guard_t guard;
     osal_file_t files[2];
     journal_t journal;
 } record_store_t;
 
 /// Open `<storage>/<component>.journal.0` and `.1`, made if missing; the journal holds `capacity` records at
-/// most, in JOURNAL_SLOTS(capacity) slots. STATUS_OK; else the seat's `error` says why, and nothing is open:
-/// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_BUSY (another flight has them), STATUS_FULL, STATUS_IO,
+/// most, in JOURNAL_SLOTS(capacity) slots. STATUS_OK; else the runtime's `error` says why, and nothing is
+/// open: STATUS_NOT_FOUND, STATUS_DENIED, STATUS_BUSY (another flight has them), STATUS_FULL, STATUS_IO,
 /// STATUS_EXHAUSTED (more records than slots).
-MUST_USE status_t record_store_open(record_store_t* store, seat_t* seat, journal_slot_t* slots,
-                                    size_t capacity, bool waits);
+MUST_USE status_t record_store_open(record_store_t* store, component_runtime_t* runtime,
+                                    journal_slot_t* slots, size_t capacity, bool waits);
 void record_store_close(record_store_t* store);
 /// Copy other damaged data to `<storage>/<component>.<kind>.damaged.<m>`, as media. True: there is a copy.
-MUST_USE bool record_store_keep(const seat_t* seat, const char* kind, const uint8_t* octets, size_t size);
+MUST_USE bool record_store_keep(const component_runtime_t* runtime, const char* kind, const uint8_t* octets,
+                                size_t size);
 
 #endif // FSW_PROGRAMS_RECORD_STORE_H

@@ -8,7 +8,7 @@
 #ifndef FSW_PROGRAMS_STORE_FILES_H
 #define FSW_PROGRAMS_STORE_FILES_H
 
-#include "fsw/programs/seat.h"
+#include "fsw/programs/component_runtime.h"
 #include "base/medium.h"
 #include "osal/include/osal/file.h"
 
@@ -20,9 +20,9 @@ typedef struct { // Private, except `media`.
     medium_t media[STORE_FILES_MAX];
 } store_files_t;
 
-/// Open `count` files, 1..STORE_FILES_MAX, made if missing. STATUS_OK; else the seat's `error` says why, and
-/// nothing is open: STATUS_NOT_FOUND, STATUS_DENIED, STATUS_FULL, STATUS_IO, STATUS_TOO_LARGE (path).
-MUST_USE status_t store_files_open(store_files_t* stores, seat_t* seat, unsigned count);
+/// Open `count` files, 1..STORE_FILES_MAX, made if missing. STATUS_OK; else the runtime's `error` says why,
+/// and nothing is open: STATUS_NOT_FOUND, STATUS_DENIED, STATUS_FULL, STATUS_IO, STATUS_TOO_LARGE (path).
+MUST_USE status_t store_files_open(store_files_t* stores, component_runtime_t* runtime, unsigned count);
 void store_files_close(store_files_t* stores);
 
 #endif // FSW_PROGRAMS_STORE_FILES_H

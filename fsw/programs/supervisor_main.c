@@ -3,5 +3,6 @@
 
 int main(int argument_count, char* arguments[])
 {
-    return executive_main(argument_count, arguments, "supervisor", supervisor_open, &mission_whole);
+    return executive_main(argument_count, arguments, "supervisor", supervisor_open,
+                          &descriptor_mission_whole);
 }

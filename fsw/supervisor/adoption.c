@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takeover by the next supervisor if one dies. At the end of each step all data that others rely on is
-// committed to the vitals. Only committed effects are performed (effects.c, undo.h, packet_log.h), and frames
-// that arrive later are kept in an annex: whenever a supervisor dies, the next one continues without a packet
-// lost or doubled.
+// committed to the checkpoint. Only committed outputs are performed (output_commit.c, undo.h, packet_log.h),
+// and frames that arrive later are kept in an annex: whenever a supervisor dies, the next one continues
+// without a packet lost or doubled.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -10,19 +10,20 @@
 
 #include <string.h>
 
-CAPACITY_CHECK(every_session_has_room, VITALS_SESSIONS >= SUPERVISOR_LINK_SESSIONS);
-CAPACITY_CHECK(every_plan_has_room, VITALS_PLANS >= PLAN_RUNS);
-CAPACITY_CHECK(released_requests_have_room, VITALS_RELEASED_OCTETS >= ONBOARD_RELEASE_OCTETS);
+CAPACITY_CHECK(every_session_has_room, CHECKPOINT_SESSIONS >= SUPERVISOR_LINK_SESSIONS);
+CAPACITY_CHECK(every_plan_has_room, CHECKPOINT_PLANS >= PLAN_RUNS);
+CAPACITY_CHECK(released_requests_have_room, CHECKPOINT_RELEASED_OCTETS >= SPACECRAFT_RELEASE_OCTETS);
 CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
-CAPACITY_CHECK(all_counters_have_room, sizeof(supervisor_counters_t) <= (VITALS_COUNTERS * sizeof(uint32_t)));
+CAPACITY_CHECK(all_counters_have_room,
+               sizeof(supervisor_counters_t) <= (CHECKPOINT_COUNTERS * sizeof(uint32_t)));
 
 #define LOG_RING 2U    ///< Of the rings; before it the backlog to ground and released requests.
-#define FIRST_INBOX 4U ///< After it the effects, then the frames of each peer.
+#define FIRST_INBOX 4U ///< After it the outputs, then the frames of each peer.
 
-static vitals_rings_t rings_of(supervisor_t* const supervisor)
+static checkpoint_rings_t rings_of(supervisor_t* const supervisor)
 {
-    vitals_rings_t rings = {{&supervisor->ground_kept, &supervisor->onboard.released, &supervisor->log.ring,
-                             &supervisor->effects}};
+    checkpoint_rings_t rings = {{&supervisor->ground_kept, &supervisor->spacecraft.released,
+                                 &supervisor->log.ring, &supervisor->outputs}};
     for (size_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
         rings.list[FIRST_INBOX + i] = message_waiting(supervisor->config.endpoint, i);
     }
@@ -41,16 +42,16 @@ static uint8_t truth(const bool value)
 
 // ---- Tokens and tables ----
 
-static vitals_token_t keep_token(const pus_token_t* const token)
+static checkpoint_token_t keep_token(const pus_token_t* const token)
 {
-    return (vitals_token_t){.request_id = token->request_id,
-                            .source     = token->source,
-                            .ack        = token->ack,
-                            .service    = token->service,
-                            .subtype    = token->subtype};
+    return (checkpoint_token_t){.request_id = token->request_id,
+                                .source     = token->source,
+                                .ack        = token->ack,
+                                .service    = token->service,
+                                .subtype    = token->subtype};
 }
 
-static pus_token_t take_token(const vitals_token_t* const token)
+static pus_token_t take_token(const checkpoint_token_t* const token)
 {
     return (pus_token_t){.request_id = token->request_id,
                          .source     = token->source,
@@ -59,21 +60,21 @@ static pus_token_t take_token(const vitals_token_t* const token)
                          .subtype    = token->subtype};
 }
 
-static void keep_requests(const pending_table_t* const table, vitals_request_t* const out_requests)
+static void keep_requests(const pending_table_t* const table, checkpoint_request_t* const out_requests)
 {
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         if (table->entries[i].is_used) {
-            out_requests[i] = (vitals_request_t){.since_ns = table->entries[i].since_ns,
-                                                 .token    = keep_token(&table->entries[i].token),
-                                                 .apid     = table->entries[i].apid,
-                                                 .stage    = (uint16_t)table->entries[i].stage};
+            out_requests[i] = (checkpoint_request_t){.since_ns = table->entries[i].since_ns,
+                                                     .token    = keep_token(&table->entries[i].token),
+                                                     .apid     = table->entries[i].apid,
+                                                     .stage    = (uint16_t)table->entries[i].stage};
         }
     }
 }
 
-static void take_requests(pending_table_t* const table, const vitals_request_t* const requests)
+static void take_requests(pending_table_t* const table, const checkpoint_request_t* const requests)
 {
-    pending_init(table);
+    supervisor_pending_init(table);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         if (requests[i].apid != 0U) {
             table->entries[i].is_used  = true;
@@ -88,51 +89,51 @@ static void take_requests(pending_table_t* const table, const vitals_request_t* 
 
 // ---- Members ----
 
-static void keep_members(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
+static void keep_members(const supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
     state->member_count = supervisor->mission->subsystem_count;
     for (uint16_t i = 0U; i < state->member_count; i++) {
-        const roster_entry_t* const entry = &supervisor->roster[i];
-        const recommission_t* const run   = &entry->recommission;
-        state->members[i]                 = (vitals_member_t){.heard_ns             = entry->heard_ns,
-                                                              .started_ns           = entry->started_ns,
-                                                              .interface_hash       = entry->interface_hash,
-                                                              .configuration_hash   = entry->configuration_hash,
-                                                              .apid                 = entry->mission->apid,
-                                                              .configuration        = entry->configuration,
-                                                              .process              = (uint8_t)entry->process,
-                                                              .state                = (uint8_t)entry->state,
-                                                              .phase                = (uint8_t)entry->phase,
-                                                              .is_heard             = truth(entry->is_heard),
-                                                              .restarts             = entry->restarts,
-                                                              .is_order_owed        = truth(entry->is_order_owed),
-                                                              .ordered              = (uint8_t)entry->ordered,
-                                                              .order_cause          = (uint8_t)entry->order_cause,
-                                                              .is_interface_foreign = truth(entry->is_interface_foreign),
-                                                              .is_restarted         = truth(entry->is_restarted),
-                                                              .error_ns             = entry->error_ns,
-                                                              .rested               = (uint8_t)entry->rested,
-                                                              .rested_with          = entry->rested_with,
-                                                              .run_since_ns         = run->since_ns,
-                                                              .run_configuration    = run->configuration,
-                                                              .is_run_active        = truth(run->is_active),
-                                                              .is_run_walking       = truth(run->is_walking),
-                                                              .run_target           = (uint8_t)run->target,
-                                                              .run_ordered          = (uint8_t)run->ordered,
-                                                              .run_seen             = (uint8_t)run->seen,
-                                                              .run_seen_phase       = (uint8_t)run->seen_phase};
+        const registry_entry_t* const entry = &supervisor->registry[i];
+        const recommission_t* const run     = &entry->recommission;
+        state->members[i]                   = (checkpoint_member_t){.heard_ns             = entry->heard_ns,
+                                                                    .started_ns           = entry->started_ns,
+                                                                    .interface_hash       = entry->interface_hash,
+                                                                    .configuration_hash   = entry->configuration_hash,
+                                                                    .apid                 = entry->mission->apid,
+                                                                    .configuration        = entry->configuration,
+                                                                    .process              = (uint8_t)entry->process,
+                                                                    .state                = (uint8_t)entry->state,
+                                                                    .phase                = (uint8_t)entry->phase,
+                                                                    .is_heard             = truth(entry->is_heard),
+                                                                    .restarts             = entry->restarts,
+                                                                    .is_order_owed        = truth(entry->is_order_owed),
+                                                                    .ordered              = (uint8_t)entry->ordered,
+                                                                    .order_cause          = (uint8_t)entry->order_cause,
+                                                                    .is_interface_foreign = truth(entry->is_interface_foreign),
+                                                                    .is_restarted         = truth(entry->is_restarted),
+                                                                    .error_ns             = entry->error_ns,
+                                                                    .rested               = (uint8_t)entry->rested,
+                                                                    .rested_with          = entry->rested_with,
+                                                                    .run_since_ns         = run->since_ns,
+                                                                    .run_configuration    = run->configuration,
+                                                                    .is_run_active        = truth(run->is_active),
+                                                                    .is_run_walking       = truth(run->is_walking),
+                                                                    .run_target           = (uint8_t)run->target,
+                                                                    .run_ordered          = (uint8_t)run->ordered,
+                                                                    .run_seen             = (uint8_t)run->seen,
+                                                                    .run_seen_phase       = (uint8_t)run->seen_phase};
     }
 }
 
 /// The supervisor itself starts again in OFFLINE; all others continue.
-static void take_members(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+static void take_members(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
     for (uint16_t i = 0U; i < state->member_count; i++) {
-        const vitals_member_t* const member = &state->members[i];
-        roster_entry_t* const entry         = &supervisor->roster[i];
-        entry->restarts                     = member->restarts;
-        entry->deaths                       = member->restarts; // The strictest interpretation.
-        if (member->apid == SUPERVISOR_APID) {
+        const checkpoint_member_t* const member = &state->members[i];
+        registry_entry_t* const entry           = &supervisor->registry[i];
+        entry->restarts                         = member->restarts;
+        entry->deaths                           = member->restarts; // The strictest interpretation.
+        if (member->apid == DESCRIPTOR_SUPERVISOR_APID) {
             continue;
         }
         entry->process      = (process_state_t)member->process;
@@ -169,17 +170,17 @@ static void take_members(supervisor_t* const supervisor, const supervisor_vitals
 
 // ---- Links ----
 
-static vitals_edge_t keep_edge(const link_edge_t* const edge)
+static checkpoint_edge_t keep_edge(const link_edge_t* const edge)
 {
-    return (vitals_edge_t){.link          = edge->link,
-                           .producer_apid = edge->producer_apid,
-                           .producer_port = edge->producer_port,
-                           .consumer_apid = edge->consumer_apid,
-                           .consumer_port = edge->consumer_port,
-                           .is_stale      = truth(edge->is_stale)};
+    return (checkpoint_edge_t){.link          = edge->link,
+                               .producer_apid = edge->producer_apid,
+                               .producer_port = edge->producer_port,
+                               .consumer_apid = edge->consumer_apid,
+                               .consumer_port = edge->consumer_port,
+                               .is_stale      = truth(edge->is_stale)};
 }
 
-static link_edge_t take_edge(const vitals_edge_t* const edge)
+static link_edge_t take_edge(const checkpoint_edge_t* const edge)
 {
     return (link_edge_t){.link          = edge->link,
                          .producer_apid = edge->producer_apid,
@@ -189,7 +190,7 @@ static link_edge_t take_edge(const vitals_edge_t* const edge)
                          .is_stale      = is_true(edge->is_stale)};
 }
 
-static void keep_links(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
+static void keep_links(const supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
     state->link_epoch       = supervisor->link_epoch;
     state->link_transaction = supervisor->link_transaction;
@@ -215,17 +216,17 @@ static void keep_links(const supervisor_t* const supervisor, supervisor_vitals_t
                                                session->ends.consumer_apid,
                                                session->ends.consumer_port,
                                                false};
-        state->sessions[i]                  = (vitals_session_t){.deadline_ns = session->deadline_ns,
-                                                                 .token       = keep_token(&session->token),
-                                                                 .asked       = session->asked,
-                                                                 .transaction = session->transaction,
-                                                                 .epoch       = session->epoch,
-                                                                 .edge        = keep_edge(&edge),
-                                                                 .step        = (uint32_t)session->step};
+        state->sessions[i]                  = (checkpoint_session_t){.deadline_ns = session->deadline_ns,
+                                                                     .token       = keep_token(&session->token),
+                                                                     .asked       = session->asked,
+                                                                     .transaction = session->transaction,
+                                                                     .epoch       = session->epoch,
+                                                                     .edge        = keep_edge(&edge),
+                                                                     .step        = (uint32_t)session->step};
     }
 }
 
-static void take_links(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+static void take_links(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
     supervisor->link_epoch       = state->link_epoch;
     supervisor->link_transaction = state->link_transaction;
@@ -240,7 +241,7 @@ static void take_links(supervisor_t* const supervisor, const supervisor_vitals_t
         supervisor->accepted[state->accepted[i].link - 1U] = take_edge(&state->accepted[i]);
     }
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
-        const vitals_session_t* const session = &state->sessions[i];
+        const checkpoint_session_t* const session = &state->sessions[i];
         if (session->step != (uint32_t)SESSION_FREE) {
             supervisor->sessions[i] =
                 (link_session_t){.step        = (session_step_t)session->step,
@@ -258,53 +259,53 @@ static void take_links(supervisor_t* const supervisor, const supervisor_vitals_t
 
 // ---- Plans ----
 
-static void keep_plans(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
+static void keep_plans(const supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
     for (size_t i = 0U; i < PLAN_RUNS; i++) {
-        const plan_run_t* const run = &supervisor->plans.runs[i];
-        vitals_plan_t* const kept   = &state->plans[i];
+        const plan_run_t* const run   = &supervisor->plans.runs[i];
+        checkpoint_plan_t* const kept = &state->plans[i];
         if (!run->is_used) {
             continue;
         }
-        *kept = (vitals_plan_t){.start_ns     = run->start_ns,
-                                .is_used      = 1U,
-                                .severity     = (uint16_t)run->severity,
-                                .plan         = (run->plan == PLAN_BUILT_IN) ? VITALS_NO_PLAN
-                                                                             : (uint16_t)(run->plan + 1U),
-                                .apid         = run->apid,
-                                .event_id     = run->event_id,
-                                .lost         = run->lost,
-                                .next_action  = run->next_action,
-                                .member_count = run->member_count};
+        *kept = (checkpoint_plan_t){.start_ns     = run->start_ns,
+                                    .is_used      = 1U,
+                                    .severity     = (uint16_t)run->severity,
+                                    .plan         = (run->plan == PLAN_BUILT_IN) ? CHECKPOINT_NO_PLAN
+                                                                                 : (uint16_t)(run->plan + 1U),
+                                    .apid         = run->apid,
+                                    .event_id     = run->event_id,
+                                    .lost         = run->lost,
+                                    .next_action  = run->next_action,
+                                    .member_count = run->member_count};
         (void)memcpy(kept->members, run->members, sizeof kept->members);
     }
 }
 
-static void take_plans(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+static void take_plans(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
     for (size_t i = 0U; i < PLAN_RUNS; i++) {
-        const vitals_plan_t* const kept = &state->plans[i];
-        plan_run_t* const run           = &supervisor->plans.runs[i];
+        const checkpoint_plan_t* const kept = &state->plans[i];
+        plan_run_t* const run               = &supervisor->plans.runs[i];
         if (kept->is_used == 0U) {
             continue;
         }
-        *run =
-            (plan_run_t){.is_used  = true,
-                         .severity = (descriptor_severity_t)kept->severity,
-                         .plan = (kept->plan == VITALS_NO_PLAN) ? PLAN_BUILT_IN : (uint16_t)(kept->plan - 1U),
-                         .apid = kept->apid,
-                         .event_id     = kept->event_id,
-                         .lost         = kept->lost,
-                         .member_count = kept->member_count,
-                         .start_ns     = kept->start_ns,
-                         .next_action  = kept->next_action};
+        *run = (plan_run_t){.is_used      = true,
+                            .severity     = (descriptor_severity_t)kept->severity,
+                            .plan         = (kept->plan == CHECKPOINT_NO_PLAN) ? PLAN_BUILT_IN
+                                                                               : (uint16_t)(kept->plan - 1U),
+                            .apid         = kept->apid,
+                            .event_id     = kept->event_id,
+                            .lost         = kept->lost,
+                            .member_count = kept->member_count,
+                            .start_ns     = kept->start_ns,
+                            .next_action  = kept->next_action};
         (void)memcpy(run->members, kept->members, sizeof run->members);
     }
 }
 
 // ---- All fields ----
 
-static void keep_channels(const supervisor_t* const supervisor, supervisor_vitals_t* const state)
+static void keep_channels(const supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
     const message_endpoint_t* const endpoint = supervisor->config.endpoint;
     message_clock(endpoint, &state->message_life, &state->message_stamp);
@@ -315,25 +316,25 @@ static void keep_channels(const supervisor_t* const supervisor, supervisor_vital
     }
 }
 
-static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const state)
+static void keep(supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
     (void)memset(state, 0, sizeof *state);
-    state->interface_hash      = supervisor->mission->interface_hash;
-    state->now_ns              = supervisor->now_ns;
-    state->log_number          = supervisor->log.next_number;
-    state->log_written         = supervisor->log.written_number;
-    state->log_strategy        = (uint8_t)supervisor->log.wanted;
-    state->is_log_failure_told = truth(supervisor->is_log_failure_told);
-    state->lives               = supervisor->lives;
-    state->mode                = supervisor->mode;
-    state->autostart_step      = (uint8_t)supervisor->autostart_step;
-    state->shutdown_step       = (uint8_t)supervisor->shutdown_step;
-    state->shutdown_ns         = supervisor->shutdown_ns;
-    state->orbit_since_ns      = supervisor->path.since_ns;
-    state->orbit_position      = supervisor->path.position;
-    state->orbit_period_ms     = supervisor->path.period_ms;
-    state->has_shutdown_token  = truth(supervisor->has_shutdown_token);
-    state->shutdown_token      = keep_token(&supervisor->shutdown_token);
+    state->interface_hash            = supervisor->mission->interface_hash;
+    state->now_ns                    = supervisor->now_ns;
+    state->log_number                = supervisor->log.next_number;
+    state->log_written               = supervisor->log.written_number;
+    state->log_strategy              = (uint8_t)supervisor->log.wanted;
+    state->is_log_failure_told       = truth(supervisor->is_log_failure_told);
+    state->lives                     = supervisor->lives;
+    state->mode                      = supervisor->mode;
+    state->autostart_step            = (uint8_t)supervisor->autostart_step;
+    state->shutdown_step             = (uint8_t)supervisor->shutdown_step;
+    state->shutdown_ns               = supervisor->shutdown_ns;
+    state->orbit_since_ns            = supervisor->path.since_ns;
+    state->supervisor_orbit_position = supervisor->path.position;
+    state->orbit_period_ms           = supervisor->path.period_ms;
+    state->has_shutdown_token        = truth(supervisor->has_shutdown_token);
+    state->shutdown_token            = keep_token(&supervisor->shutdown_token);
     (void)memcpy(state->log_sizes, supervisor->log.whole, sizeof state->log_sizes);
     (void)memcpy((uint8_t*)state->counters, (const uint8_t*)&supervisor->counters,
                  sizeof supervisor->counters);
@@ -343,16 +344,16 @@ static void keep(supervisor_t* const supervisor, supervisor_vitals_t* const stat
     keep_requests(&supervisor->pending, state->passed);
     keep_requests(&supervisor->own, state->own);
     keep_channels(supervisor, state);
-    pus_counts(component_process(&supervisor->component), &supervisor->requester, &state->counts);
+    pus_counts(subsystem_process(&supervisor->subsystem), &supervisor->requester, &state->counts);
 }
 
-void adoption_commit(supervisor_t* const supervisor)
+void supervisor_adoption_commit(supervisor_t* const supervisor)
 {
-    if (supervisor->config.vitals != NULL) {
-        const vitals_rings_t rings = rings_of(supervisor);
+    if (supervisor->config.checkpoint != NULL) {
+        const checkpoint_rings_t rings = rings_of(supervisor);
         keep(supervisor, &supervisor->kept);
-        ground_keep(supervisor);
-        vitals_commit(supervisor->config.vitals, &supervisor->kept, &rings);
+        supervisor_ground_keep(supervisor);
+        supervisor_checkpoint_commit(supervisor->config.checkpoint, &supervisor->kept, &rings);
         supervisor->performed = 0U;
     }
 }
@@ -375,36 +376,37 @@ static bool is_going_on(const supervisor_t* const supervisor, const pus_token_t*
 static void leave_own(supervisor_t* const supervisor)
 {
     supervisor->left = supervisor->own;
-    pending_init(&supervisor->own);
+    supervisor_pending_init(&supervisor->own);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         const pus_token_t token = supervisor->left.entries[i].token;
         if (supervisor->left.entries[i].is_used && is_going_on(supervisor, &token)) {
-            (void)pending_add(&supervisor->own, SUPERVISOR_APID, &token,
-                              supervisor->left.entries[i].since_ns);
+            (void)supervisor_pending_add(&supervisor->own, DESCRIPTOR_SUPERVISOR_APID, &token,
+                                         supervisor->left.entries[i].since_ns);
             supervisor->left.entries[i].is_used = false;
         }
     }
 }
 
 /// Continue the channels in their present life, then take in the frames that arrived after the commit.
-static void take_messages(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+static void take_messages(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
-    message_endpoint_t* const endpoint = supervisor->config.endpoint;
-    const vitals_t* const vitals       = supervisor->config.vitals;
-    size_t place                       = 0U;
-    size_t size                        = 0U;
+    message_endpoint_t* const endpoint   = supervisor->config.endpoint;
+    const checkpoint_t* const checkpoint = supervisor->config.checkpoint;
+    size_t place                         = 0U;
+    size_t size                          = 0U;
     message_resume_clock(endpoint, state->message_life, state->message_stamp);
     for (uint16_t i = 0U; i < state->channel_count; i++) {
         message_resume(endpoint, &state->channels[i]);
     }
-    const uint8_t* frame = vitals_next(vitals, &vitals->arrivals, &place, &size);
-    for (; frame != NULL; frame = vitals_next(vitals, &vitals->arrivals, &place, &size)) {
+    const uint8_t* frame = supervisor_checkpoint_next(checkpoint, &checkpoint->arrivals, &place, &size);
+    for (; frame != NULL;
+         frame = supervisor_checkpoint_next(checkpoint, &checkpoint->arrivals, &place, &size)) {
         const status_t status = message_deliver(endpoint, frame, size);
         (void)status; // It had room before.
     }
 }
 
-static void take(supervisor_t* const supervisor, const supervisor_vitals_t* const state)
+static void take(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
     supervisor->now_ns              = state->now_ns;
     supervisor->lives               = state->lives + 1U;
@@ -416,7 +418,7 @@ static void take(supervisor_t* const supervisor, const supervisor_vitals_t* cons
     supervisor->shutdown_ns         = state->shutdown_ns;
     supervisor->path                = (orbit_t){.period_ms = state->orbit_period_ms,
                                                 .since_ns  = state->orbit_since_ns,
-                                                .position  = state->orbit_position};
+                                                .position  = state->supervisor_orbit_position};
     supervisor->has_shutdown_token  = is_true(state->has_shutdown_token);
     supervisor->shutdown_token      = take_token(&state->shutdown_token);
     (void)memcpy((uint8_t*)&supervisor->counters, (const uint8_t*)state->counters,
@@ -427,48 +429,49 @@ static void take(supervisor_t* const supervisor, const supervisor_vitals_t* cons
     take_requests(&supervisor->pending, state->passed);
     take_requests(&supervisor->own, state->own);
     leave_own(supervisor);
-    ground_resume(supervisor);
+    supervisor_ground_resume(supervisor);
     if (!supervisor->config.is_endpoint_kept) {
         take_messages(supervisor, state);
     }
-    pus_counts_resume(component_process(&supervisor->component), &supervisor->requester, &state->counts);
-    component_tell_time(&supervisor->component, state->now_ns);
+    pus_counts_resume(subsystem_process(&supervisor->subsystem), &supervisor->requester, &state->counts);
+    subsystem_tell_time(&supervisor->subsystem, state->now_ns);
 }
 
-void adoption_begin(supervisor_t* const supervisor)
+void supervisor_adoption_begin(supervisor_t* const supervisor)
 {
-    const vitals_limits_t limits = {.mission = supervisor->mission, .now_ns = UINT64_MAX};
-    vitals_rings_t rings         = rings_of(supervisor);
-    supervisor->lives            = 1U;
-    supervisor->log_strategy     = (uint8_t)supervisor->mission->log_strategy;
-    supervisor->log_past         = (packet_log_past_t){.next_number    = supervisor->config.log_records + 1U,
-                                                       .written_number = supervisor->config.log_records};
-    if (supervisor->config.vitals == NULL) {
+    const checkpoint_limits_t limits = {.mission = supervisor->mission, .now_ns = UINT64_MAX};
+    checkpoint_rings_t rings         = rings_of(supervisor);
+    supervisor->lives                = 1U;
+    supervisor->log_strategy         = (uint8_t)supervisor->mission->log_strategy;
+    supervisor->log_past             = (packet_log_past_t){.next_number    = supervisor->config.log_records + 1U,
+                                                           .written_number = supervisor->config.log_records};
+    if (supervisor->config.checkpoint == NULL) {
         return;
     }
     for (size_t i = 0U; (i < MESSAGE_PEERS_MAX) && supervisor->config.is_endpoint_kept; i++) {
         rings.list[FIRST_INBOX + i] = NULL;
     }
-    rings.list[LOG_RING] = NULL; // The packet log takes its own.
-    bool is_older        = false;
-    const status_t status =
-        vitals_adopt(supervisor->config.vitals, &limits, &supervisor->kept, &rings, &is_older);
+    rings.list[LOG_RING]  = NULL; // The packet log takes its own.
+    bool is_older         = false;
+    const status_t status = supervisor_checkpoint_adopt(supervisor->config.checkpoint, &limits,
+                                                        &supervisor->kept, &rings, &is_older);
     if (status == STATUS_OK) {
         take(supervisor, &supervisor->kept);
-        effects_resume(supervisor);
-        const supervisor_vitals_t* const kept = &supervisor->kept;
-        supervisor->log_strategy              = kept->log_strategy;
+        supervisor_output_commit_resume(supervisor);
+        const checkpoint_state_t* const kept = &supervisor->kept;
+        supervisor->log_strategy             = kept->log_strategy;
         supervisor->log_past =
             (packet_log_past_t){.next_number = kept->log_number, .written_number = kept->log_written};
         (void)memcpy(supervisor->log_past.sizes, kept->log_sizes, sizeof kept->log_sizes);
-        supervisor->log_past.ring =
-            vitals_waiting(supervisor->config.vitals, LOG_RING, &supervisor->log_past.ring_octets);
+        supervisor->log_past.ring = supervisor_checkpoint_waiting(supervisor->config.checkpoint, LOG_RING,
+                                                                  &supervisor->log_past.ring_octets);
     }
     if ((status == STATUS_INVALID) || is_older) {
-        supervisor->vitals_damage = (status == STATUS_OK) ? ADOPTION_OLDER : ADOPTION_NOTHING;
-        supervisor->are_vitals_kept =
-            (supervisor->config.keep_vitals != NULL) &&
-            supervisor->config.keep_vitals(supervisor->config.platform.context, supervisor->config.vitals);
+        supervisor->checkpoint_damage = (status == STATUS_OK) ? ADOPTION_OLDER : ADOPTION_NOTHING;
+        supervisor->are_checkpoint_kept =
+            (supervisor->config.keep_checkpoint != NULL) &&
+            supervisor->config.keep_checkpoint(supervisor->config.platform.context,
+                                               supervisor->config.checkpoint);
     }
 }
 
@@ -480,8 +483,8 @@ static uint16_t end_own(supervisor_t* const supervisor)
     const pus_failure_t failure = pus_failure(PUS_FAILURE_RESTARTED, supervisor->lives);
     uint16_t count              = 0U;
     pus_token_t token;
-    while (pending_take(&supervisor->left, SUPERVISOR_APID, &token)) {
-        pus_verify_failed(component_process(&supervisor->component), &token, &failure, supervisor->now_ns);
+    while (supervisor_pending_take(&supervisor->left, DESCRIPTOR_SUPERVISOR_APID, &token)) {
+        pus_verify_failed(subsystem_process(&supervisor->subsystem), &token, &failure, supervisor->now_ns);
         count++;
     }
     return count;
@@ -491,8 +494,8 @@ static uint16_t end_own(supervisor_t* const supervisor)
 static void ask_members(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        const roster_entry_t* const entry = &supervisor->roster[i];
-        if ((entry->process != PROCESS_RUNNING) || (entry->mission->apid == SUPERVISOR_APID)) {
+        const registry_entry_t* const entry = &supervisor->registry[i];
+        if ((entry->process != PROCESS_RUNNING) || (entry->mission->apid == DESCRIPTOR_SUPERVISOR_APID)) {
             continue;
         }
         octet_writer_t writer = pus_tc_begin(&supervisor->requester, entry->mission->apid,
@@ -508,9 +511,9 @@ static void ask_members(supervisor_t* const supervisor)
     }
 }
 
-void adoption_reopen(supervisor_t* const supervisor)
+void supervisor_adoption_reopen(supervisor_t* const supervisor)
 {
-    if (supervisor->vitals_damage != ADOPTION_NOTHING) {
+    if (supervisor->checkpoint_damage != ADOPTION_NOTHING) {
         return;
     }
     ask_members(supervisor); // The peers may expect other numbers: these requests can be lost.
@@ -520,34 +523,34 @@ void adoption_reopen(supervisor_t* const supervisor)
     ask_members(supervisor);
 }
 
-void adoption_tell(supervisor_t* const supervisor)
+void supervisor_adoption_tell(supervisor_t* const supervisor)
 {
-    if (supervisor->vitals_damage != ADOPTION_WHOLE) {
-        const uint8_t left        = (supervisor->vitals_damage == ADOPTION_OLDER) ? 1U : 0U;
-        const uint8_t octets[2]   = {left, truth(supervisor->are_vitals_kept)};
-        supervisor->vitals_damage = ADOPTION_WHOLE;
-        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_VITALS_DAMAGED, octets, sizeof octets);
+    if (supervisor->checkpoint_damage != ADOPTION_WHOLE) {
+        const uint8_t left            = (supervisor->checkpoint_damage == ADOPTION_OLDER) ? 1U : 0U;
+        const uint8_t octets[2]       = {left, truth(supervisor->are_checkpoint_kept)};
+        supervisor->checkpoint_damage = ADOPTION_WHOLE;
+        (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_VITALS_DAMAGED, octets, sizeof octets);
         if (left == 0U) {
-            mode_fall_back(supervisor);
+            supervisor_mode_fall_back(supervisor);
         }
     }
     if (!supervisor->is_adopted) {
         return;
     }
-    component_tell_time(&supervisor->component, supervisor->now_ns);
+    subsystem_tell_time(&supervisor->subsystem, supervisor->now_ns);
     supervisor->is_adopted = false;
     const uint16_t ended   = end_own(supervisor);
     uint8_t octets[6];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     octet_write_u32(&writer, supervisor->lives);
     octet_write_u16(&writer, ended);
-    (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_SUPERVISOR_RESTARTED, octets,
+    (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_SUPERVISOR_RESTARTED, octets,
                           writer.position);
     ask_members(supervisor);
 }
 
-void adoption_compare(supervisor_t* const supervisor, roster_entry_t* const entry, const uint8_t state,
-                      const uint16_t configuration)
+void supervisor_adoption_compare(supervisor_t* const supervisor, registry_entry_t* const entry,
+                                 const uint8_t state, const uint16_t configuration)
 {
     const bool differs = ((uint8_t)entry->state != state) || (entry->configuration != configuration);
     if (entry->is_in_doubt && differs) {
@@ -558,7 +561,7 @@ void adoption_compare(supervisor_t* const supervisor, roster_entry_t* const entr
         octet_write_u16(&writer, entry->configuration);
         octet_write_u8(&writer, state);
         octet_write_u16(&writer, configuration);
-        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_ADOPTION_DIFFERS, octets,
+        (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_ADOPTION_DIFFERS, octets,
                               writer.position);
     }
     entry->is_in_doubt = false;

@@ -8,12 +8,12 @@
 #define DOUBT_AFTER_NS 1500000000ULL ///< Of silence: a running subsystem reports its status once a second.
 #define ASK_AGAIN_NS 1000000000ULL
 
-bool doubt_is_about(const roster_entry_t* const entry)
+bool supervisor_doubt_is_about(const registry_entry_t* const entry)
 {
     return entry->doubt != DOUBT_NONE;
 }
 
-static void ask(supervisor_t* const supervisor, roster_entry_t* const entry)
+static void ask(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     pus_token_t token     = {.request_id = 0U};
     octet_writer_t writer = pus_tc_begin(&supervisor->requester, entry->mission->apid, PUS_SERVICE_MANAGEMENT,
@@ -26,7 +26,7 @@ static void ask(supervisor_t* const supervisor, roster_entry_t* const entry)
     }
 }
 
-static void watch_one(supervisor_t* const supervisor, roster_entry_t* const entry)
+static void watch_one(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     const uint64_t now_ns = supervisor->now_ns;
     const bool is_silent  = (now_ns - entry->heard_ns) > DOUBT_AFTER_NS;
@@ -42,21 +42,21 @@ static void watch_one(supervisor_t* const supervisor, roster_entry_t* const entr
     }
 }
 
-void doubt_watch(supervisor_t* const supervisor)
+void supervisor_doubt_watch(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        if (supervisor->roster[i].mission->apid != SUPERVISOR_APID) {
-            watch_one(supervisor, &supervisor->roster[i]);
+        if (supervisor->registry[i].mission->apid != DESCRIPTOR_SUPERVISOR_APID) {
+            watch_one(supervisor, &supervisor->registry[i]);
         }
     }
 }
 
-void doubt_verification(supervisor_t* const supervisor, const pus_tm_t* const tm,
-                        const pus_verification_t* const verification)
+void supervisor_doubt_verification(supervisor_t* const supervisor, const pus_tm_t* const tm,
+                                   const pus_verification_t* const verification)
 {
-    roster_entry_t* const entry = roster_find(supervisor, tm->apid);
-    const bool is_answer        = (entry != NULL) && (entry->doubt == DOUBT_ASKED) &&
-                           (tm->destination == (PUS_USER_ONBOARD | SUPERVISOR_APID)) &&
+    registry_entry_t* const entry = supervisor_registry_find(supervisor, tm->apid);
+    const bool is_answer          = (entry != NULL) && (entry->doubt == DOUBT_ASKED) &&
+                           (tm->destination == (PUS_USER_ONBOARD | DESCRIPTOR_SUPERVISOR_APID)) &&
                            (verification->request_id == entry->asked.request_id) &&
                            (verification->failure.code == PUS_FAILURE_NONE);
     if (!is_answer) {
@@ -64,6 +64,6 @@ void doubt_verification(supervisor_t* const supervisor, const pus_tm_t* const tm
     }
     entry->doubt = DOUBT_NONE;
     if (entry->state == STATE_OFFLINE) { // It has closed its links, and its reports were lost.
-        link_manager_member_lost(supervisor, tm->apid);
+        supervisor_link_manager_member_lost(supervisor, tm->apid);
     }
 }

@@ -23,22 +23,22 @@ typedef struct { // What happened, and to whom.
     bool is_finding;            ///< Detected by the supervisor: the subsystem itself has not reacted.
 } failure_t;
 
-void raise_u16(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t first)
+void supervisor_raise_u16(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t first)
 {
     uint8_t octets[2];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     octet_write_u16(&writer, first);
-    (void)subsystem_raise(&supervisor->component, event_id, octets, writer.position);
+    (void)subsystem_raise(&supervisor->subsystem, event_id, octets, writer.position);
 }
 
-void raise_u16_u16(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t first,
-                   const uint16_t second)
+void supervisor_raise_u16_u16(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t first,
+                              const uint16_t second)
 {
     uint8_t octets[4];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     octet_write_u16(&writer, first);
     octet_write_u16(&writer, second);
-    (void)subsystem_raise(&supervisor->component, event_id, octets, writer.position);
+    (void)subsystem_raise(&supervisor->subsystem, event_id, octets, writer.position);
 }
 
 static uint16_t number_of(const supervisor_t* const supervisor, const mission_plan_t* const plan)
@@ -63,14 +63,14 @@ static bool is_covered(const state_t open, const state_t state)
 }
 
 /// True if an order that is owed, or was given and not answered yet, does what an order for `state` would.
-static bool is_ordered(const supervisor_t* const supervisor, const roster_entry_t* const entry,
+static bool is_ordered(const supervisor_t* const supervisor, const registry_entry_t* const entry,
                        const state_t state)
 {
     const bool is_recent =
         (entry->order.request_id != 0U) && ((supervisor->now_ns - entry->order.time_ns) < ORDER_STANDS_NS);
-    const bool is_open =
-        entry->is_order_owed ||
-        (is_recent && pending_is_open(&supervisor->pending, entry->mission->apid, entry->order.request_id));
+    const bool is_open = entry->is_order_owed ||
+                         (is_recent && supervisor_pending_is_open(&supervisor->pending, entry->mission->apid,
+                                                                  entry->order.request_id));
     return is_open && is_covered(entry->ordered, state);
 }
 
@@ -92,11 +92,12 @@ static bool is_downwards(const state_t from, const state_t to)
 static bool order_down(supervisor_t* const supervisor, const uint16_t apid, const state_t state,
                        const pus_cause_t cause)
 {
-    const roster_entry_t* const entry = roster_find(supervisor, apid);
-    const bool is_due = (entry != NULL) && (apid != SUPERVISOR_APID) && (entry->process == PROCESS_RUNNING) &&
-                        is_downwards(entry->state, state) && !is_ordered(supervisor, entry, state);
+    const registry_entry_t* const entry = supervisor_registry_find(supervisor, apid);
+    const bool is_due                   = (entry != NULL) && (apid != DESCRIPTOR_SUPERVISOR_APID) &&
+                        (entry->process == PROCESS_RUNNING) && is_downwards(entry->state, state) &&
+                        !is_ordered(supervisor, entry, state);
     if (is_due) {
-        (void)order_state(supervisor, apid, state, cause);
+        (void)supervisor_order_state(supervisor, apid, state, cause);
     }
     return is_due;
 }
@@ -127,7 +128,7 @@ static plan_run_t run_for(supervisor_t* const supervisor, const failure_t* const
                         .apid     = failure->apid,
                         .event_id = failure->event_id,
                         .start_ns = supervisor->now_ns};
-    run.member_count = link_graph_members(&supervisor->graph, failure->apid, run.members);
+    run.member_count = supervisor_link_graph_members(&supervisor->graph, failure->apid, run.members);
     return run;
 }
 
@@ -142,30 +143,30 @@ static void tell_overruled(supervisor_t* const supervisor, const plan_run_t* con
     octet_write_u16(&writer, other->apid);
     octet_write_u16(&writer, other->event_id);
     supervisor->reactions.overruled++;
-    (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_PLAN_OVERRULED, octets, writer.position);
+    (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_PLAN_OVERRULED, octets, writer.position);
 }
 
 static void start_plan(supervisor_t* const supervisor, const plan_run_t* const wanted)
 {
     plan_run_t ended;
-    while (plan_runner_overrule(&supervisor->plans, wanted, &ended)) {
+    while (supervisor_plan_runner_overrule(&supervisor->plans, wanted, &ended)) {
         tell_overruled(supervisor, &ended, wanted);
     }
-    const plan_verdict_t verdict = plan_runner_start(&supervisor->plans, wanted);
+    const plan_verdict_t verdict = supervisor_plan_runner_start(&supervisor->plans, wanted);
     if (verdict == PLAN_STARTED) {
         supervisor->counters.plans_started++;
-        raise_u16_u16(supervisor, SUPERVISOR_EVENT_PLAN_STARTED, wanted->apid, wanted->event_id);
+        supervisor_raise_u16_u16(supervisor, SUPERVISOR_EVENT_PLAN_STARTED, wanted->apid, wanted->event_id);
     } else if (verdict == PLAN_JOINED) {
         supervisor->reactions.joined++;
     } else {
-        tell_overruled(supervisor, wanted, plan_runner_of(&supervisor->plans, wanted->apid));
+        tell_overruled(supervisor, wanted, supervisor_plan_runner_of(&supervisor->plans, wanted->apid));
     }
 }
 
 static void order_members(supervisor_t* const supervisor, const plan_run_t* const run, const state_t state)
 {
     for (uint16_t i = 0U; i < run->member_count; i++) {
-        if (plan_runner_concerns(run, run->members[i])) {
+        if (supervisor_plan_runner_concerns(run, run->members[i])) {
             (void)order_down(supervisor, run->members[i], state, PUS_CAUSE_PLAN);
         }
     }
@@ -175,12 +176,12 @@ static void act(supervisor_t* const supervisor, const plan_run_t* const run,
                 const mission_action_t* const action)
 {
     if (action->kind == MISSION_ACTION_MODE) {
-        mode_set(supervisor, action->mode, (uint8_t)PUS_CAUSE_PLAN);
+        supervisor_mode_set(supervisor, action->mode, (uint8_t)PUS_CAUSE_PLAN);
     } else if (action->kind == MISSION_ACTION_STATE) {
         const uint16_t target = (action->target == MISSION_SELF) ? run->apid : action->target;
         if (action->target == MISSION_NETWORK) {
             order_members(supervisor, run, (state_t)action->state);
-        } else if (plan_runner_concerns(run, target)) {
+        } else if (supervisor_plan_runner_concerns(run, target)) {
             (void)order_down(supervisor, target, (state_t)action->state, PUS_CAUSE_PLAN);
         } else {
             // Its process died: it starts again in OFFLINE.
@@ -190,14 +191,15 @@ static void act(supervisor_t* const supervisor, const plan_run_t* const run,
     }
 }
 
-void error_run_plans(supervisor_t* const supervisor)
+void supervisor_error_run_plans(supervisor_t* const supervisor)
 {
     for (size_t i = 0U; i < PLAN_RUNS; i++) {
-        plan_run_t* const run          = &supervisor->plans.runs[i];
-        const mission_action_t* action = plan_runner_next(run, supervisor->mission, supervisor->now_ns);
+        plan_run_t* const run = &supervisor->plans.runs[i];
+        const mission_action_t* action =
+            supervisor_plan_runner_next(run, supervisor->mission, supervisor->now_ns);
         while (action != NULL) {
             act(supervisor, run, action);
-            action = plan_runner_next(run, supervisor->mission, supervisor->now_ns);
+            action = supervisor_plan_runner_next(run, supervisor->mission, supervisor->now_ns);
         }
     }
 }
@@ -207,15 +209,16 @@ void error_run_plans(supervisor_t* const supervisor)
 static void high(supervisor_t* const supervisor, const failure_t* const failure)
 {
     const plan_run_t wanted         = run_for(supervisor, failure);
-    const plan_run_t* const present = plan_runner_of(&supervisor->plans, failure->apid);
+    const plan_run_t* const present = supervisor_plan_runner_of(&supervisor->plans, failure->apid);
     const bool is_new               = (present == NULL) || (present->severity < failure->severity);
     const uint16_t ordered = secure_network(supervisor, failure, wanted.members, wanted.member_count);
     if ((wanted.member_count > 1U) && (is_new || (ordered > 0U))) {
-        raise_u16_u16(supervisor, SUPERVISOR_EVENT_NETWORK_SHUT_DOWN,
-                      link_graph_network(&supervisor->graph, failure->apid), failure->apid);
+        supervisor_raise_u16_u16(supervisor, SUPERVISOR_EVENT_NETWORK_SHUT_DOWN,
+                                 supervisor_link_graph_network(&supervisor->graph, failure->apid),
+                                 failure->apid);
     }
     if ((supervisor->shutdown_step == 0U) &&
-        ((failure->plan != NULL) || (failure->apid != SUPERVISOR_APID))) {
+        ((failure->plan != NULL) || (failure->apid != DESCRIPTOR_SUPERVISOR_APID))) {
         start_plan(supervisor, &wanted);
     }
 }
@@ -226,7 +229,7 @@ static void medium(supervisor_t* const supervisor, const failure_t* const failur
     if ((failure->plan != NULL) && (supervisor->shutdown_step == 0U)) {
         const plan_run_t wanted = run_for(supervisor, failure);
         start_plan(supervisor, &wanted);
-        error_run_plans(supervisor);
+        supervisor_error_run_plans(supervisor);
     }
     (void)order_down(supervisor, failure->apid, STATE_SAFE_OPERATIONAL, PUS_CAUSE_OWN_ERROR);
 }
@@ -243,7 +246,7 @@ static void lesser(supervisor_t* const supervisor, const failure_t* const failur
 /// Once the shutdown has ordered all subsystems to OFFLINE, no reaction may order another state.
 static void react(supervisor_t* const supervisor, const failure_t* const failure)
 {
-    if (sequence_is_ending(supervisor)) {
+    if (supervisor_sequence_is_ending(supervisor)) {
         return;
     }
     if (failure->severity == DESCRIPTOR_HIGH) {
@@ -255,9 +258,10 @@ static void react(supervisor_t* const supervisor, const failure_t* const failure
     }
 }
 
-void error_event(supervisor_t* const supervisor, const pus_event_occurrence_t* const event)
+void supervisor_error_event(supervisor_t* const supervisor, const pus_event_occurrence_t* const event)
 {
-    if ((event->apid == SUPERVISOR_APID) || (roster_find(supervisor, event->apid) == NULL)) {
+    if ((event->apid == DESCRIPTOR_SUPERVISOR_APID) ||
+        (supervisor_registry_find(supervisor, event->apid) == NULL)) {
         return;
     }
     const descriptor_severity_t severity = (descriptor_severity_t)event->severity;
@@ -265,7 +269,7 @@ void error_event(supervisor_t* const supervisor, const pus_event_occurrence_t* c
                      .severity = severity,
                      .apid     = event->apid,
                      .event_id = event->event,
-                     .plan     = mission_find_plan(supervisor->mission, severity, event->apid, event->event)};
+                     .plan     = descriptor_mission_find_plan(supervisor->mission, severity, event->apid, event->event)};
     react(supervisor, &failure);
 }
 
@@ -278,11 +282,13 @@ static const mission_plan_t* plan_of_finding(const supervisor_t* const superviso
                                              const uint16_t event_id)
 {
     const mission_plan_t* const own =
-        mission_find_plan(supervisor->mission, severity, SUPERVISOR_APID, event_id);
-    if ((own != NULL) && (own->apid == SUPERVISOR_APID)) {
+        descriptor_mission_find_plan(supervisor->mission, severity, DESCRIPTOR_SUPERVISOR_APID, event_id);
+    if ((own != NULL) && (own->apid == DESCRIPTOR_SUPERVISOR_APID)) {
         return own;
     }
-    return (apid != SUPERVISOR_APID) ? mission_find_plan(supervisor->mission, severity, apid, 0U) : NULL;
+    return (apid != DESCRIPTOR_SUPERVISOR_APID)
+               ? descriptor_mission_find_plan(supervisor->mission, severity, apid, 0U)
+               : NULL;
 }
 
 static void found(supervisor_t* const supervisor, const descriptor_severity_t severity, const uint16_t apid,
@@ -297,16 +303,17 @@ static void found(supervisor_t* const supervisor, const descriptor_severity_t se
 }
 
 /// A process that hangs is killed, and so lost: a plan that names only PROCESS_LOST applies as well.
-void error_member_lost(supervisor_t* const supervisor, const uint16_t apid, const uint16_t event_id)
+void supervisor_error_member_lost(supervisor_t* const supervisor, const uint16_t apid,
+                                  const uint16_t event_id)
 {
-    const mission_plan_t* const plan =
-        mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, SUPERVISOR_APID, event_id);
-    const bool is_named = (plan != NULL) && (plan->apid == SUPERVISOR_APID);
+    const mission_plan_t* const plan = descriptor_mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH,
+                                                                    DESCRIPTOR_SUPERVISOR_APID, event_id);
+    const bool is_named              = (plan != NULL) && (plan->apid == DESCRIPTOR_SUPERVISOR_APID);
     found(supervisor, DESCRIPTOR_HIGH, apid, is_named ? event_id : SUPERVISOR_EVENT_PROCESS_LOST);
-    plan_runner_mark_lost(&supervisor->plans, apid);
+    supervisor_plan_runner_mark_lost(&supervisor->plans, apid);
 }
 
-void error_member_silent(supervisor_t* const supervisor, const uint16_t apid)
+void supervisor_error_member_silent(supervisor_t* const supervisor, const uint16_t apid)
 {
     found(supervisor, DESCRIPTOR_HIGH, apid, SUPERVISOR_EVENT_SUBSYSTEM_SILENT);
 }
@@ -319,20 +326,20 @@ static uint16_t subject_of(supervisor_t* const supervisor, const pus_tm_t* const
     const descriptor_event_t* const event          = descriptor_find_event(descriptor, event_id);
     octet_reader_t reader                          = octet_reader(tm->data, tm->size);
     if ((event == NULL) || (event->field_count == 0U) || (tm->service != PUS_SERVICE_EVENTS)) {
-        return SUPERVISOR_APID;
+        return DESCRIPTOR_SUPERVISOR_APID;
     }
     const descriptor_field_t* const first = &descriptor->fields[event->first_field];
     (void)octet_read_u16(&reader); // The event.
     const bool is_named = (strcmp(first->name, "APID") == 0) && (first->type == VALUE_UINT16);
-    const uint16_t apid = is_named ? octet_read_u16(&reader) : SUPERVISOR_APID;
-    return (roster_find(supervisor, apid) != NULL) ? apid : SUPERVISOR_APID;
+    const uint16_t apid = is_named ? octet_read_u16(&reader) : DESCRIPTOR_SUPERVISOR_APID;
+    return (supervisor_registry_find(supervisor, apid) != NULL) ? apid : DESCRIPTOR_SUPERVISOR_APID;
 }
 
 /// True if there is a reaction to an event of the supervisor: a plan, or layer 1 for the subsystem concerned.
 static bool is_worth_a_reaction(const supervisor_t* const supervisor, const own_event_t* const event)
 {
     const descriptor_severity_t severity = (descriptor_severity_t)event->severity;
-    const bool is_layer_1 = (event->subject != SUPERVISOR_APID) && (severity >= DESCRIPTOR_MEDIUM);
+    const bool is_layer_1 = (event->subject != DESCRIPTOR_SUPERVISOR_APID) && (severity >= DESCRIPTOR_MEDIUM);
     return is_layer_1 || (plan_of_finding(supervisor, severity, event->subject, event->event_id) != NULL);
 }
 
@@ -347,8 +354,8 @@ static bool is_noted(const supervisor_t* const supervisor, const own_event_t* co
     return false;
 }
 
-void error_own_event(supervisor_t* const supervisor, const pus_tm_t* const tm,
-                     const pus_event_occurrence_t* const occurrence)
+void supervisor_error_own_event(supervisor_t* const supervisor, const pus_tm_t* const tm,
+                                const pus_event_occurrence_t* const occurrence)
 {
     const bool is_handled = (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) || // Where they are raised.
                             (occurrence->event == SUPERVISOR_EVENT_PROCESS_HUNG) ||
@@ -369,7 +376,7 @@ void error_own_event(supervisor_t* const supervisor, const pus_tm_t* const tm,
     supervisor->own_event_count++;
 }
 
-void error_own_events(supervisor_t* const supervisor)
+void supervisor_error_own_events(supervisor_t* const supervisor)
 {
     own_event_t events[SUPERVISOR_OWN_EVENTS];
     const uint16_t count = supervisor->own_event_count;

@@ -15,7 +15,7 @@ static const resource_size_t sizes[GROUND_SIZES] = {
 /// room.
 static const uint16_t plain_reserve[GROUND_SIZES] = {320U, 32U, 0U, 0U};
 
-void ground_backlog_init(ground_backlog_t* const backlog)
+void supervisor_ground_backlog_init(ground_backlog_t* const backlog)
 {
     static const uint16_t counts[PUS_CLASSES] = {GROUND_FIRM_REPORTS, GROUND_PLAIN_REPORTS,
                                                  GROUND_BULK_REPORTS};
@@ -34,14 +34,14 @@ void ground_backlog_init(ground_backlog_t* const backlog)
     backlog->next_stamp = 0U;
 }
 
-uint8_t* ground_backlog_take(ground_backlog_t* const backlog, const size_t size)
+uint8_t* supervisor_ground_backlog_take(ground_backlog_t* const backlog, const size_t size)
 {
     FSW_ASSERT((backlog != NULL) && (size > 0U));
     void* block = NULL;
     return (resource_take_reserved(&backlog->blocks, size, &block) == STATUS_OK) ? (uint8_t*)block : NULL;
 }
 
-void ground_backlog_give(ground_backlog_t* const backlog, uint8_t* const block)
+void supervisor_ground_backlog_give(ground_backlog_t* const backlog, uint8_t* const block)
 {
     FSW_ASSERT(backlog != NULL);
     const status_t status = resource_release(&backlog->blocks, block);
@@ -74,7 +74,8 @@ static bool has_place(const ground_line_t* const line, const size_t size)
     return ((line->octets + size) <= line->limit) && (line->span < line->capacity);
 }
 
-bool ground_backlog_accepts(const ground_backlog_t* const backlog, const pus_class_t class, const size_t size)
+bool supervisor_ground_backlog_accepts(const ground_backlog_t* const backlog, const pus_class_t class,
+                                       const size_t size)
 {
     FSW_ASSERT((backlog != NULL) && (class < PUS_CLASSES));
     return has_place(&backlog->lines[class], size) && (blocks_left(backlog, class, size, 0U) > 0U);
@@ -89,14 +90,14 @@ static uint8_t* block_of(ground_backlog_t* const backlog, const uint8_t* const p
         FSW_ASSERT(status == STATUS_OK);
         return block;
     }
-    uint8_t* const copy = ground_backlog_take(backlog, size);
+    uint8_t* const copy = supervisor_ground_backlog_take(backlog, size);
     FSW_ASSERT(copy != NULL); // There is one.
     (void)memcpy(copy, packet, size);
     return copy;
 }
 
-status_t ground_backlog_put(ground_backlog_t* const backlog, const uint8_t source,
-                            const uint8_t* const packet, const size_t size, uint8_t* const block)
+status_t supervisor_ground_backlog_put(ground_backlog_t* const backlog, const uint8_t source,
+                                       const uint8_t* const packet, const size_t size, uint8_t* const block)
 {
     FSW_ASSERT((backlog != NULL) && (packet != NULL) && (source < CAPACITY_SUBSYSTEMS) &&
                (size > OFFSET_SERVICE) && (size <= PUS_PACKET_MAX));
@@ -144,8 +145,8 @@ static bool next_firm(const ground_backlog_t* const backlog, ground_report_t* co
     return false;
 }
 
-bool ground_backlog_next(const ground_backlog_t* const backlog, const bool is_plain_open,
-                         ground_report_t* const out_report)
+bool supervisor_ground_backlog_next(const ground_backlog_t* const backlog, const bool is_plain_open,
+                                    ground_report_t* const out_report)
 {
     FSW_ASSERT((backlog != NULL) && (out_report != NULL));
     if (!is_plain_open) {
@@ -168,7 +169,7 @@ bool ground_backlog_next(const ground_backlog_t* const backlog, const bool is_pl
     return is_found;
 }
 
-void ground_backlog_sent(ground_backlog_t* const backlog, const ground_report_t* const report)
+void supervisor_ground_backlog_sent(ground_backlog_t* const backlog, const ground_report_t* const report)
 {
     FSW_ASSERT((backlog != NULL) && (report != NULL));
     ground_line_t* const line   = &backlog->lines[report->class];
@@ -178,7 +179,7 @@ void ground_backlog_sent(ground_backlog_t* const backlog, const ground_report_t*
         backlog->waiting[entry->source]--;
     }
     line->octets -= entry->size;
-    ground_backlog_give(backlog, entry->block);
+    supervisor_ground_backlog_give(backlog, entry->block);
     entry->block = NULL;
     while ((line->span > 0U) && (line->entries[line->head].block == NULL)) { // Those that left earlier, too.
         line->head = (uint16_t)((line->head + 1U) % line->capacity);
@@ -186,7 +187,7 @@ void ground_backlog_sent(ground_backlog_t* const backlog, const ground_report_t*
     }
 }
 
-void ground_backlog_copy(const ground_backlog_t* const backlog, octet_ring_t* const ring)
+void supervisor_ground_backlog_copy(const ground_backlog_t* const backlog, message_ring_t* const ring)
 {
     FSW_ASSERT((backlog != NULL) && (ring != NULL));
     uint16_t next[PUS_CLASSES] = {0U};
@@ -206,14 +207,14 @@ void ground_backlog_copy(const ground_backlog_t* const backlog, octet_ring_t* co
                 class = k;
             }
         }
-        if ((first == NULL) || (octet_ring_put(ring, first->block, first->size) != STATUS_OK)) {
+        if ((first == NULL) || (message_ring_put(ring, first->block, first->size) != STATUS_OK)) {
             return;
         }
         next[class]++;
     }
 }
 
-uint32_t ground_backlog_room(const ground_backlog_t* const backlog, const pus_class_t class)
+uint32_t supervisor_ground_backlog_room(const ground_backlog_t* const backlog, const pus_class_t class)
 {
     FSW_ASSERT((backlog != NULL) && (class < PUS_CLASSES));
     const ground_line_t* const line = &backlog->lines[class];
@@ -221,7 +222,7 @@ uint32_t ground_backlog_room(const ground_backlog_t* const backlog, const pus_cl
 }
 
 /// Each request may bring a PLAIN report and FIRM ones: room for both.
-bool ground_backlog_takes_requests(const ground_backlog_t* const backlog)
+bool supervisor_ground_backlog_takes_requests(const ground_backlog_t* const backlog)
 {
     FSW_ASSERT(backlog != NULL);
     const ground_line_t* const firm  = &backlog->lines[PUS_CLASS_FIRM];
@@ -233,7 +234,7 @@ bool ground_backlog_takes_requests(const ground_backlog_t* const backlog)
            (blocks_left(backlog, PUS_CLASS_PLAIN, 1U, 0U) >= (2U * GROUND_INTAKE_REPORTS));
 }
 
-bool ground_backlog_is_empty(const ground_backlog_t* const backlog)
+bool supervisor_ground_backlog_is_empty(const ground_backlog_t* const backlog)
 {
     FSW_ASSERT(backlog != NULL);
     return (backlog->lines[PUS_CLASS_FIRM].span + backlog->lines[PUS_CLASS_PLAIN].span +

@@ -16,7 +16,7 @@
 #define FSW_SUPERVISOR_GROUND_BACKLOG_H
 
 #include "base/capacities.h"
-#include "fsw/framework/message/octet_ring.h"
+#include "fsw/framework/message/message_ring.h"
 #include "base/resource.h"
 #include "pus/core/traffic_class.h"
 
@@ -72,28 +72,29 @@ typedef struct { // Private, except `blocks`, to be read.
     uint64_t arena[GROUND_ARENA_WORDS];
 } ground_backlog_t;
 
-void ground_backlog_init(ground_backlog_t* backlog);
+void supervisor_ground_backlog_init(ground_backlog_t* backlog);
 /// A block for a packet, with one reference; null: none is left. The caller returns it by
-/// ground_backlog_give.
-MUST_USE uint8_t* ground_backlog_take(ground_backlog_t* backlog, size_t size);
-void ground_backlog_give(ground_backlog_t* backlog, uint8_t* block);
+/// supervisor_ground_backlog_give.
+MUST_USE uint8_t* supervisor_ground_backlog_take(ground_backlog_t* backlog, size_t size);
+void supervisor_ground_backlog_give(ground_backlog_t* backlog, uint8_t* block);
 /// Let a report wait. If it lies in `block`, the block gets one more reference; if `block` is null, the
 /// report is copied into a new block. `source` is the number of the subsystem, below CAPACITY_SUBSYSTEMS.
 /// STATUS_OK; STATUS_FULL: its class has no room.
-MUST_USE status_t ground_backlog_put(ground_backlog_t* backlog, uint8_t source, const uint8_t* packet,
-                                     size_t size, uint8_t* block);
+MUST_USE status_t supervisor_ground_backlog_put(ground_backlog_t* backlog, uint8_t source,
+                                                const uint8_t* packet, size_t size, uint8_t* block);
 /// True if a report of that class and size that is in no block yet could wait.
-bool ground_backlog_accepts(const ground_backlog_t* backlog, pus_class_t class, size_t size);
+bool supervisor_ground_backlog_accepts(const ground_backlog_t* backlog, pus_class_t class, size_t size);
 /// The report to send next; `is_plain_open`: all classes can be sent now. False: no report may be sent.
-bool ground_backlog_next(const ground_backlog_t* backlog, bool is_plain_open, ground_report_t* out_report);
+bool supervisor_ground_backlog_next(const ground_backlog_t* backlog, bool is_plain_open,
+                                    ground_report_t* out_report);
 /// The report has been sent.
-void ground_backlog_sent(ground_backlog_t* backlog, const ground_report_t* report);
+void supervisor_ground_backlog_sent(ground_backlog_t* backlog, const ground_report_t* report);
 /// Copy the waiting reports into an empty ring, in order of arrival.
-void ground_backlog_copy(const ground_backlog_t* backlog, octet_ring_t* ring);
+void supervisor_ground_backlog_copy(const ground_backlog_t* backlog, message_ring_t* ring);
 /// Octets of room that are left for a class.
-uint32_t ground_backlog_room(const ground_backlog_t* backlog, pus_class_t class);
+uint32_t supervisor_ground_backlog_room(const ground_backlog_t* backlog, pus_class_t class);
 /// True if there is room for the answers to the requests that are taken in now.
-bool ground_backlog_takes_requests(const ground_backlog_t* backlog);
-bool ground_backlog_is_empty(const ground_backlog_t* backlog);
+bool supervisor_ground_backlog_takes_requests(const ground_backlog_t* backlog);
+bool supervisor_ground_backlog_is_empty(const ground_backlog_t* backlog);
 
 #endif // FSW_SUPERVISOR_GROUND_BACKLOG_H

@@ -11,8 +11,10 @@
 /// without notice.
 static bool is_there(const supervisor_t* const supervisor)
 {
-    const mission_subsystem_t* const one = mission_find_subsystem(supervisor->mission, COMMUNICATION_APID);
-    return (one != NULL) && roster_is_there(&supervisor->roster[one - supervisor->mission->subsystems]);
+    const mission_subsystem_t* const one =
+        descriptor_mission_find_subsystem(supervisor->mission, COMMUNICATION_APID);
+    return (one != NULL) &&
+           supervisor_registry_is_there(&supervisor->registry[one - supervisor->mission->subsystems]);
 }
 
 static status_t send_by_class(supervisor_t* const supervisor, const pus_class_t class,
@@ -34,37 +36,40 @@ static bool is_open_for(const supervisor_t* const supervisor, const pus_class_t 
                                       : message_credit_plain(endpoint, COMMUNICATION_APID)) > 0U;
 }
 
-void ground_flush(supervisor_t* const supervisor)
+void supervisor_ground_flush(supervisor_t* const supervisor)
 {
     ground_backlog_t* const backlog = &supervisor->ground_backlog;
     ground_report_t report;
     while (is_open_for(supervisor, PUS_CLASS_FIRM) &&
-           ground_backlog_next(backlog, is_open_for(supervisor, PUS_CLASS_PLAIN), &report) &&
+           supervisor_ground_backlog_next(backlog, is_open_for(supervisor, PUS_CLASS_PLAIN), &report) &&
            (send_by_class(supervisor, report.class, report.packet, report.size) != STATUS_FULL)) {
-        ground_backlog_sent(backlog, &report);
+        supervisor_ground_backlog_sent(backlog, &report);
         supervisor->ground_moved_ns = supervisor->now_ns;
     }
-    if (ground_backlog_is_empty(backlog)) {
+    if (supervisor_ground_backlog_is_empty(backlog)) {
         supervisor->is_ground_behind = false;
         supervisor->ground_moved_ns  = supervisor->now_ns;
     }
 }
 
-bool ground_accepts(const supervisor_t* const supervisor, const pus_class_t class, const size_t size)
+bool supervisor_ground_accepts(const supervisor_t* const supervisor, const pus_class_t class,
+                               const size_t size)
 {
     const bool is_away = (supervisor->now_ns - supervisor->ground_moved_ns) > AWAY_NS;
-    return is_away || ground_backlog_accepts(&supervisor->ground_backlog, class, size) ||
-           (ground_backlog_is_empty(&supervisor->ground_backlog) && is_open_for(supervisor, class));
+    return is_away || supervisor_ground_backlog_accepts(&supervisor->ground_backlog, class, size) ||
+           (supervisor_ground_backlog_is_empty(&supervisor->ground_backlog) &&
+            is_open_for(supervisor, class));
 }
 
-bool ground_is_waiting(const supervisor_t* const supervisor)
+bool supervisor_ground_is_waiting(const supervisor_t* const supervisor)
 {
-    return !ground_backlog_is_empty(&supervisor->ground_backlog) || !is_open_for(supervisor, PUS_CLASS_PLAIN);
+    return !supervisor_ground_backlog_is_empty(&supervisor->ground_backlog) ||
+           !is_open_for(supervisor, PUS_CLASS_PLAIN);
 }
 
-bool ground_takes_requests(const supervisor_t* const supervisor)
+bool supervisor_ground_takes_requests(const supervisor_t* const supervisor)
 {
-    return ground_backlog_takes_requests(&supervisor->ground_backlog);
+    return supervisor_ground_backlog_takes_requests(&supervisor->ground_backlog);
 }
 
 static void count_dropped(supervisor_t* const supervisor, const pus_class_t class)
@@ -79,41 +84,42 @@ static void count_dropped(supervisor_t* const supervisor, const pus_class_t clas
     }
 }
 
-void ground_tell(supervisor_t* const supervisor)
+void supervisor_ground_tell(supervisor_t* const supervisor)
 {
     if (supervisor->is_ground_news) { // Not from inside of what is being sent.
         supervisor->is_ground_news = false;
-        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_GROUND_BEHIND, NULL, 0U);
+        (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_GROUND_BEHIND, NULL, 0U);
     }
 }
 
 static void wait_for_ground(supervisor_t* const supervisor, const uint16_t apid, const uint8_t* const packet,
                             const size_t size, uint8_t* const block)
 {
-    const roster_entry_t* const entry = roster_find(supervisor, apid);
+    const registry_entry_t* const entry = supervisor_registry_find(supervisor, apid);
     FSW_ASSERT(entry != NULL); // Routing knows the sender.
-    const uint8_t source = (uint8_t)(entry - supervisor->roster);
-    if (ground_backlog_put(&supervisor->ground_backlog, source, packet, size, block) != STATUS_OK) {
+    const uint8_t source = (uint8_t)(entry - supervisor->registry);
+    if (supervisor_ground_backlog_put(&supervisor->ground_backlog, source, packet, size, block) !=
+        STATUS_OK) {
         count_dropped(supervisor, pus_class_of(packet, size)); // It is in the log.
     }
 }
 
-void ground_send(supervisor_t* const supervisor, const uint16_t apid, const uint8_t* const packet,
-                 const size_t size, uint8_t* const block)
+void supervisor_ground_send(supervisor_t* const supervisor, const uint16_t apid, const uint8_t* const packet,
+                            const size_t size, uint8_t* const block)
 {
-    if (!ground_backlog_is_empty(&supervisor->ground_backlog) ||
+    if (!supervisor_ground_backlog_is_empty(&supervisor->ground_backlog) ||
         (send_by_class(supervisor, pus_class_of(packet, size), packet, size) == STATUS_FULL)) {
         wait_for_ground(supervisor, apid, packet, size, block);
     }
 }
 
-void ground_update(supervisor_t* const supervisor)
+void supervisor_ground_update(supervisor_t* const supervisor)
 {
     const ground_backlog_t* const backlog = &supervisor->ground_backlog;
     supervisor_ground_t* const ground     = &supervisor->ground;
-    ground->waiting_firm                  = GROUND_FIRM_OCTETS - ground_backlog_room(backlog, PUS_CLASS_FIRM);
-    ground->waiting_plain = GROUND_PLAIN_OCTETS - ground_backlog_room(backlog, PUS_CLASS_PLAIN);
-    ground->waiting_bulk  = GROUND_BULK_OCTETS - ground_backlog_room(backlog, PUS_CLASS_BULK);
+    ground->waiting_firm  = GROUND_FIRM_OCTETS - supervisor_ground_backlog_room(backlog, PUS_CLASS_FIRM);
+    ground->waiting_plain = GROUND_PLAIN_OCTETS - supervisor_ground_backlog_room(backlog, PUS_CLASS_PLAIN);
+    ground->waiting_bulk  = GROUND_BULK_OCTETS - supervisor_ground_backlog_room(backlog, PUS_CLASS_BULK);
     ground->block_peak    = 0U;
     ground->block_refused = 0U;
     for (size_t i = 0U; i < GROUND_SIZES; i++) {
@@ -122,43 +128,43 @@ void ground_update(supervisor_t* const supervisor)
     }
 }
 
-void ground_keep(supervisor_t* const supervisor)
+void supervisor_ground_keep(supervisor_t* const supervisor)
 {
-    octet_ring_t* const kept = &supervisor->ground_kept;
-    octet_ring_init(kept, supervisor->ground_storage, sizeof supervisor->ground_storage);
-    if (!ground_backlog_is_empty(&supervisor->ground_backlog)) {
-        ground_backlog_copy(&supervisor->ground_backlog, kept);
+    message_ring_t* const kept = &supervisor->ground_kept;
+    message_ring_init(kept, supervisor->ground_storage, sizeof supervisor->ground_storage);
+    if (!supervisor_ground_backlog_is_empty(&supervisor->ground_backlog)) {
+        supervisor_ground_backlog_copy(&supervisor->ground_backlog, kept);
     }
 }
 
-void ground_resume(supervisor_t* const supervisor)
+void supervisor_ground_resume(supervisor_t* const supervisor)
 {
     size_t size = 0U;
-    while (octet_ring_take(&supervisor->ground_kept, supervisor->packet, sizeof supervisor->packet, &size) ==
-           STATUS_OK) {
+    while (message_ring_take(&supervisor->ground_kept, supervisor->packet, sizeof supervisor->packet,
+                             &size) == STATUS_OK) {
         pus_tm_t tm;
         pus_failure_t failure;
         if ((pus_tm_decode(supervisor->packet, size, &tm, &failure) == STATUS_OK) &&
-            (roster_find(supervisor, tm.apid) != NULL)) {
+            (supervisor_registry_find(supervisor, tm.apid) != NULL)) {
             wait_for_ground(supervisor, tm.apid, supervisor->packet, size, NULL);
         }
     }
 }
 
-status_t router_send_time(void* const context, const uint8_t* const packet, const size_t size)
+status_t supervisor_router_send_time(void* const context, const uint8_t* const packet, const size_t size)
 {
     supervisor_t* const supervisor = (supervisor_t*)context;
-    if (ground_is_waiting(supervisor) ||
+    if (supervisor_ground_is_waiting(supervisor) ||
         (message_send_plain(supervisor->config.endpoint, COMMUNICATION_APID, packet, size) != STATUS_OK)) {
         return STATUS_FULL; // What waits already goes first.
     }
-    router_log(supervisor, packet, size);
+    supervisor_router_log(supervisor, packet, size);
     return STATUS_OK;
 }
 
-status_t router_send_stored(void* const context, const uint8_t virtual_channel, const uint8_t* const packet,
-                            const size_t size)
+status_t supervisor_router_send_stored(void* const context, const uint8_t virtual_channel,
+                                       const uint8_t* const packet, const size_t size)
 {
     (void)virtual_channel; // There is one way to ground.
-    return router_send_time(context, packet, size);
+    return supervisor_router_send_time(context, packet, size);
 }

@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-link_edge_t* link_graph_find(link_graph_t* const graph, const uint16_t link)
+link_edge_t* supervisor_link_graph_find(link_graph_t* const graph, const uint16_t link)
 {
     FSW_ASSERT(graph != NULL);
     for (uint16_t i = 0U; i < graph->count; i++) {
@@ -16,10 +16,10 @@ link_edge_t* link_graph_find(link_graph_t* const graph, const uint16_t link)
     return NULL;
 }
 
-status_t link_graph_add(link_graph_t* const graph, const link_edge_t* const edge)
+status_t supervisor_link_graph_add(link_graph_t* const graph, const link_edge_t* const edge)
 {
     FSW_ASSERT(edge != NULL);
-    link_edge_t* const present = link_graph_find(graph, edge->link);
+    link_edge_t* const present = supervisor_link_graph_find(graph, edge->link);
     if (present != NULL) {
         *present = *edge;
         return STATUS_OK;
@@ -32,9 +32,9 @@ status_t link_graph_add(link_graph_t* const graph, const link_edge_t* const edge
     return STATUS_OK;
 }
 
-bool link_graph_remove(link_graph_t* const graph, const uint16_t link)
+bool supervisor_link_graph_remove(link_graph_t* const graph, const uint16_t link)
 {
-    link_edge_t* const edge = link_graph_find(graph, link);
+    link_edge_t* const edge = supervisor_link_graph_find(graph, link);
     if (edge == NULL) {
         return false;
     }
@@ -45,8 +45,8 @@ bool link_graph_remove(link_graph_t* const graph, const uint16_t link)
     return true;
 }
 
-const link_edge_t* link_graph_into(const link_graph_t* const graph, const uint16_t consumer_apid,
-                                   const uint16_t consumer_port)
+const link_edge_t* supervisor_link_graph_into(const link_graph_t* const graph, const uint16_t consumer_apid,
+                                              const uint16_t consumer_port)
 {
     FSW_ASSERT(graph != NULL);
     for (uint16_t i = 0U; i < graph->count; i++) {
@@ -68,8 +68,8 @@ static bool contains(const uint16_t* const members, const uint16_t count, const 
     return false;
 }
 
-uint16_t link_graph_members(const link_graph_t* const graph, const uint16_t apid,
-                            uint16_t out_members[LINK_GRAPH_MEMBERS])
+uint16_t supervisor_link_graph_members(const link_graph_t* const graph, const uint16_t apid,
+                                       uint16_t out_members[LINK_GRAPH_MEMBERS])
 {
     FSW_ASSERT((graph != NULL) && (out_members != NULL));
     uint16_t count = 1U;
@@ -89,10 +89,10 @@ uint16_t link_graph_members(const link_graph_t* const graph, const uint16_t apid
     return count;
 }
 
-uint16_t link_graph_network(const link_graph_t* const graph, const uint16_t apid)
+uint16_t supervisor_link_graph_network(const link_graph_t* const graph, const uint16_t apid)
 {
     uint16_t members[LINK_GRAPH_MEMBERS];
-    const uint16_t count = link_graph_members(graph, apid, members);
+    const uint16_t count = supervisor_link_graph_members(graph, apid, members);
     uint16_t smallest    = members[0];
     for (uint16_t i = 1U; i < count; i++) {
         smallest = (members[i] < smallest) ? members[i] : smallest;

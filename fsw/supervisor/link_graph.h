@@ -30,17 +30,18 @@ typedef struct {
 } link_graph_t;
 
 /// Add or replace the edge of a link. STATUS_OK, STATUS_EXHAUSTED.
-MUST_USE status_t link_graph_add(link_graph_t* graph, const link_edge_t* edge);
+MUST_USE status_t supervisor_link_graph_add(link_graph_t* graph, const link_edge_t* edge);
 /// Remove the edge of a link. True if there was one.
-bool link_graph_remove(link_graph_t* graph, uint16_t link);
+bool supervisor_link_graph_remove(link_graph_t* graph, uint16_t link);
 /// Edge of a link, or null.
-link_edge_t* link_graph_find(link_graph_t* graph, uint16_t link);
+link_edge_t* supervisor_link_graph_find(link_graph_t* graph, uint16_t link);
 /// Edge that arrives at a port of a consumer, or null.
-const link_edge_t* link_graph_into(const link_graph_t* graph, uint16_t consumer_apid, uint16_t consumer_port);
+const link_edge_t* supervisor_link_graph_into(const link_graph_t* graph, uint16_t consumer_apid,
+                                              uint16_t consumer_port);
 /// All members connected with `apid`, itself first. Returns their number, >= 1, <= LINK_GRAPH_MEMBERS.
-uint16_t link_graph_members(const link_graph_t* graph, uint16_t apid,
-                            uint16_t out_members[LINK_GRAPH_MEMBERS]);
+uint16_t supervisor_link_graph_members(const link_graph_t* graph, uint16_t apid,
+                                       uint16_t out_members[LINK_GRAPH_MEMBERS]);
 /// Smallest member id of the network of `apid`: the number of the network.
-uint16_t link_graph_network(const link_graph_t* graph, uint16_t apid);
+uint16_t supervisor_link_graph_network(const link_graph_t* graph, uint16_t apid);
 
 #endif // FSW_SUPERVISOR_LINK_GRAPH_H

@@ -47,7 +47,7 @@ static bool is_own(const link_session_t* const session)
 static void end_session(supervisor_t* const supervisor, link_session_t* const session, const uint16_t code,
                         const uint32_t detail)
 {
-    pus_process_t* const process = component_process(&supervisor->component);
+    pus_app_process_t* const process = subsystem_process(&supervisor->subsystem);
     if (!is_own(session)) {
         pus_verify_ended(process, &session->token, pus_failure(code, detail), supervisor->now_ns);
     }
@@ -113,7 +113,7 @@ static status_t close_member(supervisor_t* const supervisor, const uint16_t apid
 static void drop_link(supervisor_t* const supervisor, const uint16_t link)
 {
     link_edge_t* const accepted = accepted_of(supervisor, link);
-    (void)link_graph_remove(&supervisor->graph, link);
+    (void)supervisor_link_graph_remove(&supervisor->graph, link);
     if (accepted != NULL) {
         accepted->link = 0U;
     }
@@ -122,7 +122,7 @@ static void drop_link(supervisor_t* const supervisor, const uint16_t link)
 /// True if a subsystem is on the way to OFFLINE, where it closes its links by itself.
 static bool is_going_offline(supervisor_t* const supervisor, const uint16_t apid)
 {
-    const roster_entry_t* const member = roster_find(supervisor, apid);
+    const registry_entry_t* const member = supervisor_registry_find(supervisor, apid);
     FSW_ASSERT(member != NULL); // Links are between subsystems of the mission.
     return (member->state == STATE_OFFLINE) || (member->state >= STATE_POST_OPERATIONAL);
 }
@@ -177,7 +177,7 @@ static bool no_offer(void* const context, const uint16_t index, pus_link_offer_t
 
 static bool is_configured(supervisor_t* const supervisor, const uint16_t apid)
 {
-    const roster_entry_t* const member = roster_find(supervisor, apid);
+    const registry_entry_t* const member = supervisor_registry_find(supervisor, apid);
     return (member != NULL) && (member->state == STATE_PRE_OPERATIONAL) &&
            (member->phase == PHASE_CONFIGURED);
 }
@@ -223,8 +223,8 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
     supervisor->now_ns                = now_ns;
     const pus_link_ends_t* const ends = &request->ends;
     const mission_link_t* const link =
-        mission_find_link(supervisor->mission, ends->producer_apid, ends->producer_port, ends->consumer_apid,
-                          ends->consumer_port);
+        descriptor_mission_find_link(supervisor->mission, ends->producer_apid, ends->producer_port,
+                                     ends->consumer_apid, ends->consumer_port);
     if (link == NULL) {
         refuse(out_answer, PUS_LINK_REASON_PORT, PUS_LINK_FIELD_PORT, &request->properties);
         return pus_done();
@@ -276,7 +276,7 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
                : pus_failed(PUS_FAILURE_NO_ANSWER, accepted->producer_apid);
 }
 
-bool link_manager_renew(supervisor_t* const supervisor, const uint16_t link)
+bool supervisor_link_manager_renew(supervisor_t* const supervisor, const uint16_t link)
 {
     static const pus_token_t nobody = {.source = 0U};
     FSW_ASSERT((link >= 1U) && (link <= supervisor->mission->link_count));
@@ -330,7 +330,7 @@ static bool link_status(void* const context, const uint16_t index, pus_link_stat
     return true;
 }
 
-pus_rtlink_port_t link_manager_port(supervisor_t* const supervisor)
+pus_rtlink_port_t supervisor_link_manager_port(supervisor_t* const supervisor)
 {
     return (pus_rtlink_port_t){supervisor, no_offer, request_link, open_link, close_link, link_status};
 }
@@ -378,7 +378,7 @@ static void member_accepts(supervisor_t* const supervisor, const uint16_t apid,
                                                              .consumer_apid = session->ends.consumer_apid,
                                                              .consumer_port = session->ends.consumer_port};
     if (!is_own(session)) {
-        (void)pus_link_accept_report(component_process(&supervisor->component), session->token.source,
+        (void)pus_link_accept_report(subsystem_process(&supervisor->subsystem), session->token.source,
                                      &agreed, supervisor->now_ns);
     }
     end_session(supervisor, session, PUS_FAILURE_NONE, 0U);
@@ -394,7 +394,7 @@ static void member_refuses(supervisor_t* const supervisor, const uint16_t apid,
     pus_link_refuse_t told = *refused;
     told.transaction       = session->asked;
     if (!is_own(session)) {
-        (void)pus_link_refuse_report(component_process(&supervisor->component), session->token.source, &told,
+        (void)pus_link_refuse_report(subsystem_process(&supervisor->subsystem), session->token.source, &told,
                                      supervisor->now_ns);
     }
     give_up(supervisor, session, 0U, PUS_FAILURE_LINK_REFUSED,
@@ -410,7 +410,8 @@ static void member_opened(supervisor_t* const supervisor, link_session_t* const 
             give_up(supervisor, session, 0U, PUS_FAILURE_NO_ANSWER, session->ends.consumer_apid);
         }
     } else if ((session->step == SESSION_OPEN_CONSUMER) && (apid == session->ends.consumer_apid)) {
-        const status_t status = link_graph_add(&supervisor->graph, &supervisor->accepted[session->link - 1U]);
+        const status_t status =
+            supervisor_link_graph_add(&supervisor->graph, &supervisor->accepted[session->link - 1U]);
         end_session(supervisor, session, (status == STATUS_OK) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL,
                     LINK_GRAPH_EDGES);
     } else {
@@ -426,11 +427,12 @@ static void member_closed(supervisor_t* const supervisor, const uint16_t link, c
     if (session == NULL) {
         const bool is_producer = (ends->producer_apid == apid);
         drop_link(supervisor, link);
-        // The other end often closes at the same time, and its report is the next one: link_manager_settle.
+        // The other end often closes at the same time, and its report is the next one:
+        // supervisor_link_manager_settle.
         supervisor->closings[link - 1U] = is_producer ? ends->consumer_apid : ends->producer_apid;
         return;
     }
-    const bool had_edge = link_graph_remove(&supervisor->graph, link);
+    const bool had_edge = supervisor_link_graph_remove(&supervisor->graph, link);
     if ((session->step == SESSION_CLOSING) && !had_edge) {
         drop_link(supervisor, link);
         end_session(supervisor, session, PUS_FAILURE_NONE, 0U);
@@ -442,7 +444,7 @@ static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
                         const pus_link_transition_t* const transition, const pus_link_ends_t* const ends)
 {
     link_session_t* const session = session_of_link(supervisor, transition->link);
-    link_edge_t* const edge       = link_graph_find(&supervisor->graph, transition->link);
+    link_edge_t* const edge       = supervisor_link_graph_find(&supervisor->graph, transition->link);
     switch (transition->state) {
     case PUS_LINK_STATE_OPEN:
         if ((edge != NULL) && (transition->previous == PUS_LINK_STATE_STALE)) {
@@ -494,32 +496,32 @@ static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
 static void compare_link(supervisor_t* const supervisor, const uint16_t apid, const uint16_t link,
                          const bool is_told_open)
 {
-    const link_edge_t* const edge = link_graph_find(&supervisor->graph, link);
+    const link_edge_t* const edge = supervisor_link_graph_find(&supervisor->graph, link);
     if (session_of_link(supervisor, link) != NULL) {
         return; // It is changing.
     }
     if (edge == NULL) {
         if (is_told_open) {
-            raise_u16_u16(supervisor, SUPERVISOR_EVENT_ADOPTION_LINK_DIFFERS, apid, link);
+            supervisor_raise_u16_u16(supervisor, SUPERVISOR_EVENT_ADOPTION_LINK_DIFFERS, apid, link);
             (void)close_member(supervisor, apid, link, (uint8_t)PUS_LINK_REASON_PEER);
         }
         return;
     }
     const pus_link_ends_t ends = ends_of(edge);
     if (is_end(&ends, apid) && !is_told_open) {
-        raise_u16_u16(supervisor, SUPERVISOR_EVENT_ADOPTION_LINK_DIFFERS, apid, link);
+        supervisor_raise_u16_u16(supervisor, SUPERVISOR_EVENT_ADOPTION_LINK_DIFFERS, apid, link);
         member_closed(supervisor, link, apid, &ends);
     }
 }
 
 static void compare_links(supervisor_t* const supervisor, const pus_tm_t* const tm)
 {
-    roster_entry_t* const entry = roster_find(supervisor, tm->apid);
-    octet_reader_t reader       = octet_reader(tm->data, tm->size);
-    uint32_t open               = 0U;
-    uint16_t count              = 0U;
+    registry_entry_t* const entry = supervisor_registry_find(supervisor, tm->apid);
+    octet_reader_t reader         = octet_reader(tm->data, tm->size);
+    uint32_t open                 = 0U;
+    uint16_t count                = 0U;
     if ((entry == NULL) || !entry->are_links_in_doubt ||
-        (tm->destination != (PUS_USER_ONBOARD | SUPERVISOR_APID)) ||
+        (tm->destination != (PUS_USER_ONBOARD | DESCRIPTOR_SUPERVISOR_APID)) ||
         (pus_link_statuses_read(&reader, &count) != STATUS_OK)) {
         return;
     }
@@ -538,7 +540,7 @@ static void compare_links(supervisor_t* const supervisor, const pus_tm_t* const 
     }
 }
 
-void link_manager_report(supervisor_t* const supervisor, const pus_tm_t* const tm)
+void supervisor_link_manager_report(supervisor_t* const supervisor, const pus_tm_t* const tm)
 {
     if (tm->service != PUS_SERVICE_RTLINK) {
         return;
@@ -561,14 +563,14 @@ void link_manager_report(supervisor_t* const supervisor, const pus_tm_t* const t
     }
 }
 
-void link_manager_settle(supervisor_t* const supervisor)
+void supervisor_link_manager_settle(supervisor_t* const supervisor)
 {
     for (uint16_t link = 1U; link <= MISSION_LINKS_MAX; link++) {
         close_now(supervisor, link);
     }
 }
 
-void link_manager_watch(supervisor_t* const supervisor)
+void supervisor_link_manager_watch(supervisor_t* const supervisor)
 {
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
         link_session_t* const session = &supervisor->sessions[i];
@@ -578,7 +580,7 @@ void link_manager_watch(supervisor_t* const supervisor)
     }
 }
 
-void link_manager_member_lost(supervisor_t* const supervisor, const uint16_t apid)
+void supervisor_link_manager_member_lost(supervisor_t* const supervisor, const uint16_t apid)
 {
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
         link_session_t* const session = &supervisor->sessions[i];

@@ -8,10 +8,10 @@ static pus_reply_t set_mode(void* const context, const uint8_t mode, const pus_t
     (void)token;
     supervisor_t* const supervisor = (supervisor_t*)context;
     supervisor->now_ns             = now_ns;
-    if (mission_find_mode(supervisor->mission, mode) == NULL) {
+    if (descriptor_mission_find_mode(supervisor->mission, mode) == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, mode);
     }
-    mode_set(supervisor, mode, (uint8_t)PUS_CAUSE_REQUEST);
+    supervisor_mode_set(supervisor, mode, (uint8_t)PUS_CAUSE_REQUEST);
     return pus_done();
 }
 
@@ -22,7 +22,7 @@ static pus_reply_t select_log(void* const context, const uint8_t strategy, const
     supervisor_t* const supervisor = (supervisor_t*)context;
     supervisor->now_ns             = now_ns;
     const uint8_t previous         = (uint8_t)supervisor->log.strategy;
-    const status_t status          = packet_log_select(&supervisor->log, (packet_log_strategy_t)strategy);
+    const status_t status = supervisor_packet_log_select(&supervisor->log, (packet_log_strategy_t)strategy);
     if (status == STATUS_UNSUPPORTED) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, strategy);
     }
@@ -34,7 +34,7 @@ static pus_reply_t select_log(void* const context, const uint8_t strategy, const
                                              .strategy     = strategy,
                                              .first_record = supervisor->log.first_number,
                                              .code         = PUS_FAILURE_NONE};
-    (void)pus_log_transition_report(component_process(&supervisor->component), &transition, now_ns);
+    (void)pus_log_transition_report(subsystem_process(&supervisor->subsystem), &transition, now_ns);
     return pus_done();
 }
 
@@ -45,7 +45,7 @@ static pus_reply_t shut_down(void* const context, const pus_token_t* const token
     if (supervisor->shutdown_step != 0U) {
         return pus_refused(PUS_FAILURE_STATE, 0U);
     }
-    sequence_shutdown_begin(supervisor, token);
+    supervisor_sequence_shutdown_begin(supervisor, token);
     return pus_later();
 }
 
@@ -55,14 +55,14 @@ static pus_reply_t start_process(void* const context, const uint16_t apid, const
     (void)token;
     supervisor_t* const supervisor = (supervisor_t*)context;
     supervisor->now_ns             = now_ns;
-    roster_entry_t* const entry    = roster_find(supervisor, apid);
+    registry_entry_t* const entry  = supervisor_registry_find(supervisor, apid);
     if (entry == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
     }
-    if ((apid == SUPERVISOR_APID) || (entry->process == PROCESS_RUNNING)) {
+    if ((apid == DESCRIPTOR_SUPERVISOR_APID) || (entry->process == PROCESS_RUNNING)) {
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
-    roster_start(supervisor, entry);
+    supervisor_registry_start(supervisor, entry);
     return pus_done();
 }
 
@@ -72,16 +72,17 @@ static pus_reply_t stop_process(void* const context, const uint16_t apid, const 
     (void)token;
     supervisor_t* const supervisor = (supervisor_t*)context;
     supervisor->now_ns             = now_ns;
-    roster_entry_t* const entry    = roster_find(supervisor, apid);
+    registry_entry_t* const entry  = supervisor_registry_find(supervisor, apid);
     if (entry == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
     }
-    if ((apid == SUPERVISOR_APID) || (entry->process != PROCESS_RUNNING) || (entry->state != STATE_OFFLINE)) {
+    if ((apid == DESCRIPTOR_SUPERVISOR_APID) || (entry->process != PROCESS_RUNNING) ||
+        (entry->state != STATE_OFFLINE)) {
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
-    effects_stop(supervisor, entry, false);
+    supervisor_output_commit_stop(supervisor, entry, false);
     entry->process = PROCESS_STOPPED;
-    roster_end_pending(supervisor, apid);
+    supervisor_registry_end_pending(supervisor, apid);
     return pus_done();
 }
 
@@ -91,13 +92,13 @@ static bool list_subsystem(void* const context, const uint16_t index, pus_subsys
     if (index >= supervisor->mission->subsystem_count) {
         return false;
     }
-    const roster_entry_t* const entry = &supervisor->roster[index];
-    *out_entry                        = (pus_subsystem_entry_t){.apid          = entry->mission->apid,
-                                                                .process       = (uint8_t)entry->process,
-                                                                .state         = (uint8_t)entry->state,
-                                                                .phase         = (uint8_t)entry->phase,
-                                                                .configuration = entry->configuration,
-                                                                .restarts      = entry->restarts};
+    const registry_entry_t* const entry = &supervisor->registry[index];
+    *out_entry                          = (pus_subsystem_entry_t){.apid          = entry->mission->apid,
+                                                                  .process       = (uint8_t)entry->process,
+                                                                  .state         = (uint8_t)entry->state,
+                                                                  .phase         = (uint8_t)entry->phase,
+                                                                  .configuration = entry->configuration,
+                                                                  .restarts      = entry->restarts};
     return true;
 }
 
@@ -105,7 +106,7 @@ static bool list_subsystem(void* const context, const uint16_t index, pus_subsys
 static bool is_first_of_network(const link_graph_t* const graph, const uint16_t index, const uint16_t network)
 {
     for (uint16_t i = 0U; i < index; i++) {
-        if (link_graph_network(graph, graph->edges[i].producer_apid) == network) {
+        if (supervisor_link_graph_network(graph, graph->edges[i].producer_apid) == network) {
             return false;
         }
     }
@@ -119,7 +120,7 @@ static bool list_network(void* const context, const uint16_t index, pus_network_
     uint16_t left                   = index;
     for (uint16_t i = 0U; i < graph->count; i++) {
         const uint16_t member  = graph->edges[i].producer_apid;
-        const uint16_t network = link_graph_network(graph, member);
+        const uint16_t network = supervisor_link_graph_network(graph, member);
         if (!is_first_of_network(graph, i, network)) {
             continue;
         }
@@ -129,23 +130,23 @@ static bool list_network(void* const context, const uint16_t index, pus_network_
         }
         uint16_t links = 0U;
         for (uint16_t k = i; k < graph->count; k++) {
-            if (link_graph_network(graph, graph->edges[k].producer_apid) == network) {
+            if (supervisor_link_graph_network(graph, graph->edges[k].producer_apid) == network) {
                 supervisor->network_links[links] = graph->edges[k].link;
                 links++;
             }
         }
-        *out_entry = (pus_network_entry_t){.network = network,
-                                           .member_count =
-                                               link_graph_members(graph, member, supervisor->network_members),
-                                           .link_count = links,
-                                           .members    = supervisor->network_members,
-                                           .links      = supervisor->network_links};
+        *out_entry = (pus_network_entry_t){
+            .network      = network,
+            .member_count = supervisor_link_graph_members(graph, member, supervisor->network_members),
+            .link_count   = links,
+            .members      = supervisor->network_members,
+            .links        = supervisor->network_links};
         return true;
     }
     return false;
 }
 
-pus_mission_port_t mission_service_port(supervisor_t* const supervisor)
+pus_mission_port_t supervisor_mission_service_port(supervisor_t* const supervisor)
 {
     return (pus_mission_port_t){supervisor,    set_mode,     select_log,     shut_down,
                                 start_process, stop_process, list_subsystem, list_network};

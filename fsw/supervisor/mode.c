@@ -22,11 +22,11 @@ static void keep(supervisor_t* const supervisor)
         status = journal_commit(journal);
     }
     if (status != STATUS_OK) {
-        onboard_tell_refused(supervisor, PUS_SERVICE_MISSION, 0U, status);
+        spacecraft_tell_refused(supervisor, PUS_SERVICE_MISSION, 0U, status);
     }
 }
 
-void mode_set(supervisor_t* const supervisor, const uint8_t mode, const uint8_t cause)
+void supervisor_mode_set(supervisor_t* const supervisor, const uint8_t mode, const uint8_t cause)
 {
     if (supervisor->mode == mode) {
         return;
@@ -34,18 +34,19 @@ void mode_set(supervisor_t* const supervisor, const uint8_t mode, const uint8_t 
     const pus_mode_transition_t transition = {.previous = supervisor->mode, .mode = mode, .cause = cause};
     const uint8_t octets[2]                = {supervisor->mode, mode};
     supervisor->mode                       = mode;
-    (void)pus_mode_transition_report(component_process(&supervisor->component), &transition,
+    (void)pus_mode_transition_report(subsystem_process(&supervisor->subsystem), &transition,
                                      supervisor->now_ns);
-    (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_MODE_CHANGED, octets, sizeof octets);
+    (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_MODE_CHANGED, octets, sizeof octets);
     keep(supervisor);
 }
 
-void mode_fall_back(supervisor_t* const supervisor)
+void supervisor_mode_fall_back(supervisor_t* const supervisor)
 {
-    mode_set(supervisor, supervisor->mission->fallback_mode, (uint8_t)PUS_CAUSE_OWN_ERROR);
+    supervisor_mode_set(supervisor, supervisor->mission->fallback_mode, (uint8_t)PUS_CAUSE_OWN_ERROR);
 }
 
-status_t mode_restore(supervisor_t* const supervisor, const uint8_t* const octets, const size_t size)
+status_t supervisor_mode_restore(supervisor_t* const supervisor, const uint8_t* const octets,
+                                 const size_t size)
 {
     if (size != sizeof supervisor->cut_off) {
         return STATUS_INVALID;
@@ -55,19 +56,19 @@ status_t mode_restore(supervisor_t* const supervisor, const uint8_t* const octet
     return STATUS_OK;
 }
 
-void mode_begin(supervisor_t* const supervisor)
+void supervisor_mode_begin(supervisor_t* const supervisor)
 {
     if (supervisor->is_cut_off) {
-        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_FLIGHT_INTERRUPTED,
+        (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_FLIGHT_INTERRUPTED,
                               supervisor->cut_off, sizeof supervisor->cut_off);
-        mode_fall_back(supervisor);
+        supervisor_mode_fall_back(supervisor);
     }
     if (!supervisor->is_adopted) {
         keep(supervisor);
     }
 }
 
-void mode_end(supervisor_t* const supervisor)
+void supervisor_mode_end(supervisor_t* const supervisor)
 {
     journal_t* const journal = supervisor->config.journal;
     if ((journal != NULL) && (journal_erase(journal, PUS_SERVICE_MISSION, 0U) == STATUS_OK)) {

@@ -22,7 +22,7 @@ static uint64_t way(const uint64_t age_ns, const uint32_t period_ms)
     return (orbits << ANGLE_BITS) | angle;
 }
 
-uint64_t orbit_position(orbit_t* const orbit, const uint64_t now_ns, const uint32_t period_ms)
+uint64_t supervisor_orbit_position(orbit_t* const orbit, const uint64_t now_ns, const uint32_t period_ms)
 {
     FSW_ASSERT(orbit != NULL);
     const uint64_t age_ns   = (now_ns > orbit->since_ns) ? (now_ns - orbit->since_ns) : 0U;

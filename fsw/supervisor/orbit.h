@@ -15,6 +15,6 @@ typedef struct { // Private; all zeros: the first node is at time 0.
 
 /// Orbits since mission time 0 << 16 | angle from the ascending node [2^-16 orbits]; period_ms 0: the
 /// position does not change. now_ns: not less than in the last call.
-uint64_t orbit_position(orbit_t* orbit, uint64_t now_ns, uint32_t period_ms);
+uint64_t supervisor_orbit_position(orbit_t* orbit, uint64_t now_ns, uint32_t period_ms);
 
 #endif // FSW_SUPERVISOR_ORBIT_H

@@ -147,7 +147,7 @@ static uint64_t oldest_number(const packet_log_t* const log)
 {
     uint8_t number[8];
     size_t size           = 0U;
-    const status_t status = octet_ring_peek(&log->ring, number, sizeof number, &size);
+    const status_t status = message_ring_peek(&log->ring, number, sizeof number, &size);
     return (status == STATUS_OK) ? octets_u64_at(number) : log->next_number;
 }
 
@@ -155,7 +155,7 @@ static void drop_oldest(packet_log_t* const log)
 {
     uint8_t oldest[RECORD_MAX];
     size_t size           = 0U;
-    const status_t status = octet_ring_take(&log->ring, oldest, sizeof oldest, &size);
+    const status_t status = message_ring_take(&log->ring, oldest, sizeof oldest, &size);
     FSW_ASSERT(status == STATUS_OK);
 }
 
@@ -215,7 +215,7 @@ static void make_piece(packet_log_t* const log)
     size_t place = 0U;
     while ((place < log->ring.used) && ((job->octets + LINE_MAX_CHARACTERS) <= sizeof log->piece)) {
         size_t size = 0U;
-        place       = octet_ring_look(&log->ring, place, record, sizeof record, &size);
+        place       = message_ring_look(&log->ring, place, record, sizeof record, &size);
         add_record(log, record, size);
         job->last_number = octets_u64_at(record);
     }
@@ -369,7 +369,7 @@ static void work(packet_log_t* const log)
     }
 }
 
-void packet_log_step(packet_log_t* const log, const uint64_t now_ns)
+void supervisor_packet_log_step(packet_log_t* const log, const uint64_t now_ns)
 {
     FSW_ASSERT(log != NULL);
     log->now_ns = now_ns;
@@ -389,7 +389,8 @@ static void flush(packet_log_t* const log)
 static bool has_room(const packet_log_t* const log, const size_t size)
 {
     const bool is_in_force = (log->strategy == PACKET_LOG_RING);
-    return (octet_ring_room(&log->ring) >= size) && (!is_in_force || (log->ring.blocks < log->ring_records));
+    return (message_ring_room(&log->ring) >= size) &&
+           (!is_in_force || (log->ring.blocks < log->ring_records));
 }
 
 static void make_room(packet_log_t* const log, const size_t size)
@@ -408,15 +409,15 @@ static void make_room(packet_log_t* const log, const size_t size)
     }
 }
 
-void packet_log_append(packet_log_t* const log, const uint64_t time_ns, const bool is_tc,
-                       const uint8_t* const packet, const size_t size)
+void supervisor_packet_log_append(packet_log_t* const log, const uint64_t time_ns, const bool is_tc,
+                                  const uint8_t* const packet, const size_t size)
 {
     FSW_ASSERT((log != NULL) && (packet != NULL) && (size <= PUS_PACKET_MAX));
     uint8_t header[RECORD_HEADER];
     encode_header(header, log->next_number, time_ns, (uint8_t)(is_tc ? DIRECTION_TC : DIRECTION_TM));
     log->now_ns = time_ns;
     make_room(log, RECORD_HEADER + size);
-    const status_t status = octet_ring_put_parts(&log->ring, header, RECORD_HEADER, packet, size);
+    const status_t status = message_ring_put_parts(&log->ring, header, RECORD_HEADER, packet, size);
     FSW_ASSERT(status == STATUS_OK);
     log->next_number++;
 }
@@ -445,7 +446,7 @@ static status_t select_file(packet_log_t* const log, const packet_log_strategy_t
     return status;
 }
 
-status_t packet_log_select(packet_log_t* const log, const packet_log_strategy_t strategy)
+status_t supervisor_packet_log_select(packet_log_t* const log, const packet_log_strategy_t strategy)
 {
     FSW_ASSERT(log != NULL);
     if (((unsigned)strategy >= (unsigned)PACKET_LOG_STRATEGIES) || (strategy == PACKET_LOG_POSTGRESQL)) {
@@ -469,9 +470,9 @@ status_t packet_log_select(packet_log_t* const log, const packet_log_strategy_t 
     return STATUS_OK;
 }
 
-status_t packet_log_open_after(packet_log_t* const log, const char* const folder,
-                               const packet_log_strategy_t strategy, const packet_log_past_t* const past,
-                               const uint32_t ring_records)
+status_t supervisor_packet_log_open_after(packet_log_t* const log, const char* const folder,
+                                          const packet_log_strategy_t strategy,
+                                          const packet_log_past_t* const past, const uint32_t ring_records)
 {
     FSW_ASSERT((log != NULL) && (folder != NULL) && (past != NULL) && (past->next_number >= 1U) &&
                (past->written_number < past->next_number) && (ring_records >= 1U));
@@ -485,14 +486,14 @@ status_t packet_log_open_after(packet_log_t* const log, const char* const folder
         log->is_cut[i] = (past->ring != NULL);
         log->whole[i]  = (past->ring != NULL) ? past->sizes[i] : UINT64_MAX; // Until it is opened.
     }
-    octet_ring_init(&log->ring, log->ring_storage, sizeof log->ring_storage);
+    message_ring_init(&log->ring, log->ring_storage, sizeof log->ring_storage);
     if (past->ring_octets > 0U) {
-        octet_ring_refill(&log->ring, past->ring, past->ring_octets);
+        message_ring_refill(&log->ring, past->ring, past->ring_octets);
     }
     log->first_number = oldest_number(log);
     text_t text       = text_in(log->folder, sizeof log->folder);
     text_add(&text, folder);
-    const status_t status = text.cut ? STATUS_NOT_FOUND : packet_log_select(log, strategy);
+    const status_t status = text.cut ? STATUS_NOT_FOUND : supervisor_packet_log_select(log, strategy);
     if (text.cut || (status == STATUS_OK) || (status == STATUS_UNSUPPORTED)) {
         return status;
     }
@@ -501,15 +502,15 @@ status_t packet_log_open_after(packet_log_t* const log, const char* const folder
     return STATUS_OK;
 }
 
-status_t packet_log_open(packet_log_t* const log, const char* const folder,
-                         const packet_log_strategy_t strategy, const uint64_t next_number,
-                         const uint32_t ring_records)
+status_t supervisor_packet_log_open(packet_log_t* const log, const char* const folder,
+                                    const packet_log_strategy_t strategy, const uint64_t next_number,
+                                    const uint32_t ring_records)
 {
     const packet_log_past_t past = {.next_number = next_number, .written_number = next_number - 1U};
-    return packet_log_open_after(log, folder, strategy, &past, ring_records);
+    return supervisor_packet_log_open_after(log, folder, strategy, &past, ring_records);
 }
 
-status_t packet_log_start_writer(packet_log_t* const log)
+status_t supervisor_packet_log_start_writer(packet_log_t* const log)
 {
     FSW_ASSERT((log != NULL) && !log->has_writer);
     log->is_over = 0U;
@@ -520,7 +521,7 @@ status_t packet_log_start_writer(packet_log_t* const log)
     return status;
 }
 
-void packet_log_abandon(packet_log_t* const log)
+void supervisor_packet_log_abandon(packet_log_t* const log)
 {
     FSW_ASSERT((log != NULL) && !log->has_writer);
     close_file(log);
@@ -536,7 +537,7 @@ static void write_rest(packet_log_t* const log, const packet_log_strategy_t stra
     flush(log);
 }
 
-void packet_log_close(packet_log_t* const log)
+void supervisor_packet_log_close(packet_log_t* const log)
 {
     FSW_ASSERT(log != NULL);
     if (log->has_writer) {

@@ -9,14 +9,14 @@
 ///     PostgreSQL  refused in this build
 ///
 /// Ownership  The caller places packet_log_t.
-/// Context    The supervisor's loop. Without a writer packet_log_step waits for the disk. With a writer, a
-///            task of its own, only packet_log_select (which opens a file) and packet_log_close wait for the
-///            disk.
+/// Context    The supervisor's loop. Without a writer supervisor_packet_log_step waits for the disk. With a
+///            writer, a task of its own, only supervisor_packet_log_select (which opens a file) and
+///            supervisor_packet_log_close wait for the disk.
 #ifndef FSW_SUPERVISOR_PACKET_LOG_H
 #define FSW_SUPERVISOR_PACKET_LOG_H
 
 #include "base/status.h"
-#include "fsw/framework/message/octet_ring.h"
+#include "fsw/framework/message/message_ring.h"
 #include "osal/include/osal/event.h"
 #include "osal/include/osal/file.h"
 #include "osal/include/osal/task.h"
@@ -79,7 +79,7 @@ typedef struct {                    // All fields are private, except the first 
     uint64_t pause_ns;  // Until the next retry.
     uint64_t looked_ns; // Last check that the file still has its name.
     uint64_t resumed_ns;
-    octet_ring_t ring; // Records that no file has, as in the spool.
+    message_ring_t ring; // Records that no file has, as in the spool.
     packet_log_job_t job;
     bool has_writer;
     osal_task_t writer;
@@ -87,7 +87,7 @@ typedef struct {                    // All fields are private, except the first 
     osal_event_t done;
     uint32_t is_busy; // The writer has the job.
     uint32_t is_over; // The writer shall end.
-    // Nothing below is read before it is written, so packet_log_open does not clear it.
+    // Nothing below is read before it is written, so supervisor_packet_log_open does not clear it.
     char piece[PACKET_LOG_PIECE]; // Records as the file takes them.
     uint8_t ring_storage[PACKET_LOG_RING_OCTETS];
 } packet_log_t;
@@ -95,35 +95,39 @@ typedef struct {                    // All fields are private, except the first 
 /// Open in a folder with a strategy; continues the numbers of an earlier log if `next_number` is not 1. The
 /// ring keeps at most `ring_records`. STATUS_OK (also if the file cannot be opened and the ring replaces it),
 /// STATUS_NOT_FOUND (the folder's name is too long), STATUS_UNSUPPORTED.
-MUST_USE status_t packet_log_open(packet_log_t* log, const char* folder, packet_log_strategy_t strategy,
-                                  uint64_t next_number, uint32_t ring_records);
+MUST_USE status_t supervisor_packet_log_open(packet_log_t* log, const char* folder,
+                                             packet_log_strategy_t strategy, uint64_t next_number,
+                                             uint32_t ring_records);
 typedef struct { // State of the log of a program that died, from its last commit.
     uint64_t next_number;
     uint64_t written_number;
     uint64_t sizes[PACKET_LOG_STRATEGIES]; ///< Of the files (`whole`); later octets are cut off.
-    const uint8_t* ring;                   ///< Its ring, copied by octet_ring_copy; null: no log before.
+    const uint8_t* ring;                   ///< Its ring, copied by message_ring_copy; null: no log before.
     size_t ring_octets;
 } packet_log_past_t;
 
-/// As packet_log_open, but continue the log of the program that died, with the records of its ring.
-MUST_USE status_t packet_log_open_after(packet_log_t* log, const char* folder, packet_log_strategy_t strategy,
-                                        const packet_log_past_t* past, uint32_t ring_records);
+/// As supervisor_packet_log_open, but continue the log of the program that died, with the records of its
+/// ring.
+MUST_USE status_t supervisor_packet_log_open_after(packet_log_t* log, const char* folder,
+                                                   packet_log_strategy_t strategy,
+                                                   const packet_log_past_t* past, uint32_t ring_records);
 /// From now on a task of its own does what waits for the disk, until the log is closed. For runs in which
 /// time does not stand still while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task).
-MUST_USE status_t packet_log_start_writer(packet_log_t* log);
+MUST_USE status_t supervisor_packet_log_start_writer(packet_log_t* log);
 /// Close the file without writing, as at the end of the program; the log has no writer.
-void packet_log_abandon(packet_log_t* log);
+void supervisor_packet_log_abandon(packet_log_t* log);
 /// Keep a packet.
-void packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const uint8_t* packet, size_t size);
+void supervisor_packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const uint8_t* packet,
+                                  size_t size);
 /// Change the strategy from the next record on, with a writer from the first record that no file has.
 /// STATUS_OK; STATUS_UNSUPPORTED (strategy of no build or unknown); STATUS_DENIED, STATUS_IO,
 /// STATUS_NOT_FOUND (its file cannot be opened), STATUS_BUSY (the writer waits for the disk; the ring can be
 /// selected all the same): the old one stays in force.
-MUST_USE status_t packet_log_select(packet_log_t* log, packet_log_strategy_t strategy);
+MUST_USE status_t supervisor_packet_log_select(packet_log_t* log, packet_log_strategy_t strategy);
 /// Hand the waiting records to the operating system or to the writer; retry if an earlier write failed. Call
 /// it in each step.
-void packet_log_step(packet_log_t* log, uint64_t now_ns);
+void supervisor_packet_log_step(packet_log_t* log, uint64_t now_ns);
 /// Write all records and close. Records that the selected file does not accept go to packets.ring.
-void packet_log_close(packet_log_t* log);
+void supervisor_packet_log_close(packet_log_t* log);
 
 #endif // FSW_SUPERVISOR_PACKET_LOG_H

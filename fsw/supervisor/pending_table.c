@@ -7,7 +7,7 @@
 
 #define PENDING_SUPERVISOR (PUS_USER_ONBOARD | 1U) // Source of its requests.
 
-void pending_init(pending_table_t* const table)
+void supervisor_pending_init(pending_table_t* const table)
 {
     FSW_ASSERT(table != NULL);
     (void)memset(table, 0, sizeof *table);
@@ -45,8 +45,8 @@ static size_t place_for(const pending_table_t* const table, const uint16_t apid,
     return (free < PENDING_MAX) ? free : refused;
 }
 
-status_t pending_add(pending_table_t* const table, const uint16_t apid, const pus_token_t* const token,
-                     const uint64_t now_ns)
+status_t supervisor_pending_add(pending_table_t* const table, const uint16_t apid,
+                                const pus_token_t* const token, const uint64_t now_ns)
 {
     FSW_ASSERT((table != NULL) && (token != NULL));
     if ((token->ack & PUS_ACK_ALL) == 0U) {
@@ -89,8 +89,8 @@ static pending_stage_t next_stage(const pending_stage_t stage, const uint8_t sub
     return (subtype == 1U) ? PENDING_ANSWERED : PENDING_STARTED;
 }
 
-void pending_report(pending_table_t* const table, const uint16_t apid, const uint16_t destination,
-                    const pus_verification_t* const verification)
+void supervisor_pending_report(pending_table_t* const table, const uint16_t apid, const uint16_t destination,
+                               const pus_verification_t* const verification)
 {
     FSW_ASSERT((table != NULL) && (verification != NULL));
     const bool is_part  = (verification->subtype == 4U) && (verification->failure.instruction != 0U);
@@ -108,7 +108,8 @@ void pending_report(pending_table_t* const table, const uint16_t apid, const uin
     }
 }
 
-bool pending_is_open(const pending_table_t* const table, const uint16_t apid, const uint32_t request_id)
+bool supervisor_pending_is_open(const pending_table_t* const table, const uint16_t apid,
+                                const uint32_t request_id)
 {
     FSW_ASSERT(table != NULL);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
@@ -126,7 +127,7 @@ static void take_out(pending_table_t* const table, const size_t index, pus_token
     table->count--;
 }
 
-bool pending_take(pending_table_t* const table, const uint16_t apid, pus_token_t* const out_token)
+bool supervisor_pending_take(pending_table_t* const table, const uint16_t apid, pus_token_t* const out_token)
 {
     FSW_ASSERT((table != NULL) && (out_token != NULL));
     for (size_t i = 0U; i < PENDING_MAX; i++) {
@@ -140,8 +141,8 @@ bool pending_take(pending_table_t* const table, const uint16_t apid, pus_token_t
     return false;
 }
 
-bool pending_take_unanswered(pending_table_t* const table, const uint64_t since_ns,
-                             pus_token_t* const out_token)
+bool supervisor_pending_take_unanswered(pending_table_t* const table, const uint64_t since_ns,
+                                        pus_token_t* const out_token)
 {
     FSW_ASSERT((table != NULL) && (out_token != NULL));
     for (size_t i = 0U; i < PENDING_MAX; i++) {

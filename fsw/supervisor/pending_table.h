@@ -39,19 +39,20 @@ typedef struct { // Private, except `count` and `refused`.
     uint32_t refused; ///< Requests not tracked because the table was full.
 } pending_table_t;
 
-void pending_init(pending_table_t* table);
+void supervisor_pending_init(pending_table_t* table);
 /// Track a request that is passed to `apid` now. A request that asks for no report is over at once.
 /// STATUS_OK, STATUS_EXHAUSTED (counted).
-status_t pending_add(pending_table_t* table, uint16_t apid, const pus_token_t* token, uint64_t now_ns);
+status_t supervisor_pending_add(pending_table_t* table, uint16_t apid, const pus_token_t* token,
+                                uint64_t now_ns);
 /// A verification report of `apid` to `destination` has passed; drops the entry if its chain ends here.
-void pending_report(pending_table_t* table, uint16_t apid, uint16_t destination,
-                    const pus_verification_t* verification);
+void supervisor_pending_report(pending_table_t* table, uint16_t apid, uint16_t destination,
+                               const pus_verification_t* verification);
 /// True if that request of the supervisor to `apid` is in the table.
-bool pending_is_open(const pending_table_t* table, uint16_t apid, uint32_t request_id);
+bool supervisor_pending_is_open(const pending_table_t* table, uint16_t apid, uint32_t request_id);
 /// Remove one request of `apid`. False: none is left.
-bool pending_take(pending_table_t* table, uint16_t apid, pus_token_t* out_token);
+bool supervisor_pending_take(pending_table_t* table, uint16_t apid, pus_token_t* out_token);
 /// Remove one request that was passed before `since_ns`, requires a report of acceptance, and got no report.
 /// False: none is left.
-bool pending_take_unanswered(pending_table_t* table, uint64_t since_ns, pus_token_t* out_token);
+bool supervisor_pending_take_unanswered(pending_table_t* table, uint64_t since_ns, pus_token_t* out_token);
 
 #endif // FSW_SUPERVISOR_PENDING_TABLE_H

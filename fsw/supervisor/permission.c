@@ -17,8 +17,8 @@ typedef struct {
 static uint16_t mission_link_of_ends(const supervisor_t* const supervisor, const pus_link_ends_t* const ends)
 {
     const mission_link_t* const link =
-        mission_find_link(supervisor->mission, ends->producer_apid, ends->producer_port, ends->consumer_apid,
-                          ends->consumer_port);
+        descriptor_mission_find_link(supervisor->mission, ends->producer_apid, ends->producer_port,
+                                     ends->consumer_apid, ends->consumer_port);
     return (link != NULL) ? link->number : 0U;
 }
 
@@ -54,12 +54,13 @@ static selector_t selector_of(const supervisor_t* const supervisor, const pus_tc
 // ---- Gates ----
 
 /// G2: every required port of the target's configuration has an open, fresh link.
-static pus_failure_t check_links(const supervisor_t* const supervisor, const roster_entry_t* const target)
+static pus_failure_t check_links(const supervisor_t* const supervisor, const registry_entry_t* const target)
 {
     for (uint16_t i = 0U; i < target->mission->port_count; i++) {
         const mission_port_t* const port = &target->mission->ports[i];
-        const bool is_needed          = port->is_required && (port->configuration == target->configuration);
-        const link_edge_t* const edge = link_graph_into(&supervisor->graph, target->mission->apid, port->id);
+        const bool is_needed = port->is_required && (port->configuration == target->configuration);
+        const link_edge_t* const edge =
+            supervisor_link_graph_into(&supervisor->graph, target->mission->apid, port->id);
         if (is_needed && ((edge == NULL) || edge->is_stale)) {
             return pus_failure(PUS_FAILURE_LINK_MISSING, ((uint32_t)target->mission->apid << 16U) | port->id);
         }
@@ -73,16 +74,16 @@ static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_
                                    const bool is_certain)
 {
     uint16_t members[LINK_GRAPH_MEMBERS];
-    const uint16_t count = link_graph_members(&supervisor->graph, apid, members);
+    const uint16_t count = supervisor_link_graph_members(&supervisor->graph, apid, members);
     uint16_t doubted     = 0U;
     for (uint16_t i = 1U; i < count; i++) {
-        const roster_entry_t* const member = roster_find(supervisor, members[i]);
+        const registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);
         FSW_ASSERT(member != NULL); // Links are between subsystems of the mission.
         const bool is_barring = (member->state == state);
-        if (is_barring && !doubt_is_about(member)) {
+        if (is_barring && !supervisor_doubt_is_about(member)) {
             return pus_failure(PUS_FAILURE_MEMBER_ACTIVE, members[i]);
         }
-        doubted = (doubt_is_about(member) && (is_barring || is_certain)) ? members[i] : doubted;
+        doubted = (supervisor_doubt_is_about(member) && (is_barring || is_certain)) ? members[i] : doubted;
     }
     return (doubted != 0U) ? pus_failure(PUS_FAILURE_STATE_IN_DOUBT, doubted)
                            : pus_failure(PUS_FAILURE_NONE, 0U);
@@ -91,24 +92,24 @@ static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_
 /// G1: electrical power for the state asked for.
 static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
 {
-    const uint32_t needed_w    = roster_power_w(supervisor, apid, state);
+    const uint32_t needed_w    = supervisor_registry_power_w(supervisor, apid, state);
     const uint32_t available_w = supervisor->mission->power_available_w;
     if ((available_w == 0U) || (needed_w <= available_w)) {
         return pus_failure(PUS_FAILURE_NONE, 0U);
     }
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        if (doubt_is_about(&supervisor->roster[i])) { // It may need less by now.
-            return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, supervisor->roster[i].mission->apid);
+        if (supervisor_doubt_is_about(&supervisor->registry[i])) { // It may need less by now.
+            return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, supervisor->registry[i].mission->apid);
         }
     }
-    raise_u16(supervisor, SUPERVISOR_EVENT_RESOURCE_REFUSED, apid);
+    supervisor_raise_u16(supervisor, SUPERVISOR_EVENT_RESOURCE_REFUSED, apid);
     return pus_failure(PUS_FAILURE_RESOURCES, needed_w - available_w);
 }
 
 static pus_failure_t check_state_request(supervisor_t* const supervisor, const pus_tc_t* const tc)
 {
-    roster_entry_t* const target = roster_find(supervisor, tc->apid);
-    const state_t wanted         = (state_t)tc->data[0];
+    registry_entry_t* const target = supervisor_registry_find(supervisor, tc->apid);
+    const state_t wanted           = (state_t)tc->data[0];
     FSW_ASSERT(target != NULL);
     if (((unsigned)wanted >= (unsigned)STATE_COUNT) || (wanted == STATE_ERROR_OPERATIONAL)) {
         return pus_failure(PUS_FAILURE_NONE, 0U); // The addressee refuses an invalid one.
@@ -119,7 +120,7 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
                    ? check_members(supervisor, tc->apid, STATE_OPERATIONAL, false)
                    : pus_failure(PUS_FAILURE_NONE, 0U);
     }
-    if (doubt_is_about(target)) {
+    if (supervisor_doubt_is_about(target)) {
         return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, tc->apid);
     }
     pus_failure_t failure = check_power(supervisor, tc->apid, wanted);
@@ -132,9 +133,9 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
     return failure;
 }
 
-pus_failure_t permission_of(supervisor_t* const supervisor, const pus_tc_t* const tc)
+pus_failure_t supervisor_permission_of(supervisor_t* const supervisor, const pus_tc_t* const tc)
 {
-    const roster_entry_t* const target = roster_find(supervisor, tc->apid);
+    const registry_entry_t* const target = supervisor_registry_find(supervisor, tc->apid);
     FSW_ASSERT(target != NULL);
     const selector_t selector          = selector_of(supervisor, tc);
     const permission_request_t request = {.service = tc->service,
@@ -145,8 +146,8 @@ pus_failure_t permission_of(supervisor_t* const supervisor, const pus_tc_t* cons
                                           .mode    = supervisor->mode,
                                           .state   = (uint8_t)target->state};
     int rule                           = PERMISSION_RULE_NONE;
-    if (permission_check(supervisor->mission, &request, &rule) != STATUS_OK) {
-        if (doubt_is_about(target)) {
+    if (supervisor_permission_check(supervisor->mission, &request, &rule) != STATUS_OK) {
+        if (supervisor_doubt_is_about(target)) {
             return pus_failure(PUS_FAILURE_STATE_IN_DOUBT,
                                tc->apid); // In its true state it may be permitted.
         }

@@ -79,8 +79,8 @@ static bool has_bit(const uint16_t bits, const uint8_t index)
     return (index < 16U) && (((bits >> index) & 1U) != 0U);
 }
 
-status_t permission_check(const mission_descriptor_t* const mission,
-                          const permission_request_t* const request, int* const out_rule)
+status_t supervisor_permission_check(const mission_descriptor_t* const mission,
+                                     const permission_request_t* const request, int* const out_rule)
 {
     FSW_ASSERT((mission != NULL) && (request != NULL) && (out_rule != NULL));
     *out_rule = PERMISSION_RULE_ALWAYS;

@@ -27,7 +27,7 @@ typedef struct { // What a telecommand asks for, as the supervisor knows it.
 /// rest state among 0, 3, 4, 5, or to 0) and to ERROR_OPERATIONAL; closing a link (130,7); shutting the
 /// mission down (131,5).
 /// Pure; O(rules). STATUS_OK or STATUS_FORBIDDEN; *out_rule = index in `rules`, or one of the above.
-MUST_USE status_t permission_check(const mission_descriptor_t* mission, const permission_request_t* request,
-                                   int* out_rule);
+MUST_USE status_t supervisor_permission_check(const mission_descriptor_t* mission,
+                                              const permission_request_t* request, int* out_rule);
 
 #endif // FSW_SUPERVISOR_PERMISSION_MATRIX_H

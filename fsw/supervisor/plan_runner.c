@@ -45,15 +45,15 @@ static plan_run_t* run_of(plan_runner_t* const runner, const uint16_t apid)
     return (place < PLAN_RUNS) ? &runner->runs[place] : NULL;
 }
 
-const plan_run_t* plan_runner_of(const plan_runner_t* const runner, const uint16_t apid)
+const plan_run_t* supervisor_plan_runner_of(const plan_runner_t* const runner, const uint16_t apid)
 {
     FSW_ASSERT(runner != NULL);
     const size_t place = place_of(runner, apid);
     return (place < PLAN_RUNS) ? &runner->runs[place] : NULL;
 }
 
-bool plan_runner_overrule(plan_runner_t* const runner, const plan_run_t* const wanted,
-                          plan_run_t* const out_ended)
+bool supervisor_plan_runner_overrule(plan_runner_t* const runner, const plan_run_t* const wanted,
+                                     plan_run_t* const out_ended)
 {
     FSW_ASSERT((runner != NULL) && (wanted != NULL) && (out_ended != NULL));
     for (uint16_t i = 0U; i < wanted->member_count; i++) {
@@ -89,7 +89,7 @@ static plan_run_t* free_run(plan_runner_t* const runner)
     return &runner->runs[place];
 }
 
-plan_verdict_t plan_runner_start(plan_runner_t* const runner, const plan_run_t* const wanted)
+plan_verdict_t supervisor_plan_runner_start(plan_runner_t* const runner, const plan_run_t* const wanted)
 {
     FSW_ASSERT((runner != NULL) && (wanted != NULL) && (wanted->member_count >= 1U) &&
                (wanted->members[0] == wanted->apid));
@@ -112,7 +112,7 @@ plan_verdict_t plan_runner_start(plan_runner_t* const runner, const plan_run_t* 
     return PLAN_OUTRANKED;
 }
 
-void plan_runner_mark_lost(plan_runner_t* const runner, const uint16_t apid)
+void supervisor_plan_runner_mark_lost(plan_runner_t* const runner, const uint16_t apid)
 {
     FSW_ASSERT(runner != NULL);
     plan_run_t* const run = run_of(runner, apid);
@@ -121,15 +121,16 @@ void plan_runner_mark_lost(plan_runner_t* const runner, const uint16_t apid)
     }
 }
 
-bool plan_runner_concerns(const plan_run_t* const run, const uint16_t apid)
+bool supervisor_plan_runner_concerns(const plan_run_t* const run, const uint16_t apid)
 {
     FSW_ASSERT(run != NULL);
     const uint16_t position = position_in(run, apid);
     return (position == run->member_count) || (((run->lost >> position) & 1U) == 0U);
 }
 
-const mission_action_t* plan_runner_next(plan_run_t* const run, const mission_descriptor_t* const mission,
-                                         const uint64_t now_ns)
+const mission_action_t* supervisor_plan_runner_next(plan_run_t* const run,
+                                                    const mission_descriptor_t* const mission,
+                                                    const uint64_t now_ns)
 {
     FSW_ASSERT((run != NULL) && (mission != NULL));
     if (!run->is_used) {

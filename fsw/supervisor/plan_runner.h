@@ -49,18 +49,18 @@ typedef enum {
 } plan_verdict_t;
 
 /// The run that a subsystem belongs to, or null.
-const plan_run_t* plan_runner_of(const plan_runner_t* runner, uint16_t apid);
+const plan_run_t* supervisor_plan_runner_of(const plan_runner_t* runner, uint16_t apid);
 /// End one run of lower severity that has a member in common with `wanted`, and copy it to *out_ended. False:
-/// there is none. Call it repeatedly until it returns false, before plan_runner_start.
-bool plan_runner_overrule(plan_runner_t* runner, const plan_run_t* wanted, plan_run_t* out_ended);
+/// there is none. Call it repeatedly until it returns false, before supervisor_plan_runner_start.
+bool supervisor_plan_runner_overrule(plan_runner_t* runner, const plan_run_t* wanted, plan_run_t* out_ended);
 /// Start `wanted`, without its members that belong to other runs.
-plan_verdict_t plan_runner_start(plan_runner_t* runner, const plan_run_t* wanted);
+plan_verdict_t supervisor_plan_runner_start(plan_runner_t* runner, const plan_run_t* wanted);
 /// The process of a subsystem died.
-void plan_runner_mark_lost(plan_runner_t* runner, uint16_t apid);
+void supervisor_plan_runner_mark_lost(plan_runner_t* runner, uint16_t apid);
 /// True if the actions of `run` apply to a subsystem: false for a member whose process died.
-bool plan_runner_concerns(const plan_run_t* run, uint16_t apid);
+bool supervisor_plan_runner_concerns(const plan_run_t* run, uint16_t apid);
 /// Next action of a run that is due; null: none now. A run ends when all its actions were returned.
-const mission_action_t* plan_runner_next(plan_run_t* run, const mission_descriptor_t* mission,
-                                         uint64_t now_ns);
+const mission_action_t* supervisor_plan_runner_next(plan_run_t* run, const mission_descriptor_t* mission,
+                                                    uint64_t now_ns);
 
 #endif // FSW_SUPERVISOR_PLAN_RUNNER_H

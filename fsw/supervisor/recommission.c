@@ -14,7 +14,7 @@ CAPACITY_CHECK(each_link_has_a_bit, MISSION_LINKS_MAX <= 32U);
 // ---- Beginning ----
 
 /// The state to which a member of the failed network is to be returned.
-static void begin_member(supervisor_t* const supervisor, roster_entry_t* const entry)
+static void begin_member(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
     const bool has_failed     = (entry->state == STATE_ERROR_OPERATIONAL) &&
@@ -33,25 +33,25 @@ static void begin_member(supervisor_t* const supervisor, roster_entry_t* const e
                                                     .since_ns      = supervisor->now_ns};
 }
 
-void recommission_begin(supervisor_t* const supervisor, const uint16_t apid)
+void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_t apid)
 {
     uint16_t members[LINK_GRAPH_MEMBERS];
-    const uint16_t count              = link_graph_members(&supervisor->graph, apid, members);
-    const roster_entry_t* const first = roster_find(supervisor, apid);
+    const uint16_t count                = supervisor_link_graph_members(&supervisor->graph, apid, members);
+    const registry_entry_t* const first = supervisor_registry_find(supervisor, apid);
     FSW_ASSERT(first != NULL);
     if (!first->mission->is_recommissioned || (supervisor->shutdown_step != 0U)) {
         return; // Its network does not come back without it.
     }
     for (uint16_t i = 0U; i < count; i++) {
-        roster_entry_t* const member = roster_find(supervisor, members[i]);
+        registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);
         if (member != NULL) {
             begin_member(supervisor, member);
         }
     }
     for (uint16_t i = 0U; i < supervisor->graph.count; i++) {
         const link_edge_t* const edge = &supervisor->graph.edges[i];
-        if (link_graph_network(&supervisor->graph, edge->producer_apid) ==
-            link_graph_network(&supervisor->graph, apid)) {
+        if (supervisor_link_graph_network(&supervisor->graph, edge->producer_apid) ==
+            supervisor_link_graph_network(&supervisor->graph, apid)) {
             supervisor->renewed |= (uint32_t)1U << (edge->link - 1U);
         }
     }
@@ -61,7 +61,7 @@ void recommission_begin(supervisor_t* const supervisor, const uint16_t apid)
 
 // ---- One step of one member ----
 
-static void tell_end(supervisor_t* const supervisor, roster_entry_t* const entry, const uint16_t code)
+static void tell_end(supervisor_t* const supervisor, registry_entry_t* const entry, const uint16_t code)
 {
     uint8_t octets[6];
     octet_writer_t writer         = octet_writer(octets, sizeof octets);
@@ -71,7 +71,7 @@ static void tell_end(supervisor_t* const supervisor, roster_entry_t* const entry
     if (code != PUS_FAILURE_NONE) {
         octet_write_u16(&writer, code);
     }
-    (void)subsystem_raise(&supervisor->component,
+    (void)subsystem_raise(&supervisor->subsystem,
                           (code == PUS_FAILURE_NONE) ? SUPERVISOR_EVENT_RECOMMISSIONED
                                                      : SUPERVISOR_EVENT_RECOMMISSION_STOPPED,
                           octets, writer.position);
@@ -79,7 +79,7 @@ static void tell_end(supervisor_t* const supervisor, roster_entry_t* const entry
 
 /// True if permissions and gates permit such a request now. Missing links, failed partners and unknown states
 /// may still change; any other refusal ends the recommissioning.
-static bool may_pass(supervisor_t* const supervisor, roster_entry_t* const entry, const uint8_t subtype,
+static bool may_pass(supervisor_t* const supervisor, registry_entry_t* const entry, const uint8_t subtype,
                      const uint8_t* const octets, const size_t size)
 {
     const pus_tc_t tc           = {.apid    = entry->mission->apid,
@@ -87,7 +87,7 @@ static bool may_pass(supervisor_t* const supervisor, roster_entry_t* const entry
                                    .subtype = subtype,
                                    .data    = octets,
                                    .size    = size};
-    const pus_failure_t failure = permission_of(supervisor, &tc);
+    const pus_failure_t failure = supervisor_permission_of(supervisor, &tc);
     const bool may_come_true    = (failure.code == PUS_FAILURE_LINK_MISSING) ||
                                (failure.code == PUS_FAILURE_MEMBER_ACTIVE) ||
                                (failure.code == PUS_FAILURE_STATE_IN_DOUBT);
@@ -97,19 +97,19 @@ static bool may_pass(supervisor_t* const supervisor, roster_entry_t* const entry
     return failure.code == PUS_FAILURE_NONE;
 }
 
-static void order(supervisor_t* const supervisor, roster_entry_t* const entry, const state_t state)
+static void order(supervisor_t* const supervisor, registry_entry_t* const entry, const state_t state)
 {
     const uint8_t octets[1] = {(uint8_t)state};
     if ((entry->recommission.ordered != state) &&
         may_pass(supervisor, entry, PUS_MANAGEMENT_REQUEST_STATE, octets, sizeof octets)) {
-        (void)order_state(supervisor, entry->mission->apid, state,
-                          PUS_CAUSE_REQUEST); // As it was requested before.
+        (void)supervisor_order_state(supervisor, entry->mission->apid, state,
+                                     PUS_CAUSE_REQUEST); // As it was requested before.
         entry->recommission.ordered    = state;
         entry->recommission.is_walking = entry->recommission.is_walking || (state != STATE_OFFLINE);
     }
 }
 
-static void configure(supervisor_t* const supervisor, roster_entry_t* const entry)
+static void configure(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     const uint16_t wanted                   = entry->recommission.configuration;
     const uint8_t octets[MANAGEMENT_OCTETS] = {(uint8_t)(wanted >> 8U), (uint8_t)wanted};
@@ -117,7 +117,7 @@ static void configure(supervisor_t* const supervisor, roster_entry_t* const entr
         tell_end(supervisor, entry, PUS_FAILURE_NONE); // It had none.
     } else if ((entry->recommission.ordered != STATE_PRE_OPERATIONAL) &&
                may_pass(supervisor, entry, PUS_MANAGEMENT_SELECT, octets, sizeof octets) &&
-               (order_configuration(supervisor, entry->mission->apid, wanted) == STATUS_OK)) {
+               (supervisor_order_configuration(supervisor, entry->mission->apid, wanted) == STATUS_OK)) {
         entry->recommission.ordered = STATE_PRE_OPERATIONAL;
     } else {
         // Ordered; if not, the next step tries again.
@@ -136,21 +136,21 @@ static bool is_linked(supervisor_t* const supervisor, const uint16_t apid)
         const mission_link_t* const link = &supervisor->mission->links[i];
         const bool is_its                = (link->producer_apid == apid) || (link->consumer_apid == apid);
         if (is_its && is_to_be_open(supervisor, link->number) &&
-            (link_graph_find(&supervisor->graph, link->number) == NULL)) {
+            (supervisor_link_graph_find(&supervisor->graph, link->number) == NULL)) {
             return false;
         }
     }
     return true;
 }
 
-static bool has_arrived(const roster_entry_t* const entry)
+static bool has_arrived(const registry_entry_t* const entry)
 {
     const bool is_still = (entry->phase == PHASE_IDLE) || (entry->phase == PHASE_CONFIGURED);
     return is_still && (entry->state == entry->recommission.target);
 }
 
 /// Order the next higher state, or end the recommissioning.
-static void walk(supervisor_t* const supervisor, roster_entry_t* const entry)
+static void walk(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     if ((entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_UNCONFIGURED)) {
         configure(supervisor, entry);
@@ -172,7 +172,7 @@ static void walk(supervisor_t* const supervisor, roster_entry_t* const entry)
 }
 
 /// True if the member is in its state, and no plan or request is moving it.
-static bool is_free(supervisor_t* const supervisor, roster_entry_t* const entry)
+static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
     const bool is_coming      = (entry->process == PROCESS_RUNNING) || entry->is_start_due;
@@ -180,19 +180,19 @@ static bool is_free(supervisor_t* const supervisor, roster_entry_t* const entry)
         tell_end(supervisor, entry, PUS_FAILURE_LOST);
         return false;
     }
-    const bool has_plan = plan_runner_of(&supervisor->plans, entry->mission->apid) != NULL;
+    const bool has_plan = supervisor_plan_runner_of(&supervisor->plans, entry->mission->apid) != NULL;
     if (run->is_walking && (has_plan || (entry->state == STATE_ERROR_OPERATIONAL))) {
         tell_end(supervisor, entry, PUS_FAILURE_STATE); // It failed again.
         return false;
     }
-    if (!roster_is_there(entry) || has_plan) {
+    if (!supervisor_registry_is_there(entry) || has_plan) {
         run->since_ns = supervisor->now_ns;
         return false;
     }
     return true;
 }
 
-static void step_member(supervisor_t* const supervisor, roster_entry_t* const entry)
+static void step_member(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
     if (!is_free(supervisor, entry)) {
@@ -223,17 +223,18 @@ static void renew_links(supervisor_t* const supervisor)
     for (uint16_t link = 1U; link <= supervisor->mission->link_count; link++) {
         uint8_t* const left = &supervisor->renewals[link - 1U];
         if (is_to_be_open(supervisor, link) && (*left > 0U) &&
-            (link_graph_find(&supervisor->graph, link) == NULL) && link_manager_renew(supervisor, link)) {
+            (supervisor_link_graph_find(&supervisor->graph, link) == NULL) &&
+            supervisor_link_manager_renew(supervisor, link)) {
             (*left)--;
         }
     }
 }
 
-void recommission_step(supervisor_t* const supervisor)
+void supervisor_recommission_step(supervisor_t* const supervisor)
 {
     bool is_any = false;
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        roster_entry_t* const entry = &supervisor->roster[i];
+        registry_entry_t* const entry = &supervisor->registry[i];
         if (entry->recommission.is_active && (supervisor->shutdown_step != 0U)) {
             entry->recommission.is_active = false;
         } else if (entry->recommission.is_active) {

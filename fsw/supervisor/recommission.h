@@ -33,8 +33,8 @@ typedef struct { // Private: of one subsystem.
 struct supervisor;
 
 /// A process died: note the states and links of its network before they are cleared.
-void recommission_begin(struct supervisor* supervisor, uint16_t apid);
+void supervisor_recommission_begin(struct supervisor* supervisor, uint16_t apid);
 /// Perform the steps that are due for members under recommissioning.
-void recommission_step(struct supervisor* supervisor);
+void supervisor_recommission_step(struct supervisor* supervisor);
 
 #endif // FSW_SUPERVISOR_RECOMMISSION_H

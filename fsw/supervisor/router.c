@@ -25,24 +25,24 @@ static void tell_log(supervisor_t* const supervisor)
     }
     supervisor->is_log_failure_told = has_failed;
     if (has_failed) {
-        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_LOG_FAILED, &wanted, 1U);
+        (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_LOG_FAILED, &wanted, 1U);
     }
-    (void)pus_log_transition_report(component_process(&supervisor->component), &transition,
+    (void)pus_log_transition_report(subsystem_process(&supervisor->subsystem), &transition,
                                     supervisor->now_ns);
 }
 
 /// A request longer than a packet is in the log already, in parts.
-void router_log(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
+void supervisor_router_log(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
 {
     if (size <= PUS_PACKET_MAX) {
         const bool is_tc = pus_packet_is_tc(packet, size);
-        packet_log_append(&supervisor->log, supervisor->now_ns, is_tc, packet, size);
+        supervisor_packet_log_append(&supervisor->log, supervisor->now_ns, is_tc, packet, size);
     }
 }
 
-void router_flush_log(supervisor_t* const supervisor)
+void supervisor_router_flush_log(supervisor_t* const supervisor)
 {
-    packet_log_step(&supervisor->log, supervisor->now_ns);
+    supervisor_packet_log_step(&supervisor->log, supervisor->now_ns);
     tell_log(supervisor);
 }
 
@@ -66,14 +66,14 @@ static void learn_from(supervisor_t* const supervisor, const pus_tm_t* const tm)
 {
     pus_verification_t verification;
     if (pus_verification_read(tm, &verification) == STATUS_OK) {
-        doubt_verification(supervisor, tm, &verification);
-        pending_report(&supervisor->pending, tm->apid, tm->destination, &verification);
+        supervisor_doubt_verification(supervisor, tm, &verification);
+        supervisor_pending_report(&supervisor->pending, tm->apid, tm->destination, &verification);
     }
-    roster_report(supervisor, tm);
-    link_manager_report(supervisor, tm);
+    supervisor_registry_report(supervisor, tm);
+    supervisor_link_manager_report(supervisor, tm);
     pus_event_occurrence_t occurrence;
     if (pus_event_occurrence_read(tm, &occurrence) == STATUS_OK) {
-        error_event(supervisor, &occurrence);
+        supervisor_error_event(supervisor, &occurrence);
     }
 }
 
@@ -88,13 +88,13 @@ static void route_report(supervisor_t* const supervisor, const uint16_t from, co
         supervisor->counters.tm_malformed++;
         return;
     }
-    router_log(supervisor, packet, size);
+    supervisor_router_log(supervisor, packet, size);
     supervisor->counters.tm_routed++;
-    if (is_ground(tm.destination) && onboard_forwards(supervisor, &tm)) {
-        ground_send(supervisor, tm.apid, packet, size, block);
+    if (is_ground(tm.destination) && spacecraft_forwards(supervisor, &tm)) {
+        supervisor_ground_send(supervisor, tm.apid, packet, size, block);
     }
     learn_from(supervisor, &tm);
-    onboard_observe(supervisor, &tm, packet, size);
+    spacecraft_observe(supervisor, &tm, packet, size);
 }
 
 // ---- Requests ----
@@ -106,10 +106,10 @@ static void reject(supervisor_t* const supervisor, const pus_tc_t* const tc,
     if ((failure->code == PUS_FAILURE_NO_ROUTE) || (failure->code == PUS_FAILURE_UNAVAILABLE) ||
         (failure->code == PUS_FAILURE_QUEUE_FULL)) {
         supervisor->counters.tc_unroutable++;
-        pus_verify_unrouted(component_process(&supervisor->component), &token, failure, supervisor->now_ns);
+        pus_verify_unrouted(subsystem_process(&supervisor->subsystem), &token, failure, supervisor->now_ns);
     } else {
         supervisor->counters.tc_forbidden++;
-        pus_verify_rejected(component_process(&supervisor->component), &token, failure, supervisor->now_ns);
+        pus_verify_rejected(subsystem_process(&supervisor->subsystem), &token, failure, supervisor->now_ns);
     }
 }
 
@@ -133,24 +133,24 @@ static pus_failure_t judge(supervisor_t* const supervisor, const pus_tc_t* const
     if (!is_known_user(supervisor, tc->source, from)) {
         return pus_failure(PUS_FAILURE_SOURCE, tc->source);
     }
-    const roster_entry_t* const entry = roster_find(supervisor, tc->apid);
+    const registry_entry_t* const entry = supervisor_registry_find(supervisor, tc->apid);
     if (entry == NULL) {
         return pus_failure(PUS_FAILURE_NO_ROUTE, tc->apid);
     }
-    if (!roster_is_there(entry)) {
+    if (!supervisor_registry_is_there(entry)) {
         return pus_failure(PUS_FAILURE_UNAVAILABLE, tc->apid);
     }
-    return permission_of(supervisor, tc);
+    return supervisor_permission_of(supervisor, tc);
 }
 
 /// Hand a request to its addressee: a subsystem, or the supervisor itself.
 static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* const tc,
                                 const uint8_t* const packet, const size_t size)
 {
-    if (tc->apid == SUPERVISOR_APID) {
+    if (tc->apid == DESCRIPTOR_SUPERVISOR_APID) {
         const pus_token_t own = pus_token_of(tc);
-        (void)pending_add(&supervisor->own, tc->apid, &own, supervisor->now_ns);
-        component_accept_large(&supervisor->component, packet, size, supervisor->now_ns);
+        (void)supervisor_pending_add(&supervisor->own, tc->apid, &own, supervisor->now_ns);
+        subsystem_accept_large(&supervisor->subsystem, packet, size, supervisor->now_ns);
         return STATUS_OK;
     }
     message_endpoint_t* const endpoint = supervisor->config.endpoint;
@@ -159,7 +159,7 @@ static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* 
                                              : message_send_plain(endpoint, tc->apid, packet, size);
     if (status == STATUS_OK) {
         const pus_token_t token = pus_token_of(tc);
-        (void)pending_add(&supervisor->pending, tc->apid, &token, supervisor->now_ns);
+        (void)supervisor_pending_add(&supervisor->pending, tc->apid, &token, supervisor->now_ns);
     }
     return status;
 }
@@ -169,13 +169,13 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
 {
     pus_tc_t tc;
     pus_failure_t failure;
-    router_log(supervisor, packet, size);
+    supervisor_router_log(supervisor, packet, size);
     const status_t decoded = pus_tc_decode_large(packet, size, &tc, &failure);
     if (decoded != STATUS_OK) {
         supervisor->counters.tc_malformed++;
         const pus_token_t token = pus_token_of(&tc);
         if (size >= PUS_TC_HEADER_SIZE) { // Long enough to contain its source.
-            pus_verify_rejected(component_process(&supervisor->component), &token, &failure,
+            pus_verify_rejected(subsystem_process(&supervisor->subsystem), &token, &failure,
                                 supervisor->now_ns);
         }
         return;
@@ -193,40 +193,43 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
     reject(supervisor, &tc, &failure);
 }
 
-bool router_has_room(const supervisor_t* const supervisor, const uint16_t apid)
+bool supervisor_router_has_room(const supervisor_t* const supervisor, const uint16_t apid)
 {
-    return (apid == SUPERVISOR_APID) || (message_credit_plain(supervisor->config.endpoint, apid) > 0U);
+    return (apid == DESCRIPTOR_SUPERVISOR_APID) ||
+           (message_credit_plain(supervisor->config.endpoint, apid) > 0U);
 }
 
 /// The same for the supervisor's own orders.
 static bool has_firm_room(const supervisor_t* const supervisor, const uint16_t apid)
 {
-    return (apid == SUPERVISOR_APID) || (message_credit(supervisor->config.endpoint, apid) > 0U);
+    return (apid == DESCRIPTOR_SUPERVISOR_APID) || (message_credit(supervisor->config.endpoint, apid) > 0U);
 }
 
-void router_route_released(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
+void supervisor_router_route_released(supervisor_t* const supervisor, const uint8_t* const packet,
+                                      const size_t size)
 {
     pus_tc_t tc;
     pus_failure_t failure;
     const status_t status =
         pus_tc_decode(packet, size, &tc, &failure); // Routing checks it again and reports the failure.
     const bool is_from_ground = (status == STATUS_OK) && is_ground(tc.source);
-    route_request(supervisor, is_from_ground ? COMMUNICATION_APID : SUPERVISOR_APID, packet, size);
+    route_request(supervisor, is_from_ground ? COMMUNICATION_APID : DESCRIPTOR_SUPERVISOR_APID, packet, size);
 }
 
-status_t router_route_whole(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)
+status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uint8_t* const packet,
+                                       const size_t size)
 {
     pus_tc_t tc;
     pus_failure_t failure;
     const status_t status = pus_tc_decode_large(packet, size, &tc, &failure);
     FSW_ASSERT(status == STATUS_OK); // It has been checked.
-    const roster_entry_t* const entry = roster_find(supervisor, tc.apid);
-    const bool is_there               = (entry != NULL) && roster_is_there(entry);
-    if (is_there && !router_has_room(supervisor, tc.apid)) {
+    const registry_entry_t* const entry = supervisor_registry_find(supervisor, tc.apid);
+    const bool is_there                 = (entry != NULL) && supervisor_registry_is_there(entry);
+    if (is_there && !supervisor_router_has_room(supervisor, tc.apid)) {
         return STATUS_FULL;
     }
-    const uint16_t onboard = (uint16_t)(tc.source & ~PUS_USER_ONBOARD);
-    route_request(supervisor, is_ground(tc.source) ? COMMUNICATION_APID : onboard, packet, size);
+    const uint16_t spacecraft = (uint16_t)(tc.source & ~PUS_USER_ONBOARD);
+    route_request(supervisor, is_ground(tc.source) ? COMMUNICATION_APID : spacecraft, packet, size);
     return STATUS_OK;
 }
 
@@ -238,23 +241,23 @@ typedef struct { // Of one intake.
 
 static uint16_t* taken_of(intake_t* const intake, const uint16_t apid)
 {
-    const roster_entry_t* const entry = roster_find(intake->supervisor, apid);
-    return (entry == NULL) ? NULL : &intake->taken[entry - intake->supervisor->roster];
+    const registry_entry_t* const entry = supervisor_registry_find(intake->supervisor, apid);
+    return (entry == NULL) ? NULL : &intake->taken[entry - intake->supervisor->registry];
 }
 
 /// A storm of one subsystem fills its own window, not the step of the supervisor. No request of the ground is
 /// taken in while there is no room for its answers: it waits in the window, then in the connection.
 static bool admits(void* const context, const uint16_t peer)
 {
-    intake_t* const intake            = (intake_t*)context;
-    const roster_entry_t* const entry = roster_find(intake->supervisor, peer);
-    const uint16_t* const taken       = taken_of(intake, peer);
+    intake_t* const intake              = (intake_t*)context;
+    const registry_entry_t* const entry = supervisor_registry_find(intake->supervisor, peer);
+    const uint16_t* const taken         = taken_of(intake, peer);
     // The first packet of a new life: reports wait for it, so it must not wait for them.
     const bool is_first = (entry != NULL) && (entry->process == PROCESS_RUNNING) && !entry->is_heard;
     return (taken != NULL) && (*taken < MESSAGE_WINDOW) &&
            ((peer != COMMUNICATION_APID) || is_first ||
-            (!intake->is_ground_held && ground_takes_requests(intake->supervisor) &&
-             component_may_accept(&intake->supervisor->component)));
+            (!intake->is_ground_held && supervisor_ground_takes_requests(intake->supervisor) &&
+             subsystem_may_accept(&intake->supervisor->subsystem)));
 }
 
 static bool is_peer(void* const context, const uint16_t peer)
@@ -267,10 +270,11 @@ static bool is_peer(void* const context, const uint16_t peer)
 /// packet. If that subsystem needs longer, requests to it are refused at once until it takes in a packet.
 static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head, const size_t size)
 {
-    const bool is_request       = (size >= PUS_TC_HEADER_SIZE) && pus_packet_is_tc(head, size);
-    const uint16_t apid         = is_request ? (uint16_t)(octets_u16_at(head) & APID_MASK) : 0U;
-    roster_entry_t* const entry = roster_find(supervisor, apid);
-    if ((entry == NULL) || !roster_is_there(entry) || router_has_room(supervisor, apid)) {
+    const bool is_request         = (size >= PUS_TC_HEADER_SIZE) && pus_packet_is_tc(head, size);
+    const uint16_t apid           = is_request ? (uint16_t)(octets_u16_at(head) & APID_MASK) : 0U;
+    registry_entry_t* const entry = supervisor_registry_find(supervisor, apid);
+    if ((entry == NULL) || !supervisor_registry_is_there(entry) ||
+        supervisor_router_has_room(supervisor, apid)) {
         supervisor->held_for = 0U;
         if (entry != NULL) {
             entry->is_clogged = false;
@@ -290,7 +294,7 @@ static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head,
 /// with that, and a new life is heard only when it speaks itself.
 static bool is_of_ended_life(supervisor_t* const supervisor, const uint16_t from)
 {
-    const roster_entry_t* const entry = roster_find(supervisor, from);
+    const registry_entry_t* const entry = supervisor_registry_find(supervisor, from);
     FSW_ASSERT(entry != NULL); // Only peers send.
     const bool is_start_ordered = (entry->presumed == PRESUMED_RUNNING);
     return (entry->process != PROCESS_RUNNING) || is_start_ordered ||
@@ -314,7 +318,7 @@ static status_t take_one(supervisor_t* const supervisor, const message_filter_t*
         return STATUS_BUSY;
     }
     uint8_t* const block        = ((size > 0U) && (size <= PUS_PACKET_MAX))
-                                      ? ground_backlog_take(&supervisor->ground_backlog, size)
+                                      ? supervisor_ground_backlog_take(&supervisor->ground_backlog, size)
                                       : NULL;
     uint8_t* const packet       = (block != NULL) ? block : supervisor->packet;
     const size_t capacity       = (block != NULL) ? size : sizeof supervisor->packet;
@@ -330,12 +334,12 @@ static status_t take_one(supervisor_t* const supervisor, const message_filter_t*
         route_report(supervisor, *out_from, packet, size, block);
     }
     if (block != NULL) {
-        ground_backlog_give(&supervisor->ground_backlog, block);
+        supervisor_ground_backlog_give(&supervisor->ground_backlog, block);
     }
     return STATUS_OK;
 }
 
-void router_take_in(supervisor_t* const supervisor)
+void supervisor_router_take_in(supervisor_t* const supervisor)
 {
     intake_t intake               = {.supervisor = supervisor};
     const message_filter_t filter = {&intake, admits};
@@ -360,8 +364,8 @@ static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const 
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const uint16_t apid = supervisor->mission->subsystems[i].apid;
-        if ((apid != SUPERVISOR_APID) && (apid != COMMUNICATION_APID) &&
-            roster_is_there(&supervisor->roster[i])) {
+        if ((apid != DESCRIPTOR_SUPERVISOR_APID) && (apid != COMMUNICATION_APID) &&
+            supervisor_registry_is_there(&supervisor->registry[i])) {
             send_now(supervisor, apid, packet, size); // The next one follows if this is lost.
         }
     }
@@ -378,7 +382,7 @@ static bool may_wait(const pus_tm_t* const tm)
     return !is_sampled && !is_heartbeat;
 }
 
-status_t router_send(void* const context, const uint8_t* const packet, const size_t size)
+status_t supervisor_router_send(void* const context, const uint8_t* const packet, const size_t size)
 {
     supervisor_t* const supervisor = (supervisor_t*)context;
     if (pus_packet_is_tc(packet, size)) {
@@ -387,46 +391,50 @@ status_t router_send(void* const context, const uint8_t* const packet, const siz
         const status_t decoded = pus_tc_decode(packet, size, &tc, &failure);
         FSW_ASSERT(decoded == STATUS_OK);
         const bool is_firm = (pus_class_of(packet, size) == PUS_CLASS_FIRM);
-        if (!(is_firm ? has_firm_room(supervisor, tc.apid) : router_has_room(supervisor, tc.apid))) {
+        if (!(is_firm ? has_firm_room(supervisor, tc.apid)
+                      : supervisor_router_has_room(supervisor, tc.apid))) {
             return STATUS_FULL; // Not sent, so not logged.
         }
-        router_log(supervisor, packet, size); // Log the request before its effects.
+        supervisor_router_log(supervisor, packet, size); // Log the request before its effects.
         return deliver_request(supervisor, &tc, packet, size);
     }
     pus_tm_t tm;
     pus_failure_t failure;
     const status_t decoded = pus_tm_decode(packet, size, &tm, &failure);
     FSW_ASSERT(decoded == STATUS_OK);
-    const bool is_for_ground = is_ground(tm.destination) && onboard_forwards(supervisor, &tm);
-    if (is_for_ground && may_wait(&tm) && !ground_accepts(supervisor, pus_class_of(packet, size), size)) {
+    const bool is_for_ground = is_ground(tm.destination) && spacecraft_forwards(supervisor, &tm);
+    if (is_for_ground && may_wait(&tm) &&
+        !supervisor_ground_accepts(supervisor, pus_class_of(packet, size), size)) {
         return STATUS_FULL; // Not sent, so not logged.
     }
-    router_log(supervisor, packet, size);
+    supervisor_router_log(supervisor, packet, size);
     pus_verification_t verification;
     if (pus_verification_read(&tm, &verification) == STATUS_OK) {
-        pending_report(&supervisor->own, SUPERVISOR_APID, tm.destination, &verification);
+        supervisor_pending_report(&supervisor->own, DESCRIPTOR_SUPERVISOR_APID, tm.destination,
+                                  &verification);
     }
     if (is_for_ground) {
-        ground_send(supervisor, tm.apid, packet, size, NULL); // Logged in any case; the ground may be absent.
+        supervisor_ground_send(supervisor, tm.apid, packet, size,
+                               NULL); // Logged in any case; the ground may be absent.
     }
     if ((tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS)) {
         send_heartbeat(supervisor, packet, size);
     }
-    roster_report(supervisor, &tm);
+    supervisor_registry_report(supervisor, &tm);
     pus_event_occurrence_t occurrence;
     if (pus_event_occurrence_read(&tm, &occurrence) == STATUS_OK) {
-        error_own_event(supervisor, &tm, &occurrence);
+        supervisor_error_own_event(supervisor, &tm, &occurrence);
     }
-    onboard_observe(supervisor, &tm, packet, size);
+    spacecraft_observe(supervisor, &tm, packet, size);
     return STATUS_OK;
 }
 
-status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const state_t target,
-                     const pus_cause_t cause)
+status_t supervisor_order_state(supervisor_t* const supervisor, const uint16_t apid, const state_t target,
+                                const pus_cause_t cause)
 {
-    roster_entry_t* const entry = roster_find(supervisor, apid);
-    octet_writer_t writer       = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_MANAGEMENT,
-                                               PUS_MANAGEMENT_ORDER_STATE, PUS_ACK_COMPLETION);
+    registry_entry_t* const entry = supervisor_registry_find(supervisor, apid);
+    octet_writer_t writer         = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_MANAGEMENT,
+                                                 PUS_MANAGEMENT_ORDER_STATE, PUS_ACK_COMPLETION);
     octet_write_u8(&writer, (uint8_t)target);
     octet_write_u8(&writer, (uint8_t)cause);
     pus_token_t token     = {.request_id = 0U};
@@ -440,19 +448,20 @@ status_t order_state(supervisor_t* const supervisor, const uint16_t apid, const 
     return status;
 }
 
-void order_owed(supervisor_t* const supervisor)
+void supervisor_order_owed(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        const roster_entry_t* const entry = &supervisor->roster[i];
-        if (entry->is_order_owed && roster_is_there(entry) &&
+        const registry_entry_t* const entry = &supervisor->registry[i];
+        if (entry->is_order_owed && supervisor_registry_is_there(entry) &&
             has_firm_room(supervisor, entry->mission->apid)) {
-            (void)order_state(supervisor, entry->mission->apid, entry->ordered, entry->order_cause);
+            (void)supervisor_order_state(supervisor, entry->mission->apid, entry->ordered,
+                                         entry->order_cause);
         }
     }
 }
 
-status_t order_configuration(supervisor_t* const supervisor, const uint16_t apid,
-                             const uint16_t configuration)
+status_t supervisor_order_configuration(supervisor_t* const supervisor, const uint16_t apid,
+                                        const uint16_t configuration)
 {
     octet_writer_t writer = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_MANAGEMENT,
                                          PUS_MANAGEMENT_SELECT, PUS_ACK_COMPLETION);

@@ -10,18 +10,18 @@
 // ---- Autostart ----
 
 /// Next order that takes a subsystem from its present state towards OPERATIONAL. True if it is there.
-static bool bring_up(supervisor_t* const supervisor, const roster_entry_t* const entry)
+static bool bring_up(supervisor_t* const supervisor, const registry_entry_t* const entry)
 {
     const uint16_t apid = entry->mission->apid;
     status_t status     = STATUS_OK;
     if (entry->state == STATE_OFFLINE) {
-        status = order_state(supervisor, apid, STATE_PRE_OPERATIONAL, PUS_CAUSE_REQUEST);
+        status = supervisor_order_state(supervisor, apid, STATE_PRE_OPERATIONAL, PUS_CAUSE_REQUEST);
     } else if ((entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_UNCONFIGURED)) {
-        status = order_configuration(supervisor, apid, entry->mission->configurations[0].id);
+        status = supervisor_order_configuration(supervisor, apid, entry->mission->configurations[0].id);
     } else if ((entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_CONFIGURED)) {
-        status = order_state(supervisor, apid, STATE_SAFE_OPERATIONAL, PUS_CAUSE_REQUEST);
+        status = supervisor_order_state(supervisor, apid, STATE_SAFE_OPERATIONAL, PUS_CAUSE_REQUEST);
     } else if ((entry->state == STATE_SAFE_OPERATIONAL) && (entry->phase == PHASE_IDLE)) {
-        status = order_state(supervisor, apid, STATE_OPERATIONAL, PUS_CAUSE_REQUEST);
+        status = supervisor_order_state(supervisor, apid, STATE_OPERATIONAL, PUS_CAUSE_REQUEST);
     } else {
         return (entry->state == STATE_OPERATIONAL) && (entry->phase == PHASE_IDLE);
     }
@@ -32,12 +32,12 @@ static bool bring_up(supervisor_t* const supervisor, const roster_entry_t* const
 /// Without `communication` the ground could not bring it up again.
 static bool is_ground_cut_off(supervisor_t* const supervisor)
 {
-    const roster_entry_t* const entry = roster_find(supervisor, COMMUNICATION_APID);
+    const registry_entry_t* const entry = supervisor_registry_find(supervisor, COMMUNICATION_APID);
     return (entry != NULL) && entry->mission->is_autostart && entry->is_heard &&
            (entry->process == PROCESS_RUNNING) && (entry->state == STATE_OFFLINE);
 }
 
-void sequence_autostart(supervisor_t* const supervisor)
+void supervisor_sequence_autostart(supervisor_t* const supervisor)
 {
     if (is_ground_cut_off(supervisor)) {
         supervisor->autostart_step = 0U;
@@ -47,10 +47,11 @@ void sequence_autostart(supervisor_t* const supervisor)
     }
     bool are_all_up = true;
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        const roster_entry_t* const entry = &supervisor->roster[i];
-        const bool is_wanted = entry->mission->is_autostart && (entry->process == PROCESS_RUNNING) &&
-                               (entry->mission->configuration_count > 0U) &&
-                               (!supervisor->is_continued || (entry->mission->apid == SUPERVISOR_APID));
+        const registry_entry_t* const entry = &supervisor->registry[i];
+        const bool is_wanted =
+            entry->mission->is_autostart && (entry->process == PROCESS_RUNNING) &&
+            (entry->mission->configuration_count > 0U) &&
+            (!supervisor->is_continued || (entry->mission->apid == DESCRIPTOR_SUPERVISOR_APID));
         if (is_wanted && entry->is_heard) {
             are_all_up = bring_up(supervisor, entry) && are_all_up;
         } else if (is_wanted) {
@@ -74,19 +75,19 @@ enum {
     SHUTDOWN_DONE
 };
 
-static bool is_in_shutdown_group(const roster_entry_t* const entry)
+static bool is_in_shutdown_group(const registry_entry_t* const entry)
 {
-    return (entry->mission->apid != SUPERVISOR_APID) && (entry->mission->apid != COMMUNICATION_APID) &&
-           (entry->process == PROCESS_RUNNING);
+    return (entry->mission->apid != DESCRIPTOR_SUPERVISOR_APID) &&
+           (entry->mission->apid != COMMUNICATION_APID) && (entry->process == PROCESS_RUNNING);
 }
 
 static void order_group(supervisor_t* const supervisor, const state_t only_from, const state_t target)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        const roster_entry_t* const entry = &supervisor->roster[i];
-        const bool is_meant               = (only_from == STATE_COUNT) || (entry->state == only_from);
+        const registry_entry_t* const entry = &supervisor->registry[i];
+        const bool is_meant                 = (only_from == STATE_COUNT) || (entry->state == only_from);
         if (is_in_shutdown_group(entry) && is_meant && (entry->state != target)) {
-            (void)order_state(supervisor, entry->mission->apid, target, PUS_CAUSE_SHUTDOWN);
+            (void)supervisor_order_state(supervisor, entry->mission->apid, target, PUS_CAUSE_SHUTDOWN);
         }
     }
 }
@@ -94,7 +95,7 @@ static void order_group(supervisor_t* const supervisor, const state_t only_from,
 static bool is_any_in(const supervisor_t* const supervisor, const bool is_operational)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        const roster_entry_t* const entry = &supervisor->roster[i];
+        const registry_entry_t* const entry = &supervisor->registry[i];
         const bool is_meant =
             is_operational ? (entry->state == STATE_OPERATIONAL) : (entry->state != STATE_OFFLINE);
         if (is_in_shutdown_group(entry) && is_meant) {
@@ -119,25 +120,25 @@ static void enter_step(supervisor_t* const supervisor, const unsigned step)
     case SHUTDOWN_COMMUNICATION:
         // A subsystem in OFFLINE has answered all requests that reached it before that order. The others were
         // lost.
-        roster_end_unanswered(supervisor, passed_ns);
+        supervisor_registry_end_unanswered(supervisor, passed_ns);
         if (supervisor->has_shutdown_token) {
-            pus_verify_completed(component_process(&supervisor->component), &supervisor->shutdown_token,
+            pus_verify_completed(subsystem_process(&supervisor->subsystem), &supervisor->shutdown_token,
                                  supervisor->now_ns);
         }
-        (void)order_state(supervisor, COMMUNICATION_APID, STATE_OFFLINE, PUS_CAUSE_SHUTDOWN);
+        (void)supervisor_order_state(supervisor, COMMUNICATION_APID, STATE_OFFLINE, PUS_CAUSE_SHUTDOWN);
         break;
     case SHUTDOWN_SELF:
-        (void)component_request(&supervisor->component, STATE_OFFLINE, CAUSE_SHUTDOWN);
+        (void)subsystem_request(&supervisor->subsystem, STATE_OFFLINE, CAUSE_SHUTDOWN);
         break;
     default:
-        mode_end(supervisor);
+        supervisor_mode_end(supervisor);
         supervisor->is_finished = true;
-        effects_finish(supervisor);
+        supervisor_output_commit_finish(supervisor);
         break;
     }
 }
 
-void sequence_shutdown_begin(supervisor_t* const supervisor, const pus_token_t* const token)
+void supervisor_sequence_shutdown_begin(supervisor_t* const supervisor, const pus_token_t* const token)
 {
     if (supervisor->shutdown_step != SHUTDOWN_NONE) {
         return;
@@ -151,7 +152,7 @@ void sequence_shutdown_begin(supervisor_t* const supervisor, const pus_token_t* 
 
 static bool is_step_done(supervisor_t* const supervisor)
 {
-    const roster_entry_t* const communication = roster_find(supervisor, COMMUNICATION_APID);
+    const registry_entry_t* const communication = supervisor_registry_find(supervisor, COMMUNICATION_APID);
     switch (supervisor->shutdown_step) {
     case SHUTDOWN_TO_SAFE:
         return !is_any_in(supervisor, true);
@@ -161,16 +162,16 @@ static bool is_step_done(supervisor_t* const supervisor)
         return (communication == NULL) || (communication->process != PROCESS_RUNNING) ||
                (communication->state == STATE_OFFLINE);
     default:
-        return supervisor->component.machine.state == STATE_OFFLINE;
+        return supervisor->subsystem.machine.state == STATE_OFFLINE;
     }
 }
 
-bool sequence_is_ending(const supervisor_t* const supervisor)
+bool supervisor_sequence_is_ending(const supervisor_t* const supervisor)
 {
     return supervisor->shutdown_step >= (unsigned)SHUTDOWN_TO_OFFLINE;
 }
 
-void sequence_shutdown(supervisor_t* const supervisor)
+void supervisor_sequence_shutdown(supervisor_t* const supervisor)
 {
     if ((supervisor->shutdown_step == SHUTDOWN_NONE) || supervisor->is_finished) {
         return;

@@ -2,7 +2,7 @@
 #include "fsw/supervisor/supervisor.h"
 
 #include "base/assertion.h"
-#include "fsw/supervisor/services/onboard_monitoring.h"
+#include "fsw/supervisor/services/monitoring.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include <stddef.h>
@@ -30,7 +30,7 @@ static status_t publish(void* const self)
                        {&supervisor_definitions[SUPERVISOR_INDEX_MESSAGES], &supervisor->messages}};
     status_t status = STATUS_OK;
     for (size_t i = 0U; (i < (sizeof rows / sizeof rows[0])) && (status == STATUS_OK); i++) {
-        status = subsystem_publish(&supervisor->component, rows[i].definition, rows[i].place);
+        status = subsystem_publish(&supervisor->subsystem, rows[i].definition, rows[i].place);
     }
     return status;
 }
@@ -42,8 +42,8 @@ static uint16_t count_networks(const supervisor_t* const supervisor)
     for (uint16_t i = 0U; i < graph->count; i++) {
         bool is_new = true;
         for (uint16_t k = 0U; k < i; k++) {
-            is_new = is_new && (link_graph_network(graph, graph->edges[k].producer_apid) !=
-                                link_graph_network(graph, graph->edges[i].producer_apid));
+            is_new = is_new && (supervisor_link_graph_network(graph, graph->edges[k].producer_apid) !=
+                                supervisor_link_graph_network(graph, graph->edges[i].producer_apid));
         }
         count = (uint16_t)(count + (is_new ? 1U : 0U));
     }
@@ -53,12 +53,12 @@ static uint16_t count_networks(const supervisor_t* const supervisor)
 static void update_status(void* const self)
 {
     supervisor_t* const supervisor     = (supervisor_t*)self;
-    parameter_dictionary_t* dictionary = subsystem_dictionary(&supervisor->component);
-    pool_t* const requests             = &supervisor->onboard.schedules.chains.pool;
-    pool_t* const sequences            = &supervisor->onboard.sequences.chains.pool;
+    parameter_dictionary_t* dictionary = subsystem_dictionary(&supervisor->subsystem);
+    pool_t* const requests             = &supervisor->spacecraft.schedules.chains.pool;
+    pool_t* const sequences            = &supervisor->spacecraft.sequences.chains.pool;
     const bool is_request_news         = pool_poll_warning(requests);
     if (pool_poll_warning(sequences) || is_request_news) {
-        (void)subsystem_raise(&supervisor->component, SUPERVISOR_EVENT_POOL_WARNING, NULL, 0U);
+        (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_POOL_WARNING, NULL, 0U);
     }
     parameter_lock(dictionary);
     supervisor->status                = (supervisor_status_t){.mode         = supervisor->mode,
@@ -68,20 +68,20 @@ static void update_status(void* const self)
                                                               .links        = supervisor->graph.count,
                                                               .pending      = supervisor->pending.count,
                                                               .records      = supervisor->log.next_number - 1U};
-    supervisor->counters.pool_peak    = supervisor->component.tickets.stats.peak;
-    supervisor->counters.pool_refused = supervisor->component.tickets.stats.refused;
+    supervisor->counters.pool_peak    = supervisor->subsystem.call_tokens.stats.peak;
+    supervisor->counters.pool_refused = supervisor->subsystem.call_tokens.stats.refused;
     subsystem_health_t health;
-    subsystem_health(&supervisor->component, &health);
+    subsystem_health(&supervisor->subsystem, &health);
     supervisor->counters.events_suppressed = health.events_suppressed;
     supervisor->counters.reports_lost      = health.reports_lost;
     supervisor->blocks                     = (supervisor_blocks_t){.request_peak     = requests->stats.peak,
                                                                    .request_refused  = requests->stats.refused,
                                                                    .sequence_peak    = sequences->stats.peak,
                                                                    .sequence_refused = sequences->stats.refused};
-    const uint64_t position = pus_position_schedule_now(&supervisor->onboard.schedules.position);
+    const uint64_t position = pus_position_schedule_now(&supervisor->spacecraft.schedules.position);
     supervisor->orbit       = (supervisor_orbit_t){.number = (uint32_t)(position / PUS_POSITION_TICKS),
                                                    .angle  = (uint16_t)(position % PUS_POSITION_TICKS)};
-    ground_update(supervisor);
+    supervisor_ground_update(supervisor);
     const message_counters_t* const messages = &supervisor->config.endpoint->counters;
     supervisor->messages                     = (supervisor_messages_t){.lost      = messages->lost,
                                                                        .stale     = messages->stale,
@@ -96,8 +96,8 @@ const subsystem_callbacks_t* supervisor_callbacks(void)
 {
     static const subsystem_callbacks_t callbacks = {.software_init = publish,
                                                     .control       = update_status,
-                                                    .memories      = onboard_memories,
-                                                    .watched       = onboard_watched};
+                                                    .memories      = spacecraft_memories,
+                                                    .watched       = spacecraft_watched};
     return &callbacks;
 }
 
@@ -107,7 +107,7 @@ const subsystem_callbacks_t* supervisor_callbacks(void)
 /// them.
 static uint64_t heartbeat_interval_ns(const supervisor_t* const supervisor)
 {
-    uint64_t interval_ns = COMPONENT_STATUS_INTERVAL_NS;
+    uint64_t interval_ns = SUBSYSTEM_STATUS_INTERVAL_NS;
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const uint64_t share_ns =
             ((uint64_t)supervisor->mission->subsystems[i].supervisor_patience_us * 1000U) / HEARTBEATS;
@@ -119,16 +119,16 @@ static uint64_t heartbeat_interval_ns(const supervisor_t* const supervisor)
 static void init_component(supervisor_t* const supervisor)
 {
     const supervisor_config_t* const config = &supervisor->config;
-    const pus_port_t port                   = {supervisor, router_send};
-    const pus_mission_port_t mission        = mission_service_port(supervisor);
-    const pus_rtlink_port_t links           = link_manager_port(supervisor);
+    const pus_port_t port                   = {supervisor, supervisor_router_send};
+    const pus_mission_port_t mission        = supervisor_mission_service_port(supervisor);
+    const pus_rtlink_port_t links           = supervisor_link_manager_port(supervisor);
     pus_mission_init(&supervisor->mission_service, &mission);
     pus_rtlink_init(&supervisor->link_service, &links);
     supervisor->services[0] = pus_mission_service(&supervisor->mission_service);
     supervisor->services[1] = pus_rtlink_service(&supervisor->link_service);
-    const size_t count      = 2U + onboard_open(supervisor, &supervisor->services[2]);
-    pus_requester_init(&supervisor->requester, SUPERVISOR_APID, &port);
-    const component_config_t component = {.descriptor          = config->descriptor,
+    const size_t count      = 2U + spacecraft_open(supervisor, &supervisor->services[2]);
+    pus_requester_init(&supervisor->requester, DESCRIPTOR_SUPERVISOR_APID, &port);
+    const subsystem_config_t subsystem = {.descriptor          = config->descriptor,
                                           .is_descriptor_valid = config->is_descriptor_valid,
                                           .callbacks           = supervisor_callbacks(),
                                           .self                = supervisor,
@@ -136,11 +136,11 @@ static void init_component(supervisor_t* const supervisor)
                                           .start_count         = config->start_count,
                                           .port                = port,
                                           .status_interval_ns  = heartbeat_interval_ns(supervisor),
-                                          .persistence         = onboard_persistence(supervisor),
+                                          .persistence         = spacecraft_persistence(supervisor),
                                           .services            = supervisor->services,
                                           .service_count       = count,
                                           .optional            = config->optional};
-    component_init(&supervisor->component, &component);
+    subsystem_init(&supervisor->subsystem, &subsystem);
 }
 
 status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config_t* const config)
@@ -150,38 +150,39 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     supervisor->config  = *config;
     supervisor->mission = config->mission;
     supervisor->mode    = (uint8_t)config->mission->initial_mode;
-    roster_init(supervisor);
-    pending_init(&supervisor->pending);
-    ground_backlog_init(&supervisor->ground_backlog);
-    octet_ring_init(&supervisor->ground_kept, supervisor->ground_storage, sizeof supervisor->ground_storage);
-    pending_init(&supervisor->own);
-    effects_init(supervisor);
+    supervisor_registry_init(supervisor);
+    supervisor_pending_init(&supervisor->pending);
+    supervisor_ground_backlog_init(&supervisor->ground_backlog);
+    message_ring_init(&supervisor->ground_kept, supervisor->ground_storage,
+                      sizeof supervisor->ground_storage);
+    supervisor_pending_init(&supervisor->own);
+    supervisor_output_commit_init(supervisor);
     init_component(supervisor);
-    adoption_begin(supervisor);
-    const status_t status = packet_log_open_after(&supervisor->log, config->log_folder,
-                                                  (packet_log_strategy_t)supervisor->log_strategy,
-                                                  &supervisor->log_past, config->mission->log_ring_records);
+    supervisor_adoption_begin(supervisor);
+    const status_t status = supervisor_packet_log_open_after(
+        &supervisor->log, config->log_folder, (packet_log_strategy_t)supervisor->log_strategy,
+        &supervisor->log_past, config->mission->log_ring_records);
     if ((status == STATUS_OK) && config->has_log_writer) {
-        const status_t started = packet_log_start_writer(&supervisor->log);
+        const status_t started = supervisor_packet_log_start_writer(&supervisor->log);
         (void)started; // Without the task the supervisor waits for the disk.
     }
-    onboard_restore(supervisor); // Its reports are logged.
+    spacecraft_restore(supervisor); // Its reports are logged.
     return status;
 }
 
 static void tick(supervisor_t* const supervisor)
 {
-    roster_watch(supervisor);
-    doubt_watch(supervisor);
-    roster_end_unanswered(supervisor, UNANSWERED_NS);
-    order_owed(supervisor);
-    link_manager_watch(supervisor);
-    error_run_plans(supervisor);
-    sequence_autostart(supervisor);
+    supervisor_registry_watch(supervisor);
+    supervisor_doubt_watch(supervisor);
+    supervisor_registry_end_unanswered(supervisor, UNANSWERED_NS);
+    supervisor_order_owed(supervisor);
+    supervisor_link_manager_watch(supervisor);
+    supervisor_error_run_plans(supervisor);
+    supervisor_sequence_autostart(supervisor);
     if (supervisor->config.platform.is_stop_requested(supervisor->config.platform.context)) {
-        sequence_shutdown_begin(supervisor, NULL);
+        supervisor_sequence_shutdown_begin(supervisor, NULL);
     }
-    sequence_shutdown(supervisor);
+    supervisor_sequence_shutdown(supervisor);
 }
 
 /// Perform the effects of the step. If one fails, handle that in the same step.
@@ -189,11 +190,12 @@ static void finish_step(supervisor_t* const supervisor)
 {
     bool is_news = true;
     for (unsigned round = 0U; is_news && (round < ROUNDS); round++) {
-        error_own_events(supervisor);
-        adoption_commit(supervisor);
+        supervisor_error_own_events(supervisor);
+        supervisor_adoption_commit(supervisor);
         const uint64_t next_number = supervisor->log.next_number;
-        router_flush_log(supervisor);
-        is_news = effects_perform(supervisor) || (supervisor->log.next_number != next_number);
+        supervisor_router_flush_log(supervisor);
+        is_news =
+            supervisor_output_commit_perform(supervisor) || (supervisor->log.next_number != next_number);
     }
 }
 
@@ -201,39 +203,39 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
-    (void)effects_perform(supervisor); // Of the step before, or of the life before.
+    (void)supervisor_output_commit_perform(supervisor); // Of the step before, or of the life before.
     if (!supervisor->has_begun) {
-        adoption_reopen(supervisor);
-        onboard_tell_damage(supervisor);
-        mode_begin(supervisor);
+        supervisor_adoption_reopen(supervisor);
+        spacecraft_tell_damage(supervisor);
+        supervisor_mode_begin(supervisor);
         supervisor->has_begun = true;
     }
-    ground_flush(supervisor);
-    router_take_in(supervisor);
-    link_manager_settle(supervisor);
-    adoption_tell(supervisor);
-    ground_flush(supervisor);
-    ground_tell(supervisor);
-    const uint64_t component_wake_ns = component_step(&supervisor->component, now_ns);
+    supervisor_ground_flush(supervisor);
+    supervisor_router_take_in(supervisor);
+    supervisor_link_manager_settle(supervisor);
+    supervisor_adoption_tell(supervisor);
+    supervisor_ground_flush(supervisor);
+    supervisor_ground_tell(supervisor);
+    const uint64_t component_wake_ns = subsystem_step(&supervisor->subsystem, now_ns);
     if (now_ns >= supervisor->next_tick_ns) {
         tick(supervisor);
         supervisor->next_tick_ns = ((now_ns / TICK_NS) + 1U) * TICK_NS;
     }
-    recommission_step(supervisor);
-    const uint64_t onboard_wake_ns = onboard_step(supervisor, now_ns);
+    supervisor_recommission_step(supervisor);
+    const uint64_t spacecraft_wake_ns = spacecraft_step(supervisor, now_ns);
     finish_step(supervisor);
-    uint64_t wake_ns = (component_wake_ns < onboard_wake_ns) ? component_wake_ns : onboard_wake_ns;
+    uint64_t wake_ns = (component_wake_ns < spacecraft_wake_ns) ? component_wake_ns : spacecraft_wake_ns;
     return (wake_ns < supervisor->next_tick_ns) ? wake_ns : supervisor->next_tick_ns;
 }
 
 void supervisor_close(supervisor_t* const supervisor)
 {
     FSW_ASSERT(supervisor != NULL);
-    packet_log_close(&supervisor->log);
+    supervisor_packet_log_close(&supervisor->log);
 }
 
 void supervisor_abandon(supervisor_t* const supervisor)
 {
     FSW_ASSERT(supervisor != NULL);
-    packet_log_abandon(&supervisor->log);
+    supervisor_packet_log_abandon(&supervisor->log);
 }

@@ -3,7 +3,7 @@
 /// permission, keeps track of subsystems, processes and real-time networks, and reacts to errors
 /// (paper, 4.3).
 ///
-///     spacecraft services   onboard.c and onboard_*.c
+///     spacecraft services   services/*.c
 ///     supervision           router.c, error_handling.c, link_manager.c, sequences.c, mission_service.c
 ///     platform abstraction  packet_log (database interface), supervisor_platform_t (processes),
 ///                           message endpoint (communication interface)
@@ -16,22 +16,21 @@
 #include "fsw/framework/descriptor/mission_descriptor.h"
 #include "fsw/framework/journal/journal.h"
 #include "fsw/framework/message/message.h"
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/supervisor/ground_backlog.h"
 #include "fsw/supervisor/link_graph.h"
-#include "fsw/supervisor/services/onboard.h"
+#include "fsw/supervisor/services/spacecraft_services.h"
 #include "fsw/supervisor/orbit.h"
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
 #include "fsw/supervisor/plan_runner.h"
 #include "fsw/supervisor/recommission.h"
-#include "fsw/supervisor/vitals.h"
+#include "fsw/supervisor/checkpoint.h"
 #include "generated/supervisor_descriptor.h"
 #include "pus/core/requester.h"
 #include "pus/private/st130_rtlink.h"
 #include "pus/private/st131_mission.h"
 
-#define SUPERVISOR_APID 1U
 #define COMMUNICATION_APID 2U
 #define SUPERVISOR_LINK_SESSIONS 8U
 #define SUPERVISOR_MODE_RECORD 9U ///< Octets of a mode and the time of its beginning [ns of the run].
@@ -103,7 +102,7 @@ typedef struct { // What is known of one subsystem.
         uint32_t request_id; ///< Of the last order; 0: none.
         uint64_t time_ns;
     } order;
-    presumed_t presumed; ///< See effects.c.
+    presumed_t presumed; ///< See output_commit.c.
     uint64_t heard_ns;
     uint64_t started_ns;
     uint64_t interface_hash; ///< Of the descriptor it runs with, as it last reported it.
@@ -117,7 +116,7 @@ typedef struct { // What is known of one subsystem.
         uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.
         uint64_t time_ns;
     } asked;
-} roster_entry_t;
+} registry_entry_t;
 
 typedef enum {
     SESSION_FREE = 0,
@@ -157,17 +156,17 @@ typedef struct {
     uint32_t start_count;
     pus_file_store_t files; ///< Of ST[23] and of services that load by reference.
     journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: no lasting records.
-    component_services_t optional; ///< Services that its descriptor lists.
-    const medium_t* store_media;   ///< ONBOARD_STORES of them, for packet stores; null: nothing fits.
+    subsystem_services_t optional; ///< Services that its descriptor lists.
+    const medium_t* store_media;   ///< SPACECRAFT_STORES of them, for packet stores; null: nothing fits.
     bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, unchanged.
-    uint64_t log_records; ///< Of the packet log in this run so far, as far as it is known without vitals.
-    vitals_t* vitals;     ///< From the supervisor that died, for the next one; null: none.
-    /// Copy damaged vitals for analysis; the context is that of the platform. True: there is a copy. Null: no
-    /// copies.
-    bool (*keep_vitals)(void* context, const vitals_t* vitals);
+    uint64_t log_records; ///< Of the packet log in this run so far, as far as it is known without checkpoint.
+    checkpoint_t* checkpoint; ///< From the supervisor that died, for the next one; null: none.
+    /// Copy a damaged checkpoint for analysis; the context is that of the platform. True: there is a copy.
+    /// Null: no copies.
+    bool (*keep_checkpoint)(void* context, const checkpoint_t* checkpoint);
 } supervisor_config_t;
 
-typedef enum { // Of the vitals.
+typedef enum { // Of the checkpoint.
     ADOPTION_WHOLE = 0,
     ADOPTION_OLDER,  ///< The last commit is damaged; the one before it was used.
     ADOPTION_NOTHING ///< Both commits are damaged.
@@ -176,14 +175,14 @@ typedef enum { // Of the vitals.
 typedef struct supervisor { // All fields are private.
     supervisor_config_t config;
     const mission_descriptor_t* mission;
-    component_t component;
+    subsystem_t subsystem;
     uint64_t now_ns;
     uint64_t next_tick_ns;
     bool has_begun; // Its first step is done.
     uint8_t mode;
     bool is_cut_off; // The flight before ended without a shutdown, in the mode of this record:
     uint8_t cut_off[SUPERVISOR_MODE_RECORD];
-    roster_entry_t roster[MISSION_SUBSYSTEMS_MAX];
+    registry_entry_t registry[MISSION_SUBSYSTEMS_MAX];
     bool is_log_failure_told;
     pending_table_t pending;
     pending_table_t own;  // Requests to the supervisor itself.
@@ -191,11 +190,11 @@ typedef struct supervisor { // All fields are private.
     uint32_t lives;       // Number of supervisor lives in this run.
     bool is_adopted;      // Taken over from the previous one, not reported yet.
     bool is_continued;    // Taken over after the autostart: bring up only the supervisor itself.
-    adoption_damage_t vitals_damage;
-    bool are_vitals_kept;
+    adoption_damage_t checkpoint_damage;
+    bool are_checkpoint_kept;
     uint8_t log_strategy; // First strategy of the packet log.
     packet_log_past_t log_past;
-    supervisor_vitals_t kept;
+    checkpoint_state_t kept;
     pus_requester_t requester;
     link_graph_t graph;
     link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
@@ -217,8 +216,8 @@ typedef struct supervisor { // All fields are private.
     bool is_finished;
     pus_mission_t mission_service;
     pus_rtlink_t link_service;
-    pus_service_t services[2U + ONBOARD_SERVICES];
-    onboard_t onboard;
+    pus_service_t services[2U + SPACECRAFT_SERVICES];
+    spacecraft_services_t spacecraft;
     uint16_t network_members[LINK_GRAPH_MEMBERS];
     uint16_t network_links[LINK_GRAPH_EDGES];
     supervisor_status_t status;     // Published.
@@ -231,22 +230,22 @@ typedef struct supervisor { // All fields are private.
     supervisor_ground_t ground;       // Published.
     supervisor_messages_t messages;   // Published.
     ground_backlog_t ground_backlog;
-    octet_ring_t ground_kept; // Copy of the backlog for the next life.
-    uint16_t held_for;        // Addressee of the ground's next request, which has no room there; 0: none.
-    uint64_t held_ns;         // Since when.
-    octet_ring_t effects;     // What this step does to others, or what was not taken yet.
-    uint32_t performed;       // Effects of the last commit.
-    uint64_t ground_moved_ns; // When a waiting report was sent last, or no report waited.
-    bool is_ground_behind;    // Reports were dropped since the backlog was empty.
-    bool is_ground_news;      // And this was not reported yet.
+    message_ring_t ground_kept; // Copy of the backlog for the next life.
+    uint16_t held_for;          // Addressee of the ground's next request, which has no room there; 0: none.
+    uint64_t held_ns;           // Since when.
+    message_ring_t outputs;     // What this step does to others, or what was not taken yet.
+    uint32_t performed;         // Effects of the last commit.
+    uint64_t ground_moved_ns;   // When a waiting report was sent last, or no report waited.
+    bool is_ground_behind;      // Reports were dropped since the backlog was empty.
+    bool is_ground_news;        // And this was not reported yet.
     packet_log_t log;
     uint8_t ground_storage[GROUND_OCTETS];
-    uint8_t effect_storage[EFFECTS_OCTETS];
+    uint8_t output_storage[OUTPUT_COMMIT_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
 } supervisor_t;
 
 /// Opens the packet log. `supervisor` is all zeros, as static storage is when a program begins: to clear
-/// these megabytes would touch them all at start. STATUS_OK, or the status of packet_log_open.
+/// these megabytes would touch them all at start. STATUS_OK, or the status of supervisor_packet_log_open.
 MUST_USE status_t supervisor_init(supervisor_t* supervisor, const supervisor_config_t* config);
 /// Take in messages and run what is due. Returns the time of the next wake [ns of the run].
 uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);

@@ -5,164 +5,169 @@
 
 #include "fsw/supervisor/supervisor.h"
 
-/// effects.c
-/// From now on frames leave only by effects_perform.
-void effects_init(supervisor_t* supervisor);
-/// Orders to the process of a subsystem. They are carried out by effects_perform, but effects_is_running
-/// answers as if they had been already.
-void effects_start(supervisor_t* supervisor, roster_entry_t* entry);
-void effects_stop(supervisor_t* supervisor, roster_entry_t* entry, bool is_hung);
-bool effects_is_running(const supervisor_t* supervisor, const roster_entry_t* entry);
+/// output_commit.c
+/// From now on frames leave only by supervisor_output_commit_perform.
+void supervisor_output_commit_init(supervisor_t* supervisor);
+/// Orders to the process of a subsystem. They are carried out by supervisor_output_commit_perform, but
+/// supervisor_output_commit_is_running answers as if they had been already.
+void supervisor_output_commit_start(supervisor_t* supervisor, registry_entry_t* entry);
+void supervisor_output_commit_stop(supervisor_t* supervisor, registry_entry_t* entry, bool is_hung);
+bool supervisor_output_commit_is_running(const supervisor_t* supervisor, const registry_entry_t* entry);
 /// The mission is over.
-void effects_finish(supervisor_t* supervisor);
-/// Perform all effects, which must be committed. True: a frame was not taken; those are performed by the next
+void supervisor_output_commit_finish(supervisor_t* supervisor);
+/// Perform all outputs, which must be committed. True: a frame was not taken; those are performed by the next
 /// call, and must be committed again.
-bool effects_perform(supervisor_t* supervisor);
-/// Leave out the effects of the adopted commit that were performed.
-void effects_resume(supervisor_t* supervisor);
+bool supervisor_output_commit_perform(supervisor_t* supervisor);
+/// Leave out the outputs of the adopted commit that were performed.
+void supervisor_output_commit_resume(supervisor_t* supervisor);
 
 /// router.c
-void router_take_in(supervisor_t* supervisor);
+void supervisor_router_take_in(supervisor_t* supervisor);
 /// Write out the packet log; a failure is an event.
-void router_flush_log(supervisor_t* supervisor);
+void supervisor_router_flush_log(supervisor_t* supervisor);
 /// Append a packet to the log.
-void router_log(supervisor_t* supervisor, const uint8_t* packet, size_t size);
+void supervisor_router_log(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 /// Port of the supervisor's own reports and requests: log, then deliver. STATUS_OK; STATUS_FULL: there is
 /// no room, nothing was done; the caller sends the packet again.
-status_t router_send(void* context, const uint8_t* packet, size_t size);
+status_t supervisor_router_send(void* context, const uint8_t* packet, size_t size);
 /// Ports of ST[15] and ST[09] to ground; the context is the supervisor. STATUS_OK, STATUS_FULL (no room or no
 /// connection to ground now: try again later).
-status_t router_send_stored(void* context, uint8_t virtual_channel, const uint8_t* packet, size_t size);
-status_t router_send_time(void* context, const uint8_t* packet, size_t size);
+status_t supervisor_router_send_stored(void* context, uint8_t virtual_channel, const uint8_t* packet,
+                                       size_t size);
+status_t supervisor_router_send_time(void* context, const uint8_t* packet, size_t size);
 /// True if a request to `apid` would find room in its mailbox now; the supervisor itself always has.
-bool router_has_room(const supervisor_t* supervisor, uint16_t apid);
+bool supervisor_router_has_room(const supervisor_t* supervisor, uint16_t apid);
 /// Route a request that a service on board has released, as one that came from its source.
-void router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
+void supervisor_router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 /// Order to a subsystem of the mission: TC[129,8], with its cause. If the mailbox has no room, the order is
 /// owed until another one replaces it or the process dies. Statuses of pus_tc_send.
-status_t order_state(supervisor_t* supervisor, uint16_t apid, state_t target, pus_cause_t cause);
+status_t supervisor_order_state(supervisor_t* supervisor, uint16_t apid, state_t target, pus_cause_t cause);
 /// Give the orders that are owed and for which there is room now.
-void order_owed(supervisor_t* supervisor);
+void supervisor_order_owed(supervisor_t* supervisor);
 /// Order to a subsystem: TC[129,3].
-status_t order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t configuration);
+status_t supervisor_order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t configuration);
 
 /// Route a request that was assembled from parts, from the user that sent them. STATUS_OK, STATUS_FULL (no
 /// room in the mailbox of its addressee: try again later).
-status_t router_route_whole(supervisor_t* supervisor, const uint8_t* packet, size_t size);
+status_t supervisor_router_route_whole(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 
 /// ground_link.c
 /// Send reports that wait for the ground.
-void ground_flush(supervisor_t* supervisor);
+void supervisor_ground_flush(supervisor_t* supervisor);
 /// Send a report of a subsystem to the ground, or let it wait (in `block`, if the packet is in a block); if
 /// it cannot wait, it is dropped and counted.
-void ground_send(supervisor_t* supervisor, uint16_t apid, const uint8_t* packet, size_t size, uint8_t* block);
+void supervisor_ground_send(supervisor_t* supervisor, uint16_t apid, const uint8_t* packet, size_t size,
+                            uint8_t* block);
 /// True if a report of the class would be sent or would wait, or if the supervisor no longer waits for the
 /// ground.
-bool ground_accepts(const supervisor_t* supervisor, pus_class_t class, size_t size);
+bool supervisor_ground_accepts(const supervisor_t* supervisor, pus_class_t class, size_t size);
 /// True if reports wait, or the next one would have to.
-bool ground_is_waiting(const supervisor_t* supervisor);
+bool supervisor_ground_is_waiting(const supervisor_t* supervisor);
 /// True if requests of the ground may be taken in: there is room for the answers.
-bool ground_takes_requests(const supervisor_t* supervisor);
+bool supervisor_ground_takes_requests(const supervisor_t* supervisor);
 /// Copy the reports that wait for the ground for the next life of the supervisor; restore them.
-void ground_keep(supervisor_t* supervisor);
-void ground_resume(supervisor_t* supervisor);
+void supervisor_ground_keep(supervisor_t* supervisor);
+void supervisor_ground_resume(supervisor_t* supervisor);
 /// Raise GROUND_BEHIND, once for each time the ground falls behind.
-void ground_tell(supervisor_t* supervisor);
+void supervisor_ground_tell(supervisor_t* supervisor);
 /// Update the published state of the link to ground.
-void ground_update(supervisor_t* supervisor);
+void supervisor_ground_update(supervisor_t* supervisor);
 
-/// roster.c
-roster_entry_t* roster_find(supervisor_t* supervisor, uint16_t apid);
-void roster_init(supervisor_t* supervisor);
+/// subsystem_registry.c
+registry_entry_t* supervisor_registry_find(supervisor_t* supervisor, uint16_t apid);
+void supervisor_registry_init(supervisor_t* supervisor);
 /// True if its process runs and, if it was started again, has reported since: before its first report in a
 /// new life no packet is sent to it.
-bool roster_is_there(const roster_entry_t* entry);
+bool supervisor_registry_is_there(const registry_entry_t* entry);
 /// Order a new life of its process, and handle a refusal of the platform.
-void roster_start(supervisor_t* supervisor, roster_entry_t* entry);
-void roster_start_failed(supervisor_t* supervisor, roster_entry_t* entry);
+void supervisor_registry_start(supervisor_t* supervisor, registry_entry_t* entry);
+void supervisor_registry_start_failed(supervisor_t* supervisor, registry_entry_t* entry);
 /// Update the entry from a report that passed.
-void roster_report(supervisor_t* supervisor, const pus_tm_t* tm);
+void supervisor_registry_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// End every unanswered request to a subsystem whose process ended.
-void roster_end_pending(supervisor_t* supervisor, uint16_t apid);
+void supervisor_registry_end_pending(supervisor_t* supervisor, uint16_t apid);
 /// End every request whose addressee lives and has not even accepted it for `patience_ns`.
-void roster_end_unanswered(supervisor_t* supervisor, uint64_t patience_ns);
+void supervisor_registry_end_unanswered(supervisor_t* supervisor, uint64_t patience_ns);
 /// Check processes and heartbeats; once per tick.
-void roster_watch(supervisor_t* supervisor);
+void supervisor_registry_watch(supervisor_t* supervisor);
 /// Electrical power [W] of all subsystems, with one of them in another state.
-uint32_t roster_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
+uint32_t supervisor_registry_power_w(const supervisor_t* supervisor, uint16_t apid, state_t state);
 
-/// adoption.c: commit the data that the next supervisor takes over, at the end of a step, before its effects
+/// adoption.c: commit the data that the next supervisor takes over, at the end of a step, before its outputs
 /// are performed. If the supervisor dies before, the next one repeats the step.
-void adoption_commit(supervisor_t* supervisor);
+void supervisor_adoption_commit(supervisor_t* supervisor);
 /// Take over from the previous supervisor, if there was one; before the packet log is opened.
-void adoption_begin(supervisor_t* supervisor);
+void supervisor_adoption_begin(supervisor_t* supervisor);
 /// In the first step, if nothing could be taken over: agree with all subsystems on the numbers of messages,
 /// and request their status.
-void adoption_reopen(supervisor_t* supervisor);
+void supervisor_adoption_reopen(supervisor_t* supervisor);
 /// In the first step, after the packets of the previous supervisor are processed: report what was not kept,
 /// and request the status of all subsystems.
-void adoption_tell(supervisor_t* supervisor);
+void supervisor_adoption_tell(supervisor_t* supervisor);
 /// A member reports its state: compare it once with the state that was taken over.
-void adoption_compare(supervisor_t* supervisor, roster_entry_t* entry, uint8_t state, uint16_t configuration);
+void supervisor_adoption_compare(supervisor_t* supervisor, registry_entry_t* entry, uint8_t state,
+                                 uint16_t configuration);
 
 /// doubt.c True if the state of a subsystem may differ from the known one; no decision may depend on it.
-bool doubt_is_about(const roster_entry_t* entry);
+bool supervisor_doubt_is_about(const registry_entry_t* entry);
 /// Request the status of subsystems whose reports arrive again after a silence; once per tick.
-void doubt_watch(supervisor_t* supervisor);
+void supervisor_doubt_watch(supervisor_t* supervisor);
 /// End the doubt about a subsystem that has answered.
-void doubt_verification(supervisor_t* supervisor, const pus_tm_t* tm, const pus_verification_t* verification);
+void supervisor_doubt_verification(supervisor_t* supervisor, const pus_tm_t* tm,
+                                   const pus_verification_t* verification);
 
 /// permission.c: PUS_FAILURE_NONE or why the request may not pass.
-pus_failure_t permission_of(supervisor_t* supervisor, const pus_tc_t* tc);
+pus_failure_t supervisor_permission_of(supervisor_t* supervisor, const pus_tc_t* tc);
 
 /// link_manager.c
-pus_rtlink_port_t link_manager_port(supervisor_t* supervisor);
-void link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm);
+pus_rtlink_port_t supervisor_link_manager_port(supervisor_t* supervisor);
+void supervisor_link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// For each link of which one end has closed, order the other end to close, too; after all reports have been
 /// taken in.
-void link_manager_settle(supervisor_t* supervisor);
-void link_manager_watch(supervisor_t* supervisor);
+void supervisor_link_manager_settle(supervisor_t* supervisor);
+void supervisor_link_manager_watch(supervisor_t* supervisor);
 /// Next step of opening a link again, with the properties requested last and without a request: negotiate,
 /// then open. True if a step was begun.
-bool link_manager_renew(supervisor_t* supervisor, uint16_t link);
+bool supervisor_link_manager_renew(supervisor_t* supervisor, uint16_t link);
 /// Remove every edge of a member whose process ended, and close the other end.
-void link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
+void supervisor_link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
 
 /// error_handling.c
 /// React to an event of a member: its report, or the notice that replaces a disabled report.
-void error_event(supervisor_t* supervisor, const pus_event_occurrence_t* event);
-/// Note an event of the supervisor itself, reported by `tm`; error_own_events reacts later. It is called
-/// while that report is being sent; no other report may be built then.
-void error_own_event(supervisor_t* supervisor, const pus_tm_t* tm, const pus_event_occurrence_t* event);
-void error_own_events(supervisor_t* supervisor);
+void supervisor_error_event(supervisor_t* supervisor, const pus_event_occurrence_t* event);
+/// Note an event of the supervisor itself, reported by `tm`; supervisor_error_own_events reacts later. It is
+/// called while that report is being sent; no other report may be built then.
+void supervisor_error_own_event(supervisor_t* supervisor, const pus_tm_t* tm,
+                                const pus_event_occurrence_t* event);
+void supervisor_error_own_events(supervisor_t* supervisor);
 /// The process of a member died (event PROCESS_LOST or PROCESS_HUNG); its links are still in the graph.
-void error_member_lost(supervisor_t* supervisor, uint16_t apid, uint16_t event_id);
+void supervisor_error_member_lost(supervisor_t* supervisor, uint16_t apid, uint16_t event_id);
 /// No report of a member has arrived for too long.
-void error_member_silent(supervisor_t* supervisor, uint16_t apid);
-void error_run_plans(supervisor_t* supervisor);
+void supervisor_error_member_silent(supervisor_t* supervisor, uint16_t apid);
+void supervisor_error_run_plans(supervisor_t* supervisor);
 /// Raise an event of the supervisor with up to two u16 of auxiliary data.
-void raise_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first);
-void raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first, uint16_t second);
+void supervisor_raise_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first);
+void supervisor_raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint16_t first, uint16_t second);
 
 /// mode.c
-void mode_set(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
+void supervisor_mode_set(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
 /// Enter the fallback mode of the mission.
-void mode_fall_back(supervisor_t* supervisor);
+void supervisor_mode_fall_back(supervisor_t* supervisor);
 /// Take back the lasting record of the mode. STATUS_OK, STATUS_INVALID.
-status_t mode_restore(supervisor_t* supervisor, const uint8_t* octets, size_t size);
+status_t supervisor_mode_restore(supervisor_t* supervisor, const uint8_t* octets, size_t size);
 /// In the first step: enter the fallback mode if the flight before was cut off, and keep the record.
-void mode_begin(supervisor_t* supervisor);
+void supervisor_mode_begin(supervisor_t* supervisor);
 /// The mission is shut down: the next flight begins in its initial mode.
-void mode_end(supervisor_t* supervisor);
+void supervisor_mode_end(supervisor_t* supervisor);
 
 /// sequences.c
-void sequence_autostart(supervisor_t* supervisor);
-void sequence_shutdown_begin(supervisor_t* supervisor, const pus_token_t* token);
-void sequence_shutdown(supervisor_t* supervisor);
+void supervisor_sequence_autostart(supervisor_t* supervisor);
+void supervisor_sequence_shutdown_begin(supervisor_t* supervisor, const pus_token_t* token);
+void supervisor_sequence_shutdown(supervisor_t* supervisor);
 /// True after the shutdown has ordered all subsystems to OFFLINE.
-bool sequence_is_ending(const supervisor_t* supervisor);
+bool supervisor_sequence_is_ending(const supervisor_t* supervisor);
 
 /// mission_service.c
-pus_mission_port_t mission_service_port(supervisor_t* supervisor);
+pus_mission_port_t supervisor_mission_service_port(supervisor_t* supervisor);
 
 #endif // FSW_SUPERVISOR_SUPERVISOR_INTERNAL_H

@@ -10,7 +10,7 @@
 #define HOUSEKEEPING_REPORT 25U
 #define INDEX_MAX 65535U
 
-void telemetry_directory_init(telemetry_directory_t* const directory)
+void supervisor_telemetry_directory_init(telemetry_directory_t* const directory)
 {
     FSW_ASSERT(directory != NULL);
     (void)memset(directory, 0, sizeof *directory);
@@ -83,8 +83,8 @@ static bool split_index(const char* const name, size_t* const out_size, uint32_t
     return (place > (size + 1U)) && (name[place] == ']') && (name[place + 1U] == '\0');
 }
 
-status_t telemetry_directory_find(const telemetry_directory_t* const directory, const char* const name,
-                                  telemetry_scalar_t* const out_scalar)
+status_t supervisor_telemetry_directory_find(const telemetry_directory_t* const directory,
+                                             const char* const name, telemetry_scalar_t* const out_scalar)
 {
     FSW_ASSERT((directory != NULL) && (name != NULL) && (out_scalar != NULL));
     size_t size    = 0U;
@@ -119,9 +119,9 @@ static status_t size_of(void* const context, const uint32_t parameter_id, uint16
     return STATUS_NOT_FOUND;
 }
 
-mirror_sizes_t telemetry_directory_sizes(telemetry_directory_t* const directory)
+telemetry_cache_sizes_t supervisor_telemetry_directory_sizes(telemetry_directory_t* const directory)
 {
-    return (mirror_sizes_t){.context = directory, .size_of = size_of};
+    return (telemetry_cache_sizes_t){.context = directory, .size_of = size_of};
 }
 
 // ---- Structures ----
@@ -162,8 +162,8 @@ static void learn_structure(telemetry_directory_t* const directory,
     directory->content_used = (uint16_t)(directory->content_used + writer.position);
 }
 
-void telemetry_directory_learn(telemetry_directory_t* const directory,
-                               const subsystem_descriptor_t* const descriptor)
+void supervisor_telemetry_directory_learn(telemetry_directory_t* const directory,
+                                          const subsystem_descriptor_t* const descriptor)
 {
     FSW_ASSERT((directory != NULL) && (descriptor != NULL));
     for (uint16_t i = 0U; i < descriptor->parameter_count; i++) {
@@ -178,16 +178,17 @@ void telemetry_directory_learn(telemetry_directory_t* const directory,
     }
 }
 
-void telemetry_directory_define(const telemetry_directory_t* const directory, mirror_t* const mirror,
-                                const uint16_t apid, const uint16_t configuration)
+void supervisor_telemetry_directory_define(const telemetry_directory_t* const directory,
+                                           telemetry_cache_t* const cache, const uint16_t apid,
+                                           const uint16_t configuration)
 {
-    FSW_ASSERT((directory != NULL) && (mirror != NULL));
+    FSW_ASSERT((directory != NULL) && (cache != NULL));
     for (uint16_t i = 0U; i < directory->structure_count; i++) {
         const telemetry_structure_t* const structure = &directory->structures[i];
         octet_reader_t content = octet_reader(&directory->content[structure->offset], structure->size);
         if ((structure->apid == apid) && (structure->configuration == configuration)) {
-            (void)mirror_define(mirror, apid, HOUSEKEEPING_REPORT, structure->id,
-                                &content); // What has no room is counted there.
+            (void)supervisor_telemetry_cache_define(cache, apid, HOUSEKEEPING_REPORT, structure->id,
+                                                    &content); // What has no room is counted there.
         }
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Telemetry definitions from the descriptors of a mission's subsystems: sizes of parameters, scalars by
-/// their names, and the housekeeping structures of each configuration. Values are in the mirror.
+/// their names, and the housekeeping structures of each configuration. Values are in the telemetry cache.
 ///
 /// A scalar is named SUBSYSTEM.PARAMETER or, within a structured parameter, SUBSYSTEM.PARAMETER.FIELD; an
 /// element of an array has its index, from 0, in brackets: ARM.VALUES.POSITION[1].
@@ -12,7 +12,7 @@
 #define FSW_SUPERVISOR_TELEMETRY_DIRECTORY_H
 
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
-#include "fsw/supervisor/mirror.h"
+#include "fsw/supervisor/telemetry_cache.h"
 
 #define TELEMETRY_PARAMETERS 512U ///< Of all subsystems, as all that follows.
 #define TELEMETRY_FIELDS 2048U
@@ -57,16 +57,17 @@ typedef struct { // Private, except `full`.
     uint32_t full; ///< Definitions dropped because there was no room.
 } telemetry_directory_t;
 
-void telemetry_directory_init(telemetry_directory_t* directory);
+void supervisor_telemetry_directory_init(telemetry_directory_t* directory);
 /// Add a subsystem's telemetry. Definitions without room are counted.
-void telemetry_directory_learn(telemetry_directory_t* directory, const subsystem_descriptor_t* descriptor);
+void supervisor_telemetry_directory_learn(telemetry_directory_t* directory,
+                                          const subsystem_descriptor_t* descriptor);
 /// STATUS_OK, STATUS_NOT_FOUND (no such name, or that of an array or a structure).
-MUST_USE status_t telemetry_directory_find(const telemetry_directory_t* directory, const char* name,
-                                           telemetry_scalar_t* out_scalar);
-/// For the mirror; the directory outlives it.
-mirror_sizes_t telemetry_directory_sizes(telemetry_directory_t* directory);
-/// Define the housekeeping structures of a subsystem in a configuration at the mirror.
-void telemetry_directory_define(const telemetry_directory_t* directory, mirror_t* mirror, uint16_t apid,
-                                uint16_t configuration);
+MUST_USE status_t supervisor_telemetry_directory_find(const telemetry_directory_t* directory,
+                                                      const char* name, telemetry_scalar_t* out_scalar);
+/// For the telemetry cache; the directory outlives it.
+telemetry_cache_sizes_t supervisor_telemetry_directory_sizes(telemetry_directory_t* directory);
+/// Define the housekeeping structures of a subsystem in a configuration at the telemetry cache.
+void supervisor_telemetry_directory_define(const telemetry_directory_t* directory, telemetry_cache_t* cache,
+                                           uint16_t apid, uint16_t configuration);
 
 #endif // FSW_SUPERVISOR_TELEMETRY_DIRECTORY_H

@@ -15,7 +15,8 @@ static void save(const undo_medium_t* const place, const uint64_t size, const ui
     octet_write_u8(&writer, place->number);
     octet_write_u64(&writer, size);
     octet_write_u64(&writer, offset);
-    (void)vitals_add(place->vitals, &place->vitals->undo, head, sizeof head, octets, count);
+    (void)supervisor_checkpoint_add(place->checkpoint, &place->checkpoint->undo, head, sizeof head, octets,
+                                    count);
 }
 
 /// Save the size of the medium, and of the `count` octets from `offset` on those that are there.
@@ -97,18 +98,18 @@ static void undo(const undo_medium_t* const place, const uint8_t* const block, c
     }
 }
 
-medium_t undo_open(undo_medium_t* const place, vitals_t* const vitals, const uint8_t number,
-                   const medium_t* const inner)
+medium_t supervisor_undo_open(undo_medium_t* const place, checkpoint_t* const checkpoint,
+                              const uint8_t number, const medium_t* const inner)
 {
     FSW_ASSERT((place != NULL) && (inner != NULL));
-    if (vitals == NULL) {
+    if (checkpoint == NULL) {
         return *inner;
     }
-    *place               = (undo_medium_t){.inner = *inner, .vitals = vitals, .number = number};
+    *place               = (undo_medium_t){.inner = *inner, .checkpoint = checkpoint, .number = number};
     size_t size          = 0U;
     size_t from          = 0U;
-    const uint8_t* block = vitals_before(vitals, &vitals->undo, &from, &size);
-    for (; block != NULL; block = vitals_before(vitals, &vitals->undo, &from, &size)) {
+    const uint8_t* block = supervisor_checkpoint_before(checkpoint, &checkpoint->undo, &from, &size);
+    for (; block != NULL; block = supervisor_checkpoint_before(checkpoint, &checkpoint->undo, &from, &size)) {
         undo(place, block, size);
     }
     return (medium_t){.context = place,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A medium whose writes since the last commit of the vitals can be undone: before each write, what it
-/// overwrites goes into an annex of the vitals. When the next life opens the medium, it is as it was at the
-/// last commit. A write that goes beyond the end needs only the old size. Not saved: octets beyond
+/// A medium whose writes since the last commit of the checkpoint can be undone: before each write, what it
+/// overwrites goes into an annex of the checkpoint. When the next life opens the medium, it is as it was at
+/// the last commit. A write that goes beyond the end needs only the old size. Not saved: octets beyond
 /// UNDO_CUT_MAX of one truncation (a medium that is emptied has no content that matters), and what does not
 /// fit into the annex.
 ///
@@ -12,7 +12,7 @@
 #define FSW_SUPERVISOR_UNDO_H
 
 #include "base/medium.h"
-#include "fsw/supervisor/vitals.h"
+#include "fsw/supervisor/checkpoint.h"
 
 #include <stdint.h>
 
@@ -20,12 +20,13 @@
 
 typedef struct { // Private.
     medium_t inner;
-    vitals_t* vitals;
+    checkpoint_t* checkpoint;
     uint8_t number;
 } undo_medium_t;
 
 /// Undo what the last life has written into `inner` after its last commit, and return the guarded medium.
-/// `number` is the same in each life. Null vitals: `inner` itself.
-medium_t undo_open(undo_medium_t* place, vitals_t* vitals, uint8_t number, const medium_t* inner);
+/// `number` is the same in each life. Null checkpoint: `inner` itself.
+medium_t supervisor_undo_open(undo_medium_t* place, checkpoint_t* checkpoint, uint8_t number,
+                              const medium_t* inner);
 
 #endif // FSW_SUPERVISOR_UNDO_H

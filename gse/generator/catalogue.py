@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The catalogue of messages in pus/catalogue, as a tree for the ground and as shape programs for the flight side.
+"""The catalogue of messages in pus/catalogue, as a tree for the ground and as format programs for the flight side.
 
-pus/catalogue/kinds.txt tells how a file of messages reads; pus/core/shape.h what a shape program is."""
+pus/catalogue/kinds.txt tells how a file of messages reads; pus/core/request_format.h what a format program is."""
 
 import re
 from dataclasses import dataclass, field
@@ -143,23 +143,23 @@ def load(folder):
     return known, services
 
 
-# ---- Shape programs: pus/core/shape.h ----
+# ---- Format programs: pus/core/request_format.h ----
 
 def _encode(fields, known, registers):
-    """Octets of a shape program as C words; `registers` maps names of ids and layouts to their register."""
+    """Octets of a format program as C words; `registers` maps names of ids and layouts to their register."""
     words, skip, bits = [], 0, 0
 
     def flush():
         nonlocal skip
         while skip:
-            words.extend(["PUS_SHAPE_SKIP", str(min(skip, 255))])
+            words.extend(["PUS_REQUEST_FORMAT_SKIP", str(min(skip, 255))])
             skip -= min(skip, 255)
 
     for entry in fields:
         if "repeat" in entry:
             flush()
             body = _encode(entry["fields"], known, registers)
-            words.extend(["PUS_SHAPE_COUNT", str(entry["least"]), str(len(body)), *body])
+            words.extend(["PUS_REQUEST_FORMAT_COUNT", str(entry["least"]), str(len(body)), *body])
             continue
         if "choice" in entry:
             skip -= 1  # The selector.
@@ -168,7 +168,7 @@ def _encode(fields, known, registers):
             continue
         if entry["kind"] == "value":
             flush()
-            words.extend(["PUS_SHAPE_VALUE", str(registers[entry["of"]])])
+            words.extend(["PUS_REQUEST_FORMAT_VALUE", str(registers[entry["of"]])])
             continue
         kind = known[entry["kind"]]
         if kind["coding"] == "bits":
@@ -177,12 +177,12 @@ def _encode(fields, known, registers):
         elif kind["coding"] in ("id", "layout"):
             flush()
             registers[entry["name"]] = len(registers) % 2
-            words.extend([f"PUS_SHAPE_{kind['coding'].upper()}", str(registers[entry["name"]])])
+            words.extend([f"PUS_REQUEST_FORMAT_{kind['coding'].upper()}", str(registers[entry["name"]])])
         elif kind["coding"] == "octets" and "size" in kind:
             skip += kind["size"]
         elif kind["coding"] in VARIABLE:
             flush()
-            words.append(f"PUS_SHAPE_{VARIABLE[kind['coding']]}")
+            words.append(f"PUS_REQUEST_FORMAT_{VARIABLE[kind['coding']]}")
         else:
             skip += CODINGS[kind["coding"]]
     flush()
@@ -191,26 +191,26 @@ def _encode(fields, known, registers):
 
 def _choice(entry, known, registers):
     bodies = [(number, _encode(case, known, registers)) for number, case in entry["cases"].items()]
-    words, left = ["PUS_SHAPE_SELECT"], sum(len(body) + 5 for _, body in bodies) + 1
+    words, left = ["PUS_REQUEST_FORMAT_SELECT"], sum(len(body) + 5 for _, body in bodies) + 1
     for number, body in bodies:
         left -= len(body) + 5
-        words.extend(["PUS_SHAPE_CASE", number, str(len(body) + 2), *body, "PUS_SHAPE_JUMP", str(left)])
-    return [*words, "PUS_SHAPE_FAIL"]
+        words.extend(["PUS_REQUEST_FORMAT_CASE", number, str(len(body) + 2), *body, "PUS_REQUEST_FORMAT_JUMP", str(left)])
+    return [*words, "PUS_REQUEST_FORMAT_FAIL"]
 
 
-def shapes_header(number, service, known):
-    """C header with the shapes of a service's requests, or None if there are none by which to walk them."""
+def formats_header(number, service, known):
+    """C header with the formats of a service's requests, or None if there are none by which to walk them."""
     programs = []
     for message in service["messages"]:
         if message.direction == "TC" and not _needs_definitions(message.fields):
-            words = [*_encode(message.fields, known, {}), "PUS_SHAPE_END"]
+            words = [*_encode(message.fields, known, {}), "PUS_REQUEST_FORMAT_END"]
             rows = "\n".join("    " + ", ".join(words[i : i + 4]) + "," for i in range(0, len(words), 4))
-            name = f"PUS_SHAPE_{number}_{message.subtype}"
+            name = f"PUS_REQUEST_FORMAT_{number}_{message.subtype}"
             programs.append(f"/// TC[{number},{message.subtype}] {message.name}.\nstatic const uint8_t {name}[] = {{\n{rows}\n}};\n")
     guard = f"GENERATED_PUS_ST{number:02}_SHAPES_H"
     return (
-        f"// SPDX-License-Identifier: Apache-2.0\n// Shapes of the requests of ST[{number:02}] {service['name']}; made from pus/catalogue.\n"
-        f"#ifndef {guard}\n#define {guard}\n\n#include \"pus/core/shape.h\"\n\n" + "\n".join(programs) + f"\n#endif // {guard}\n"
+        f"// SPDX-License-Identifier: Apache-2.0\n// Formats of the requests of ST[{number:02}] {service['name']}; made from pus/catalogue.\n"
+        f"#ifndef {guard}\n#define {guard}\n\n#include \"pus/core/request_format.h\"\n\n" + "\n".join(programs) + f"\n#endif // {guard}\n"
     )
 
 

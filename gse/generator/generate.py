@@ -78,10 +78,10 @@ def generate(path, out, described, messages):
 
 
 def generate_messages(out):
-    """Shapes of all requests for the flight side; returns the catalogue of messages for the ground."""
+    """Formats of all requests for the flight side; returns the catalogue of messages for the ground."""
     known, services = catalogue.load(CATALOGUE)
     for number, service in services.items():
-        write(out / f"pus/st{number:02}_shapes.h", catalogue.shapes_header(number, service, known))
+        write(out / f"pus/st{number:02}_request_formats.h", catalogue.formats_header(number, service, known))
     return catalogue.ground(known, services)
 
 

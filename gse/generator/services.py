@@ -2,7 +2,7 @@
 """Services that a subsystem may offer beside those that all have, and the header that places those it lists.
 
 A service is bound by fsw/framework/subsystem/<name>_service.{h,c}: <name>_service_t is its storage, and
-<name>_service_add(component, service, entries, number of them, ..) puts it into a component.
+subsystem_<name>_service_add(component, service, entries, number of them, ..) puts it into a component.
 """
 
 from dataclasses import dataclass
@@ -80,7 +80,7 @@ def header(subsystem, source):
         f"#ifndef {guard}",
         f"#define {guard}",
         "",
-        '#include "fsw/framework/subsystem/component.h"',
+        '#include "fsw/framework/subsystem/subsystem_core.h"',
     ]
     lines += [f'#include "fsw/framework/subsystem/{offer.name}_service.h"' for _, offer in offers]
     lines += ["", "typedef struct {"]
@@ -103,13 +103,13 @@ def header(subsystem, source):
                 count = getattr(service, attribute)
                 lines.append(f"    {getattr(offer, attribute)[0]} {place}[{count}];")
                 arguments += f", own->{place}, {count}U"
-        calls.append(f"    {offer.name}_service_add(component, &own->{offer.name}{arguments});")
+        calls.append(f"    subsystem_{offer.name}_service_add(component, &own->{offer.name}{arguments});")
     if not offers:
         lines.append("    uint8_t none; // C has no empty structures.")
     lines += [
         f"}} {lower}_services_t;",
         "",
-        f"static inline void {lower}_add_services(void* storage, component_t* component)",
+        f"static inline void {lower}_add_services(void* storage, subsystem_t* component)",
         "{",
         *([f"    {lower}_services_t* const own = ({lower}_services_t*)storage;"] if offers else
           ["    (void)storage;", "    (void)component;"]),

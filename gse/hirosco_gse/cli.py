@@ -70,7 +70,7 @@ def _epilog():
         "        show events and state transitions as they arrive; -f continues until Ctrl-C",
         "  permissions",
         "        what is allowed in which mode and state (from the dictionary)",
-        "  script FILE [--door PATH] [--run DIR]",
+        "  script FILE [--cosimulation PATH] [--run DIR]",
         "        fly the operator's lines of a scenario",
         "  key make FILE",
         "        make a key for authenticated telecommands, with its marks FILE.sent and FILE.received",
@@ -98,7 +98,7 @@ def _parser():
     parser.add_argument("--listen", type=int, metavar="PORT", help=f"gateway: port on this machine (default {gateway.PORT})")
     parser.add_argument("--json", action="store_true", help="one JSON object per line instead of text")
     parser.add_argument("-f", "--follow", action="store_true", help="hk, events: go on until Ctrl-C")
-    parser.add_argument("--door", help="script: UNIX socket of the calendar (stepped time)")
+    parser.add_argument("--cosimulation", help="script: UNIX socket of the scheduler (stepped time)")
     parser.add_argument("--run", help="script: folder for operator.log (default: runs/latest, for reading only)")
     parser.add_argument("command", metavar="COMMAND", help="see below")
     parser.add_argument("words", metavar="WORD", nargs="*", help="arguments of the command")
@@ -194,7 +194,7 @@ class _Console:
     def script(self):
         """Fly a scenario."""
         if len(self.arguments.words) != 1:
-            raise UsageError("usage: script FILE [--door PATH] [--run DIR]")
+            raise UsageError("usage: script FILE [--cosimulation PATH] [--run DIR]")
         script = Script.load(self.arguments.words[0], self.dictionary)
         if not script.steps:
             print(f"{self.arguments.words[0]}: no line for the operator")
@@ -216,9 +216,9 @@ class _Console:
                 log = None
 
         with stream:
-            if self.arguments.door:
+            if self.arguments.cosimulation:
                 local_port = stream.getsockname()[1]
-                clock = link.StepClock(self.arguments.door, local_port, patience_s=PATIENCE_S)
+                clock = link.StepClock(self.arguments.cosimulation, local_port, patience_s=PATIENCE_S)
                 driver = link.StepDriver(stream, session, clock, self.reconnect, lambda text: tell(link_entry(session, text)))
             else:
                 clock = None

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Connections to the spacecraft and the two drivers of procedures: wall-clock time and stepped time.
 
-Stepped time: the operator is a participant of the calendar and joins through its door, a UNIX stream socket
+Stepped time: the operator is a participant of the scheduler and joins through its co-simulation port, a UNIX stream socket
 with text lines. It acts only within its grant: it reads exactly the octets announced, resumes its procedure,
 sends telecommands, and gives the grant back with its next wake time, the octets it has sent and the local port of
 its connection.
@@ -11,7 +11,7 @@ its connection.
     done <wake_ns|never> <octets sent> <local port> ->
     leave                                           ->
 
-The calendar tells from when on `communication` serves a connection, and when it has ended; never the socket, which
+The scheduler tells from when on `communication` serves a connection, and when it has ended; never the socket, which
 the kernel tells later. Telecommands wait until the connection is served. Where it has ended, what was under way on it
 is lost, and the operator connects again at once.
 """
@@ -121,7 +121,7 @@ class RealDriver:
 
 
 class StepClock:
-    """Client of the calendar's door."""
+    """Client of the scheduler's co-simulation port."""
 
     def __init__(self, path, local_port, role="operator", patience_s=0.0):
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -132,7 +132,7 @@ class StepClock:
                 break
             except OSError as error:
                 if time.monotonic() >= deadline:
-                    raise LinkLost(f"no calendar at {path}: {error.strerror}") from error
+                    raise LinkLost(f"no scheduler at {path}: {error.strerror}") from error
             time.sleep(CONNECT_PAUSE_S / 5)
         self._lines = self._socket.makefile("rb")
         self._port = local_port
@@ -142,17 +142,17 @@ class StepClock:
         try:
             self._socket.sendall(line.encode("ascii") + b"\n")
         except OSError as error:
-            raise LinkLost(f"the calendar is gone: {error.strerror}") from error
+            raise LinkLost(f"the scheduler is gone: {error.strerror}") from error
 
     def grant(self):
         """Wait for the grant: (time_ns, octets, whether the connection is served). Raises LinkLost when the run is over."""
         try:
             line = self._lines.readline()
         except OSError as error:
-            raise LinkLost(f"the calendar is gone: {error.strerror}") from error
+            raise LinkLost(f"the scheduler is gone: {error.strerror}") from error
         words = line.decode("ascii", "replace").split()
         if len(words) != 5 or words[0] != "grant":
-            raise LinkLost("the run has ended" if not line else f"unexpected word of the calendar: {line!r}")
+            raise LinkLost("the run has ended" if not line else f"unexpected word of the scheduler: {line!r}")
         return int(words[1]), int(words[3]), int(words[4]) == self._port != 0
 
     def moved(self, local_port):
@@ -164,7 +164,7 @@ class StepClock:
         self._write(f"done {NEVER if wake_ns is None else wake_ns} {sent} {self._port}")
 
     def leave(self):
-        """Leave the calendar; time goes on without us. Once is enough."""
+        """Leave the scheduler; time goes on without us. Once is enough."""
         if self._socket.fileno() < 0:
             return
         try:
@@ -190,7 +190,7 @@ class StepDriver:
                 part = self._stream.recv(octets)
             except OSError:
                 part = b""
-            if not part:  # A process that was killed from outside, before the calendar knows.
+            if not part:  # A process that was killed from outside, before the scheduler knows.
                 self._lose()
                 return
             octets -= len(part)

@@ -27,7 +27,7 @@ from source import DescriptorError
 BASE_MISSION = "rokviss"
 FIRST_APID, LAST_APID = 18, 2046
 NAME_MAX = 24
-SUBSYSTEMS_MAX = 14  # of the calendar's 16 seats, simulator and operator take one each
+SUBSYSTEMS_MAX = 14  # of the scheduler's 16 participants, simulator and operator take one each
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
 STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # With _t behind them.
 # What the new sources and the generated header name after the subsystem.

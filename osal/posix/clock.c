@@ -39,12 +39,12 @@ void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns)
     clock->attributes.is_memory_locked = lock_memory();
 }
 
-void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant,
+void osal_clock_open_stepped(osal_clock_t* clock, osal_lockstep_t* scheduler, unsigned participant,
                              uint32_t life)
 {
-    FSW_ASSERT((clock != NULL) && (calendar != NULL) && (participant < OSAL_CALENDAR_PARTICIPANTS_MAX));
+    FSW_ASSERT((clock != NULL) && (scheduler != NULL) && (participant < OSAL_LOCKSTEP_PARTICIPANTS_MAX));
     *clock = (osal_clock_t){
-        .mode = OSAL_CLOCK_STEPPED, .calendar = calendar, .participant = participant, .life = life};
+        .mode = OSAL_CLOCK_STEPPED, .scheduler = scheduler, .participant = participant, .life = life};
 }
 
 void osal_clock_open_granted(osal_clock_t* clock, osal_deliveries_t* deliveries)
@@ -120,8 +120,8 @@ status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* c
     FSW_ASSERT((clock != NULL) && (socket_count <= SOCKETS_MAX) &&
                ((sockets != NULL) || (socket_count == 0U)));
     if (clock->mode == OSAL_CLOCK_STEPPED) {
-        FSW_ASSERT(clock->calendar != NULL);
-        return osal_calendar_wait(clock->calendar, clock->participant, clock->life, wake_ns, &clock->grant);
+        FSW_ASSERT(clock->scheduler != NULL);
+        return osal_lockstep_wait(clock->scheduler, clock->participant, clock->life, wake_ns, &clock->grant);
     }
     wait_real(clock, wake_ns, sockets, socket_count);
     return STATUS_OK;
@@ -135,13 +135,13 @@ static void add_saturating(uint32_t* sum, uint32_t more)
 void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t life, uint32_t messages,
                         uint32_t octets)
 {
-    FSW_ASSERT((clock != NULL) && (receiver < OSAL_CALENDAR_PARTICIPANTS_MAX));
+    FSW_ASSERT((clock != NULL) && (receiver < OSAL_LOCKSTEP_PARTICIPANTS_MAX));
     if (clock->deliveries != NULL) {
         clock->deliveries->lives[receiver] = life;
         add_saturating(&clock->deliveries->messages[receiver], messages);
         add_saturating(&clock->deliveries->octets[receiver], octets);
     } else if (clock->mode == OSAL_CLOCK_STEPPED) {
-        osal_calendar_deliver(clock->calendar, clock->participant, receiver, life, messages, octets);
+        osal_lockstep_deliver(clock->scheduler, clock->participant, receiver, life, messages, octets);
     } else {
         // Deliveries are not counted in real time.
     }

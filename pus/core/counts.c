@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-void pus_counts(const pus_process_t* const process, const pus_requester_t* const requester,
+void pus_counts(const pus_app_process_t* const process, const pus_requester_t* const requester,
                 pus_counts_t* const out_counts)
 {
     FSW_ASSERT((process != NULL) && (requester != NULL) && (out_counts != NULL));
@@ -36,7 +36,7 @@ bool pus_counts_are_sound(const pus_counts_t* const counts)
     return counts->sequence < PUS_SEQUENCE_COUNT;
 }
 
-void pus_counts_resume(pus_process_t* const process, pus_requester_t* const requester,
+void pus_counts_resume(pus_app_process_t* const process, pus_requester_t* const requester,
                        const pus_counts_t* const counts)
 {
     FSW_ASSERT((process != NULL) && (requester != NULL) && (counts != NULL) && pus_counts_are_sound(counts));

@@ -7,7 +7,7 @@
 #ifndef PUS_CORE_COUNTS_H
 #define PUS_CORE_COUNTS_H
 
-#include "pus/core/process.h"
+#include "pus/core/app_process.h"
 #include "pus/core/requester.h"
 
 typedef struct {
@@ -28,10 +28,10 @@ typedef struct {
     pus_request_count_t requests[PUS_ADDRESSEES];
 } pus_counts_t;
 
-void pus_counts(const pus_process_t* process, const pus_requester_t* requester, pus_counts_t* out_counts);
+void pus_counts(const pus_app_process_t* process, const pus_requester_t* requester, pus_counts_t* out_counts);
 /// True if these can be counts.
 bool pus_counts_are_sound(const pus_counts_t* counts);
 /// Go on with sound counts.
-void pus_counts_resume(pus_process_t* process, pus_requester_t* requester, const pus_counts_t* counts);
+void pus_counts_resume(pus_app_process_t* process, pus_requester_t* requester, const pus_counts_t* counts);
 
 #endif // PUS_CORE_COUNTS_H

@@ -21,7 +21,7 @@
 typedef struct {
     pus_request_t*
         request; ///< The request it answers; null: none, and packets that the port refuses are lost.
-    pus_process_t* process;
+    pus_app_process_t* process;
     uint8_t service;
     uint8_t subtype;
     uint16_t destination;

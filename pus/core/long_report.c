@@ -7,7 +7,7 @@
 #include <string.h>
 
 /// Fill a packet and send it. False: the port does not take it; nothing has changed.
-static bool send_packet(pus_long_report_t* const report, pus_process_t* const process,
+static bool send_packet(pus_long_report_t* const report, pus_app_process_t* const process,
                         const pus_report_entries_t* const entries, const uint64_t now_ns)
 {
     const pus_report_cursor_t begin = report->cursor;
@@ -34,7 +34,7 @@ static bool send_packet(pus_long_report_t* const report, pus_process_t* const pr
     return true;
 }
 
-static void send_packets(pus_long_report_t* const report, pus_process_t* const process,
+static void send_packets(pus_long_report_t* const report, pus_app_process_t* const process,
                          const pus_report_entries_t* const entries, const uint64_t now_ns)
 {
     bool is_taken = true;
@@ -64,7 +64,7 @@ pus_reply_t pus_long_report_begin(pus_long_report_t* const report, pus_request_t
     return report->is_active ? pus_started() : pus_done();
 }
 
-void pus_long_report_go_on(pus_long_report_t* const report, pus_process_t* const process,
+void pus_long_report_go_on(pus_long_report_t* const report, pus_app_process_t* const process,
                            const pus_report_entries_t* const entries, const uint64_t now_ns)
 {
     FSW_ASSERT((report != NULL) && report->is_active && (process != NULL) && (entries != NULL));

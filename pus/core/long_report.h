@@ -45,7 +45,7 @@ pus_reply_t pus_long_report_begin(pus_long_report_t* report, pus_request_t* requ
                                   const pus_report_entries_t* entries, const pus_report_cursor_t* cursor,
                                   const uint8_t* front, size_t front_size);
 /// Continue an active report; completes its request after the last packet.
-void pus_long_report_go_on(pus_long_report_t* report, pus_process_t* process,
+void pus_long_report_go_on(pus_long_report_t* report, pus_app_process_t* process,
                            const pus_report_entries_t* entries, uint64_t now_ns);
 
 #endif // PUS_CORE_LONG_REPORT_H

@@ -12,7 +12,7 @@
 #ifndef PUS_CORE_REQUESTER_H
 #define PUS_CORE_REQUESTER_H
 
-#include "pus/core/process.h"
+#include "pus/core/app_process.h"
 
 #define PUS_ADDRESSEES 64U ///< Addressees a requester can count.
 

@@ -29,7 +29,7 @@ void pus_schedule_init(pus_schedule_t* const schedule, const pus_schedule_kind_t
     schedule->free           = NO_SLOT;
     schedule->releasing      = NO_SLOT;
     schedule->releasing_last = NO_SLOT;
-    pus_order_init(&schedule->order, config->nodes);
+    pus_sorted_index_init(&schedule->order, config->nodes);
     for (uint32_t i = 0U; i < config->bucket_count; i++) {
         config->buckets[i] = NO_SLOT;
     }
@@ -114,7 +114,7 @@ status_t schedule_add(pus_schedule_t* const schedule, const uint16_t slot,
 {
     pus_activity_t* const activity = &schedule->config.activities[slot];
     const status_t status =
-        pus_chain_append(schedule->config.chains, &activity->request, draft->request, draft->size);
+        pus_block_chain_append(schedule->config.chains, &activity->request, draft->request, draft->size);
     if (status == STATUS_OK) {
         list_take(schedule, &schedule->free, slot);
         activity->id           = draft->id;
@@ -123,7 +123,7 @@ status_t schedule_add(pus_schedule_t* const schedule, const uint16_t slot,
         activity->report       = 0U;
         activity->in_use       = true;
         list_put(schedule, bucket_of(schedule, &activity->id), slot);
-        pus_order_insert(&schedule->order, slot, draft->tag, draft->serial);
+        pus_sorted_index_insert(&schedule->order, slot, draft->tag, draft->serial);
         schedule->group_uses[draft->group]++;
         schedule->count++;
     }
@@ -135,14 +135,14 @@ static void take_out(pus_schedule_t* const schedule, const uint16_t slot)
 {
     pus_activity_t* const activity = &schedule->config.activities[slot];
     list_take(schedule, bucket_of(schedule, &activity->id), slot);
-    pus_order_remove(&schedule->order, slot);
+    pus_sorted_index_remove(&schedule->order, slot);
     schedule->group_uses[activity->group]--;
     schedule->count--;
 }
 
 static void free_slot(pus_schedule_t* const schedule, const uint16_t slot)
 {
-    pus_chain_free(schedule->config.chains, &schedule->config.activities[slot].request);
+    pus_block_chain_free(schedule->config.chains, &schedule->config.activities[slot].request);
     schedule->config.activities[slot].in_use = false;
     list_put(schedule, &schedule->free, slot);
 }
@@ -156,14 +156,14 @@ void schedule_drop(pus_schedule_t* const schedule, const uint16_t slot)
 void schedule_retag(pus_schedule_t* const schedule, const uint16_t slot, const uint64_t tag)
 {
     const uint64_t serial = schedule->config.nodes[slot].serial;
-    pus_order_remove(&schedule->order, slot);
-    pus_order_insert(&schedule->order, slot, tag, serial);
+    pus_sorted_index_remove(&schedule->order, slot);
+    pus_sorted_index_insert(&schedule->order, slot, tag, serial);
 }
 
 size_t schedule_request(const pus_schedule_t* const schedule, const uint16_t slot, uint8_t* const out_octets)
 {
-    pus_chain_reader_t reader = pus_chain_reader(&schedule->config.activities[slot].request);
-    return pus_chain_read(&reader, out_octets, PUS_PACKET_MAX);
+    pus_block_chain_reader_t reader = pus_block_chain_reader(&schedule->config.activities[slot].request);
+    return pus_block_chain_read(&reader, out_octets, PUS_PACKET_MAX);
 }
 
 pus_activity_id_t schedule_id_of(const pus_tc_t* const tc)
@@ -395,7 +395,7 @@ static void gather(pus_schedule_t* const schedule, const uint64_t now)
 {
     octet_writer_t writer = octet_writer(schedule->record, sizeof(schedule->record));
     uint16_t count        = 0U;
-    uint16_t slot         = pus_order_first(&schedule->order);
+    uint16_t slot         = pus_sorted_index_first(&schedule->order);
     while ((slot != NO_SLOT) && (schedule->config.nodes[slot].tag <= now) && (count < PUS_SCHEDULE_BATCH)) {
         const pus_activity_t* const activity = &schedule->config.activities[slot];
         note(schedule, schedule_erase(schedule, slot));
@@ -410,7 +410,7 @@ static void gather(pus_schedule_t* const schedule, const uint64_t now)
             free_slot(schedule, slot);
         }
         count++;
-        slot = pus_order_first(&schedule->order);
+        slot = pus_sorted_index_first(&schedule->order);
     }
     if (writer.position > 0U) {
         note(schedule, put(schedule, KEY_RELEASING, writer.position));
@@ -478,6 +478,6 @@ bool pus_schedule_is_waiting(const pus_schedule_t* const schedule)
 uint64_t pus_schedule_next(const pus_schedule_t* const schedule)
 {
     FSW_ASSERT(schedule != NULL);
-    const uint16_t slot = pus_order_first(&schedule->order);
+    const uint16_t slot = pus_sorted_index_first(&schedule->order);
     return (slot != NO_SLOT) ? schedule->config.nodes[slot].tag : TAG_NEVER;
 }

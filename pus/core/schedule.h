@@ -16,9 +16,9 @@
 #ifndef PUS_CORE_SCHEDULE_H
 #define PUS_CORE_SCHEDULE_H
 
-#include "pus/core/chains.h"
+#include "pus/core/block_chain.h"
 #include "pus/core/long_report.h"
-#include "pus/core/order.h"
+#include "pus/core/sorted_index.h"
 #include "pus/core/service.h"
 
 #define PUS_SCHEDULE_IDS 256U   ///< Sub-schedules at most; and groups.
@@ -46,7 +46,7 @@ typedef struct { // Names the request of an activity.
 } pus_activity_id_t;
 
 typedef struct { // Private.
-    pus_chain_t request;
+    pus_block_chain_t request;
     pus_activity_id_t id;
     uint8_t sub_schedule;
     uint8_t group;
@@ -58,19 +58,19 @@ typedef struct { // Private.
 } pus_activity_t;
 
 typedef struct {
-    pus_process_t* process;               ///< For reports that continue in a step.
+    pus_app_process_t* process;           ///< For reports that continue in a step.
     pus_port_t release;                   ///< Takes requests that are due.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
     pus_activity_t* activities;
-    pus_order_node_t* nodes;     ///< One for each activity.
-    uint16_t activity_count;     ///< 1..65534.
-    uint16_t* buckets;           ///< For finding by identifier; about as many as activities.
-    uint32_t bucket_count;       ///< A power of two.
-    pus_chains_t* chains;        ///< Room for the requests; may be shared with others of the same loop.
-    uint16_t sub_schedule_count; ///< At most, 1..256.
-    uint16_t group_count;        ///< At most, 1..256.
-    uint64_t margin;             ///< Minimum distance of a tag from now [ticks of the tag].
-    void* context;               ///< Of `lost`.
+    pus_sorted_index_node_t* nodes; ///< One for each activity.
+    uint16_t activity_count;        ///< 1..65534.
+    uint16_t* buckets;              ///< For finding by identifier; about as many as activities.
+    uint32_t bucket_count;          ///< A power of two.
+    pus_block_chains_t* chains;     ///< Room for the requests; may be shared with others of the same loop.
+    uint16_t sub_schedule_count;    ///< At most, 1..256.
+    uint16_t group_count;           ///< At most, 1..256.
+    uint64_t margin;                ///< Minimum distance of a tag from now [ticks of the tag].
+    void* context;                  ///< Of `lost`.
     /// Told in the first step after a restart: the request may or may not have been released. May be null.
     void (*lost)(void* context, const pus_activity_id_t* id);
 } pus_schedule_config_t;
@@ -100,7 +100,7 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     uint16_t free;
     uint64_t serial;        // Of the next activity.
     uint32_t report_number; // Of the last report by identifiers.
-    pus_order_t order;
+    pus_sorted_index_t order;
     pus_schedule_set_t sub_schedules;
     pus_schedule_set_t groups;
     uint16_t group_uses[PUS_SCHEDULE_IDS]; // Activities in each.

@@ -72,18 +72,19 @@ static uint16_t select_from(const pus_schedule_t* const schedule, const pus_sche
         if (is_selected(&schedule->config.activities[slot], filter)) {
             return slot;
         }
-        slot = pus_order_next(&schedule->order, slot);
+        slot = pus_sorted_index_next(&schedule->order, slot);
     }
     return NO_SLOT;
 }
 
 uint16_t schedule_select(const pus_schedule_t* const schedule, const pus_schedule_filter_t* const filter)
 {
-    return select_from(schedule, filter, pus_order_from(&schedule->order, filter->from, filter->serial));
+    return select_from(schedule, filter,
+                       pus_sorted_index_from(&schedule->order, filter->from, filter->serial));
 }
 
 uint16_t schedule_select_next(const pus_schedule_t* const schedule, const pus_schedule_filter_t* const filter,
                               const uint16_t slot)
 {
-    return select_from(schedule, filter, pus_order_next(&schedule->order, slot));
+    return select_from(schedule, filter, pus_sorted_index_next(&schedule->order, slot));
 }

@@ -5,7 +5,7 @@
 
 #include "pus/core/schedule.h"
 
-#define NO_SLOT PUS_ORDER_NONE
+#define NO_SLOT PUS_SORTED_INDEX_NONE
 #define TAG_NEVER UINT64_MAX
 #define EXISTS 0x01U // Flags of a sub-schedule or group.
 #define ENABLED 0x02U

@@ -20,8 +20,8 @@ static bool write_entry(void* const object, pus_report_cursor_t* const cursor, o
     if (slot == NO_SLOT) {
         return false;
     }
-    const pus_activity_t* const activity = &schedule->config.activities[slot];
-    const pus_order_node_t* const node   = &schedule->config.nodes[slot];
+    const pus_activity_t* const activity      = &schedule->config.activities[slot];
+    const pus_sorted_index_node_t* const node = &schedule->config.nodes[slot];
     octet_write_u8(writer, activity->sub_schedule);
     octet_write_u8(writer, activity->group);
     schedule->kind->write_tag(writer, node->tag);

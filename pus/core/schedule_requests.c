@@ -136,7 +136,7 @@ static void insert_one(pus_schedule_t* const schedule, pus_request_t* const requ
     const size_t request_offset  = reader->position;
     const status_t status =
         pus_packet_frame(&reader->octets[request_offset], octet_reader_left(reader), &draft.size);
-    FSW_ASSERT(status == STATUS_OK); // The shape has been checked.
+    FSW_ASSERT(status == STATUS_OK); // The format has been checked.
     draft.request         = octet_read_octets(reader, draft.size);
     pus_failure_t failure = check(schedule, &draft, is_tag, tag_offset, request_offset, earliest);
     if (failure.code == (uint16_t)PUS_FAILURE_NONE) {

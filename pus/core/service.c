@@ -2,7 +2,7 @@
 #include "pus/core/service.h"
 
 #include "base/assertion.h"
-#include "pus/core/shape.h"
+#include "pus/core/request_format.h"
 #include "pus/st01/st01_verification.h"
 
 #include <string.h>
@@ -59,8 +59,8 @@ void pus_request_refuse(pus_request_t* const request, const uint16_t instruction
     if (request->is_resumed) {
         return; // Told before.
     }
-    if ((request->refused > 1U) && pus_process_is_waiting(request->process) &&
-        !pus_process_has_firm_room(request->process)) {
+    if ((request->refused > 1U) && pus_app_process_is_waiting(request->process) &&
+        !pus_app_process_has_firm_room(request->process)) {
         request->process->counters.lost++; // The end of the request reports their number.
         return;
     }
@@ -118,28 +118,28 @@ pus_reply_t pus_list_end(const pus_request_t* const request, octet_writer_t* con
     return (status == STATUS_TOO_LARGE) ? pus_failed(PUS_FAILURE_TABLE_FULL, PUS_TM_DATA_MAX) : pus_done();
 }
 
-bool pus_shape_empty(void* const self, octet_reader_t* const reader)
+bool pus_request_format_empty(void* const self, octet_reader_t* const reader)
 {
     (void)self;
     (void)reader;
     return true;
 }
 
-bool pus_shape_u8(void* const self, octet_reader_t* const reader)
+bool pus_request_format_u8(void* const self, octet_reader_t* const reader)
 {
     (void)self;
     (void)octet_read_u8(reader);
     return true;
 }
 
-bool pus_shape_u16(void* const self, octet_reader_t* const reader)
+bool pus_request_format_u16(void* const self, octet_reader_t* const reader)
 {
     (void)self;
     (void)octet_read_u16(reader);
     return true;
 }
 
-void pus_dispatcher_init(pus_dispatcher_t* const dispatcher, pus_process_t* const process,
+void pus_dispatcher_init(pus_dispatcher_t* const dispatcher, pus_app_process_t* const process,
                          const pus_service_t* const services, const size_t service_count)
 {
     FSW_ASSERT((dispatcher != NULL) && (process != NULL) && (services != NULL));
@@ -173,8 +173,8 @@ static const pus_subtype_t* subtype_of(const pus_service_t* const service, const
 typedef status_t (*decode_t)(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
                              pus_failure_t* out_failure);
 
-/// Decode a packet, find its service and subtype, and check its shape. The failure's code is PUS_FAILURE_NONE
-/// if all is well; otherwise *out_tc has the header fields that identify the packet.
+/// Decode a packet, find its service and subtype, and check its format. The failure's code is
+/// PUS_FAILURE_NONE if all is well; otherwise *out_tc has the header fields that identify the packet.
 static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const uint8_t* const packet,
                           const size_t size, const decode_t decode, pus_tc_t* const out_tc,
                           const pus_service_t** const out_service, const pus_subtype_t** const out_subtype)
@@ -199,9 +199,9 @@ static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const uint8_
         return pus_failure(PUS_FAILURE_SUBTYPE, ((uint32_t)out_tc->service << 8U) | out_tc->subtype);
     }
     octet_reader_t reader = octet_reader(out_tc->data, out_tc->size);
-    const bool has_shape  = (subtype->has_shape != NULL) ? subtype->has_shape(service->self, &reader)
-                                                         : pus_shape_walk(subtype->shape, &reader);
-    if (!has_shape || !octet_reader_is_done(&reader)) {
+    const bool has_format = (subtype->has_format != NULL) ? subtype->has_format(service->self, &reader)
+                                                          : pus_request_format_walk(subtype->format, &reader);
+    if (!has_format || !octet_reader_is_done(&reader)) {
         return pus_failure(PUS_FAILURE_DATA, (uint32_t)reader.position);
     }
     *out_service = service;
@@ -272,7 +272,7 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     return reply.kind;
 }
 
-void pus_perform(pus_process_t* const process, const pus_service_t* const service,
+void pus_perform(pus_app_process_t* const process, const pus_service_t* const service,
                  const pus_token_t* const token, const uint8_t* const data, const size_t size,
                  const uint64_t now_ns)
 {
@@ -309,7 +309,7 @@ bool pus_dispatcher_resume(pus_dispatcher_t* const dispatcher, const uint64_t no
 {
     FSW_ASSERT(dispatcher != NULL);
     pus_unfinished_t* const unfinished = &dispatcher->unfinished;
-    const status_t status              = pus_process_flush(dispatcher->process);
+    const status_t status              = pus_app_process_flush(dispatcher->process);
     if ((unfinished->service == NULL) || (status != STATUS_OK)) {
         return unfinished->service != NULL; // What waits already goes first.
     }

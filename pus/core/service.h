@@ -2,9 +2,9 @@
 /// Services of one application process, and the dispatcher that verifies requests and passes them on.
 ///
 /// The dispatcher accepts a request (TM[1,1] or TM[1,2]): packet, APID, service, subtype, and the application
-/// data's shape, which must end exactly on the last octet. Then it calls the service's `execute`, whose reply
-/// decides on the reports of start and completion (TM[1,3], [1,4], [1,7], [1,8]). A service that answers
-/// PUS_LATER copies the request's token and ends the request itself with the functions of ST[01].
+/// data's format, which must end exactly on the last octet. Then it calls the service's `execute`, whose
+/// reply decides on the reports of start and completion (TM[1,3], [1,4], [1,7], [1,8]). A service that
+/// answers PUS_LATER copies the request's token and ends the request itself with the functions of ST[01].
 ///
 /// A request of several instructions refuses each faulty one with its own TM[1,4] (instruction index from 1)
 /// and performs the others: `pus_request_refuse`, `pus_request_perform`, and reply pus_done(). If some but
@@ -20,7 +20,7 @@
 #include "base/octets.h"
 #include "pus/core/packet.h"
 #include "pus/core/persistence.h"
-#include "pus/core/process.h"
+#include "pus/core/app_process.h"
 
 typedef enum {
     PUS_DONE,    ///< Performed: TM[1,3], TM[1,7] as asked.
@@ -46,18 +46,18 @@ pus_reply_t pus_failed(uint16_t code, uint32_t detail);
 /// A request under execution; lives during `execute` only.
 typedef struct {
     pus_token_t token;     ///< Copy it to complete later.
-    octet_reader_t reader; ///< Over the application data; its shape has been checked.
+    octet_reader_t reader; ///< Over the application data; its format has been checked.
     uint64_t now_ns;
-    pus_process_t* process; ///< For reports in answer.
-    uint16_t performed;     ///< Private: instructions performed.
-    uint16_t refused;       ///< Private: instructions refused.
-    bool is_started;        ///< Private: TM[1,3] is out.
-    bool may_resume;        ///< Private: the dispatcher can execute it again in a later step.
-    bool is_resumed;        ///< Private: it does.
-    bool is_unfinished;     ///< Private: the port did not take a packet of the answer.
-    uint16_t packets;       ///< Private: of the answer, in this execution.
-    uint16_t packets_out;   ///< Private: of these, sent or lost in this or an earlier execution.
-    uint16_t packets_lost;  ///< Private: neither sent nor kept.
+    pus_app_process_t* process; ///< For reports in answer.
+    uint16_t performed;         ///< Private: instructions performed.
+    uint16_t refused;           ///< Private: instructions refused.
+    bool is_started;            ///< Private: TM[1,3] is out.
+    bool may_resume;            ///< Private: the dispatcher can execute it again in a later step.
+    bool is_resumed;            ///< Private: it does.
+    bool is_unfinished;         ///< Private: the port did not take a packet of the answer.
+    uint16_t packets;           ///< Private: of the answer, in this execution.
+    uint16_t packets_out;       ///< Private: of these, sent or lost in this or an earlier execution.
+    uint16_t packets_lost;      ///< Private: neither sent nor kept.
 } pus_request_t;
 
 /// Note that an instruction is about to be performed; the first sends TM[1,3] as asked.
@@ -93,16 +93,17 @@ typedef struct {
     uint8_t subtype;
     /// Walk the application data without effect. The dispatcher refuses the request with PUS_FAILURE_DATA if
     /// the reader has failed or is not at its end afterwards. False: inconsistent, at the reader's position.
-    /// Null: `shape` is sufficient.
-    bool (*has_shape)(void* self, octet_reader_t* reader);
+    /// Null: `format` is sufficient.
+    bool (*has_format)(void* self, octet_reader_t* reader);
     pus_reply_t (*execute)(void* self, pus_request_t* request);
-    const uint8_t* shape; ///< Program of pus/core/shape.h, PUS_SHAPE_<service>_<subtype>; or null.
+    const uint8_t*
+        format; ///< Program of pus/core/request_format.h, PUS_REQUEST_FORMAT_<service>_<subtype>; or null.
 } pus_subtype_t;
 
-/// A request whose data has the shape in the catalogue: `execute` may read it without checking its bounds.
+/// A request whose data has the format in the catalogue: `execute` may read it without checking its bounds.
 #define PUS_REQUEST(service, subtype, execute)                                                               \
     {                                                                                                        \
-        subtype, NULL, execute, PUS_SHAPE_##service##_##subtype                                              \
+        subtype, NULL, execute, PUS_REQUEST_FORMAT_##service##_##subtype                                     \
     }
 
 /// One service as the dispatcher sees it.
@@ -118,10 +119,10 @@ typedef struct {
 /// A service without steps, for the functions of services that make theirs. Pointers may not be null.
 pus_service_t pus_service_of(uint8_t type, const pus_subtype_t* subtypes, size_t subtype_count, void* self);
 
-/// Shapes for `has_shape`: no data; one u8; one u16.
-bool pus_shape_empty(void* self, octet_reader_t* reader);
-bool pus_shape_u8(void* self, octet_reader_t* reader);
-bool pus_shape_u16(void* self, octet_reader_t* reader);
+/// Formats for `has_format`: no data; one u8; one u16.
+bool pus_request_format_empty(void* self, octet_reader_t* reader);
+bool pus_request_format_u8(void* self, octet_reader_t* reader);
+bool pus_request_format_u16(void* self, octet_reader_t* reader);
 
 /// Application data of the longest request that is executed again [octets]: a list of identifiers.
 #define PUS_RESUMED_DATA_MAX (1U + (2U * PUS_COUNT_MAX))
@@ -138,7 +139,7 @@ typedef struct {
 } pus_unfinished_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
-    pus_process_t* process;
+    pus_app_process_t* process;
     const pus_service_t* services;
     size_t service_count;
     pus_unfinished_t unfinished;
@@ -153,8 +154,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 } pus_dispatcher_t;
 
 /// `services` may still be filled after the call, but not while a request is being dispatched.
-void pus_dispatcher_init(pus_dispatcher_t* dispatcher, pus_process_t* process, const pus_service_t* services,
-                         size_t service_count);
+void pus_dispatcher_init(pus_dispatcher_t* dispatcher, pus_app_process_t* process,
+                         const pus_service_t* services, size_t service_count);
 /// From now on `performer` is called for each accepted request.
 void pus_dispatcher_defer(pus_dispatcher_t* dispatcher, const pus_performer_t* performer);
 /// From now on changes of a request are committed before its completion is reported; a commit that fails ends
@@ -163,7 +164,7 @@ void pus_dispatcher_persist(pus_dispatcher_t* dispatcher, const pus_persistence_
 /// Perform a request that a performer has taken, with all reports from its start on. `service` has the
 /// request's type and subtype; it may be another instance than the dispatcher's, and `process` another
 /// process of the same APID, so that neither is shared with the dispatcher's loop.
-void pus_perform(pus_process_t* process, const pus_service_t* service, const pus_token_t* token,
+void pus_perform(pus_app_process_t* process, const pus_service_t* service, const pus_token_t* token,
                  const uint8_t* data, size_t size, uint64_t now_ns);
 /// Verify one packet and pass it on. STATUS_OK (accepted; verification tells the rest), STATUS_INVALID
 /// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to name its request: ignored, counted).

@@ -96,12 +96,14 @@ void pus_management_init(pus_management_t* management, const pus_management_port
 pus_service_t pus_management_service(pus_management_t* management);
 
 /// Send TM[129,2] to all ground users. Status of pus_tm_post.
-status_t pus_transition_report(pus_process_t* process, const pus_transition_t* transition, uint64_t now_ns);
+status_t pus_transition_report(pus_app_process_t* process, const pus_transition_t* transition,
+                               uint64_t now_ns);
 /// Send TM[129,5]. Status of pus_tm_post.
-status_t pus_subsystem_status_report(pus_process_t* process, uint16_t destination,
+status_t pus_subsystem_status_report(pus_app_process_t* process, uint16_t destination,
                                      const pus_subsystem_status_t* status, uint64_t now_ns);
 /// Send TM[129,7] to PUS_USER_SUPERVISOR. Status of pus_tm_post.
-status_t pus_event_notice_report(pus_process_t* process, const pus_event_notice_t* notice, uint64_t now_ns);
+status_t pus_event_notice_report(pus_app_process_t* process, const pus_event_notice_t* notice,
+                                 uint64_t now_ns);
 /// Decode source data. STATUS_OK, STATUS_INVALID (octets missing or left over).
 MUST_USE status_t pus_transition_read(octet_reader_t* reader, pus_transition_t* out_transition);
 MUST_USE status_t pus_subsystem_status_read(octet_reader_t* reader, pus_subsystem_status_t* out_status);

@@ -4,20 +4,20 @@
 #ifndef PUS_PRIVATE_ST130_CODEC_H
 #define PUS_PRIVATE_ST130_CODEC_H
 
-#include "pus/core/fields.h"
+#include "pus/core/record_codec.h"
 #include "pus/private/st130_rtlink.h"
 
 // Members of each message, with the end of the table.
 #define LINK_PROPERTIES 8U
 #define LINK_ENDS 4U
-extern const pus_field_t link_request_fields[LINK_ENDS + LINK_PROPERTIES + 3U];
-extern const pus_field_t link_accept_fields[LINK_PROPERTIES + 3U]; ///< Behind them an endpoint.
-extern const pus_field_t link_refuse_fields[LINK_PROPERTIES + 4U];
-extern const pus_field_t link_open_fields[3U]; ///< Behind them an endpoint and the deadline.
-extern const pus_field_t link_close_fields[3U];
-extern const pus_field_t link_transition_fields[5U]; ///< Behind them a time.
-extern const pus_field_t link_offer_fields[LINK_PROPERTIES + 3U];
-extern const pus_field_t link_status_fields[LINK_ENDS + LINK_PROPERTIES + 8U];
+extern const pus_codec_field_t link_request_fields[LINK_ENDS + LINK_PROPERTIES + 3U];
+extern const pus_codec_field_t link_accept_fields[LINK_PROPERTIES + 3U]; ///< Behind them an endpoint.
+extern const pus_codec_field_t link_refuse_fields[LINK_PROPERTIES + 4U];
+extern const pus_codec_field_t link_open_fields[3U]; ///< Behind them an endpoint and the deadline.
+extern const pus_codec_field_t link_close_fields[3U];
+extern const pus_codec_field_t link_transition_fields[5U]; ///< Behind them a time.
+extern const pus_codec_field_t link_offer_fields[LINK_PROPERTIES + 3U];
+extern const pus_codec_field_t link_status_fields[LINK_ENDS + LINK_PROPERTIES + 8U];
 
 /// An endpoint longer than PUS_ENDPOINT_MAX makes the reader fail.
 void link_endpoint_read(octet_reader_t* reader, pus_endpoint_t* out_endpoint);

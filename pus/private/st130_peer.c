@@ -7,36 +7,36 @@
 
 void pus_link_request_write(octet_writer_t* const writer, const pus_link_request_t* const request)
 {
-    pus_fields_write(writer, link_request_fields, request);
+    pus_codec_write(writer, link_request_fields, request);
 }
 
 void pus_link_open_write(octet_writer_t* const writer, const pus_link_open_t* const open)
 {
-    pus_fields_write(writer, link_open_fields, open);
+    pus_codec_write(writer, link_open_fields, open);
     link_endpoint_write(writer, &open->peer);
     octet_write_u32(writer, open->deadline_ms);
 }
 
 void pus_link_close_write(octet_writer_t* const writer, const pus_link_close_t* const close)
 {
-    pus_fields_write(writer, link_close_fields, close);
+    pus_codec_write(writer, link_close_fields, close);
 }
 
 status_t pus_link_accept_read(octet_reader_t* const reader, pus_link_accept_t* const out_accept)
 {
-    pus_fields_read(reader, link_accept_fields, out_accept);
+    pus_codec_read(reader, link_accept_fields, out_accept);
     link_endpoint_read(reader, &out_accept->endpoint);
     return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
 }
 
 status_t pus_link_refuse_read(octet_reader_t* const reader, pus_link_refuse_t* const out_refuse)
 {
-    return pus_fields_read_all(reader, link_refuse_fields, out_refuse);
+    return pus_codec_read_all(reader, link_refuse_fields, out_refuse);
 }
 
 status_t pus_link_transition_read(octet_reader_t* const reader, pus_link_transition_t* const out_transition)
 {
-    pus_fields_read(reader, link_transition_fields, out_transition);
+    pus_codec_read(reader, link_transition_fields, out_transition);
     const status_t status = pus_time_read(reader, &out_transition->time_ns);
     return ((status == STATUS_OK) && octet_reader_is_done(reader)) ? STATUS_OK : STATUS_INVALID;
 }
@@ -57,7 +57,7 @@ status_t pus_link_offers_read(octet_reader_t* const reader, uint16_t* const out_
 
 void pus_link_offer_read(octet_reader_t* const reader, pus_link_offer_t* const out_offer)
 {
-    pus_fields_read(reader, link_offer_fields, out_offer);
+    pus_codec_read(reader, link_offer_fields, out_offer);
 }
 
 status_t pus_link_statuses_read(octet_reader_t* const reader, uint16_t* const out_count)
@@ -67,5 +67,5 @@ status_t pus_link_statuses_read(octet_reader_t* const reader, uint16_t* const ou
 
 void pus_link_status_read(octet_reader_t* const reader, pus_link_status_t* const out_status)
 {
-    pus_fields_read(reader, link_status_fields, out_status);
+    pus_codec_read(reader, link_status_fields, out_status);
 }

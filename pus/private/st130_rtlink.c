@@ -15,7 +15,7 @@ void pus_rtlink_init(pus_rtlink_t* const rtlink, const pus_rtlink_port_t* const 
 
 // Lists: a filter {N x {u16}} selects entries; N = 0 selects all.
 
-static bool shape_filter(void* const self, octet_reader_t* const reader)
+static bool format_filter(void* const self, octet_reader_t* const reader)
 {
     (void)self;
     const uint8_t count = octet_read_u8(reader);
@@ -35,7 +35,7 @@ static bool write_offer(const pus_rtlink_port_t* const port, const uint16_t inde
         return false;
     }
     *out_id = offer.port;
-    pus_fields_write(writer, link_offer_fields, &offer);
+    pus_codec_write(writer, link_offer_fields, &offer);
     return true;
 }
 
@@ -47,7 +47,7 @@ static bool write_status(const pus_rtlink_port_t* const port, const uint16_t ind
         return false;
     }
     *out_id = status.link;
-    pus_fields_write(writer, link_status_fields, &status);
+    pus_codec_write(writer, link_status_fields, &status);
     return true;
 }
 
@@ -118,21 +118,21 @@ static pus_reply_t report_status(void* const self, pus_request_t* const request)
 
 // Negotiation.
 
-static bool shape_request(void* const self, octet_reader_t* const reader)
+static bool format_request(void* const self, octet_reader_t* const reader)
 {
     pus_link_request_t request;
     (void)self;
     return pus_link_request_read(reader, &request) == STATUS_OK;
 }
 
-static bool shape_open(void* const self, octet_reader_t* const reader)
+static bool format_open(void* const self, octet_reader_t* const reader)
 {
     pus_link_open_t open;
     (void)self;
     return pus_link_open_read(reader, &open) == STATUS_OK;
 }
 
-static bool shape_close(void* const self, octet_reader_t* const reader)
+static bool format_close(void* const self, octet_reader_t* const reader)
 {
     pus_link_close_t close;
     (void)self;
@@ -187,11 +187,11 @@ static pus_reply_t close_link(void* const self, pus_request_t* const request)
 pus_service_t pus_rtlink_service(pus_rtlink_t* const rtlink)
 {
     static const pus_subtype_t subtypes[] = {
-        {PUS_LINK_REPORT_OFFERS, shape_filter, report_offers, NULL},
-        {PUS_LINK_REQUEST, shape_request, request_link, NULL},
-        {PUS_LINK_OPEN, shape_open, open_link, NULL},
-        {PUS_LINK_CLOSE, shape_close, close_link, NULL},
-        {PUS_LINK_REPORT_STATUS, shape_filter, report_status, NULL},
+        {PUS_LINK_REPORT_OFFERS, format_filter, report_offers, NULL},
+        {PUS_LINK_REQUEST, format_request, request_link, NULL},
+        {PUS_LINK_OPEN, format_open, open_link, NULL},
+        {PUS_LINK_CLOSE, format_close, close_link, NULL},
+        {PUS_LINK_REPORT_STATUS, format_filter, report_status, NULL},
     };
     return pus_service_of(PUS_SERVICE_RTLINK, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), rtlink);
 }

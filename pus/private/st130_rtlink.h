@@ -200,12 +200,12 @@ void pus_rtlink_init(pus_rtlink_t* rtlink, const pus_rtlink_port_t* port);
 pus_service_t pus_rtlink_service(pus_rtlink_t* rtlink);
 
 /// Reports. Status of pus_tm_post.
-status_t pus_link_accept_report(pus_process_t* process, uint16_t destination, const pus_link_accept_t* accept,
-                                uint64_t now_ns);
-status_t pus_link_refuse_report(pus_process_t* process, uint16_t destination, const pus_link_refuse_t* refuse,
-                                uint64_t now_ns);
+status_t pus_link_accept_report(pus_app_process_t* process, uint16_t destination,
+                                const pus_link_accept_t* accept, uint64_t now_ns);
+status_t pus_link_refuse_report(pus_app_process_t* process, uint16_t destination,
+                                const pus_link_refuse_t* refuse, uint64_t now_ns);
 /// To all ground users; the supervisor sees it on the way.
-status_t pus_link_transition_report(pus_process_t* process, const pus_link_transition_t* transition,
+status_t pus_link_transition_report(pus_app_process_t* process, const pus_link_transition_t* transition,
                                     uint64_t now_ns);
 
 /// Application data of requests, for a manager that sends them.

@@ -2,7 +2,7 @@
 #include "pus/private/st131_mission.h"
 
 #include "base/assertion.h"
-#include "pus/core/fields.h"
+#include "pus/core/record_codec.h"
 
 void pus_mission_init(pus_mission_t* const mission, const pus_mission_port_t* const port)
 {
@@ -12,44 +12,45 @@ void pus_mission_init(pus_mission_t* const mission, const pus_mission_port_t* co
     *mission = (pus_mission_t){.port = *port};
 }
 
-static const pus_field_t mode_fields[] = {PUS_FIELD(pus_mode_transition_t, previous),
-                                          PUS_FIELD(pus_mode_transition_t, mode),
-                                          PUS_FIELD(pus_mode_transition_t, cause), PUS_FIELDS_END};
+static const pus_codec_field_t mode_fields[] = {PUS_CODEC_FIELD(pus_mode_transition_t, previous),
+                                                PUS_CODEC_FIELD(pus_mode_transition_t, mode),
+                                                PUS_CODEC_FIELD(pus_mode_transition_t, cause), PUS_CODEC_END};
 
-static const pus_field_t log_fields[] = {
-    PUS_FIELD(pus_log_transition_t, previous), PUS_FIELD(pus_log_transition_t, strategy),
-    PUS_FIELD(pus_log_transition_t, first_record), PUS_FIELD(pus_log_transition_t, code), PUS_FIELDS_END};
+static const pus_codec_field_t log_fields[] = {PUS_CODEC_FIELD(pus_log_transition_t, previous),
+                                               PUS_CODEC_FIELD(pus_log_transition_t, strategy),
+                                               PUS_CODEC_FIELD(pus_log_transition_t, first_record),
+                                               PUS_CODEC_FIELD(pus_log_transition_t, code), PUS_CODEC_END};
 
-static const pus_field_t subsystem_fields[] = {PUS_FIELD(pus_subsystem_entry_t, apid),
-                                               PUS_FIELD(pus_subsystem_entry_t, process),
-                                               PUS_FIELD(pus_subsystem_entry_t, state),
-                                               PUS_FIELD(pus_subsystem_entry_t, phase),
-                                               PUS_FIELD(pus_subsystem_entry_t, configuration),
-                                               PUS_FIELD(pus_subsystem_entry_t, restarts),
-                                               PUS_FIELDS_END};
+static const pus_codec_field_t subsystem_fields[] = {PUS_CODEC_FIELD(pus_subsystem_entry_t, apid),
+                                                     PUS_CODEC_FIELD(pus_subsystem_entry_t, process),
+                                                     PUS_CODEC_FIELD(pus_subsystem_entry_t, state),
+                                                     PUS_CODEC_FIELD(pus_subsystem_entry_t, phase),
+                                                     PUS_CODEC_FIELD(pus_subsystem_entry_t, configuration),
+                                                     PUS_CODEC_FIELD(pus_subsystem_entry_t, restarts),
+                                                     PUS_CODEC_END};
 
-status_t pus_mode_transition_report(pus_process_t* const process,
+status_t pus_mode_transition_report(pus_app_process_t* const process,
                                     const pus_mode_transition_t* const transition, const uint64_t now_ns)
 {
     static const pus_layout_t layout = {PUS_SERVICE_MISSION, PUS_MISSION_MODE_TRANSITION, mode_fields};
-    return pus_fields_post(process, &layout, PUS_USER_GROUND, transition, now_ns);
+    return pus_codec_post(process, &layout, PUS_USER_GROUND, transition, now_ns);
 }
 
 status_t pus_mode_transition_read(octet_reader_t* const reader, pus_mode_transition_t* const out_transition)
 {
-    return pus_fields_read_all(reader, mode_fields, out_transition);
+    return pus_codec_read_all(reader, mode_fields, out_transition);
 }
 
-status_t pus_log_transition_report(pus_process_t* const process, const pus_log_transition_t* const transition,
-                                   const uint64_t now_ns)
+status_t pus_log_transition_report(pus_app_process_t* const process,
+                                   const pus_log_transition_t* const transition, const uint64_t now_ns)
 {
     static const pus_layout_t layout = {PUS_SERVICE_MISSION, PUS_MISSION_LOG_TRANSITION, log_fields};
-    return pus_fields_post(process, &layout, PUS_USER_GROUND, transition, now_ns);
+    return pus_codec_post(process, &layout, PUS_USER_GROUND, transition, now_ns);
 }
 
 status_t pus_log_transition_read(octet_reader_t* const reader, pus_log_transition_t* const out_transition)
 {
-    return pus_fields_read_all(reader, log_fields, out_transition);
+    return pus_codec_read_all(reader, log_fields, out_transition);
 }
 
 static pus_reply_t set_mode(void* const self, pus_request_t* const request)
@@ -97,7 +98,7 @@ static pus_reply_t report_subsystems(void* const self, pus_request_t* const requ
     pus_request_perform(request);
     octet_writer_t writer = pus_list_begin(request, PUS_MISSION_SUBSYSTEMS);
     while (!writer.failed && port->subsystem(port->context, count, &entry)) {
-        pus_fields_write(&writer, subsystem_fields, &entry);
+        pus_codec_write(&writer, subsystem_fields, &entry);
         count++;
     }
     return pus_list_end(request, &writer, count);
@@ -130,13 +131,13 @@ static pus_reply_t report_networks(void* const self, pus_request_t* const reques
 pus_service_t pus_mission_service(pus_mission_t* const mission)
 {
     static const pus_subtype_t subtypes[] = {
-        {PUS_MISSION_SET_MODE, pus_shape_u8, set_mode, NULL},
-        {PUS_MISSION_SELECT_LOG, pus_shape_u8, select_log, NULL},
-        {PUS_MISSION_SHUT_DOWN, pus_shape_empty, shut_down, NULL},
-        {PUS_MISSION_START_PROCESS, pus_shape_u16, start_process, NULL},
-        {PUS_MISSION_STOP_PROCESS, pus_shape_u16, stop_process, NULL},
-        {PUS_MISSION_REPORT_SUBSYSTEMS, pus_shape_empty, report_subsystems, NULL},
-        {PUS_MISSION_REPORT_NETWORKS, pus_shape_empty, report_networks, NULL},
+        {PUS_MISSION_SET_MODE, pus_request_format_u8, set_mode, NULL},
+        {PUS_MISSION_SELECT_LOG, pus_request_format_u8, select_log, NULL},
+        {PUS_MISSION_SHUT_DOWN, pus_request_format_empty, shut_down, NULL},
+        {PUS_MISSION_START_PROCESS, pus_request_format_u16, start_process, NULL},
+        {PUS_MISSION_STOP_PROCESS, pus_request_format_u16, stop_process, NULL},
+        {PUS_MISSION_REPORT_SUBSYSTEMS, pus_request_format_empty, report_subsystems, NULL},
+        {PUS_MISSION_REPORT_NETWORKS, pus_request_format_empty, report_networks, NULL},
     };
     return pus_service_of(PUS_SERVICE_MISSION, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), mission);
 }

@@ -91,9 +91,9 @@ void pus_mission_init(pus_mission_t* mission, const pus_mission_port_t* port);
 pus_service_t pus_mission_service(pus_mission_t* mission);
 
 /// Reports to all ground users. Status of pus_tm_post.
-status_t pus_mode_transition_report(pus_process_t* process, const pus_mode_transition_t* transition,
+status_t pus_mode_transition_report(pus_app_process_t* process, const pus_mode_transition_t* transition,
                                     uint64_t now_ns);
-status_t pus_log_transition_report(pus_process_t* process, const pus_log_transition_t* transition,
+status_t pus_log_transition_report(pus_app_process_t* process, const pus_log_transition_t* transition,
                                    uint64_t now_ns);
 /// Decode source data, for members that follow the mode. STATUS_OK, STATUS_INVALID.
 MUST_USE status_t pus_mode_transition_read(octet_reader_t* reader, pus_mode_transition_t* out_transition);

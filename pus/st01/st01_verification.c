@@ -16,7 +16,7 @@ enum {
 };
 
 /// Post one report. `step` and `failure` are null where the subtype has none.
-static void report(pus_process_t* const process, const pus_token_t* const token, const uint8_t subtype,
+static void report(pus_app_process_t* const process, const pus_token_t* const token, const uint8_t subtype,
                    const uint16_t* const step, const pus_failure_t* const failure, const uint64_t now_ns)
 {
     FSW_ASSERT((process != NULL) && (token != NULL));
@@ -32,63 +32,66 @@ static void report(pus_process_t* const process, const pus_token_t* const token,
 }
 
 /// Post a report of success, which contains only the request id, if the request requires it.
-static void report_if_asked(pus_process_t* const process, const pus_token_t* const token, const uint8_t ack,
-                            const uint8_t subtype, const uint64_t now_ns)
+static void report_if_asked(pus_app_process_t* const process, const pus_token_t* const token,
+                            const uint8_t ack, const uint8_t subtype, const uint64_t now_ns)
 {
     if ((token->ack & ack) != 0U) {
         report(process, token, subtype, NULL, NULL, now_ns);
     }
 }
 
-void pus_verify_accepted(pus_process_t* const process, const pus_token_t* const token, const uint64_t now_ns)
+void pus_verify_accepted(pus_app_process_t* const process, const pus_token_t* const token,
+                         const uint64_t now_ns)
 {
     report_if_asked(process, token, PUS_ACK_ACCEPTANCE, ACCEPTED, now_ns);
 }
 
-void pus_verify_rejected(pus_process_t* const process, const pus_token_t* const token,
+void pus_verify_rejected(pus_app_process_t* const process, const pus_token_t* const token,
                          const pus_failure_t* const failure, const uint64_t now_ns)
 {
     report(process, token, REJECTED, NULL, failure, now_ns);
 }
 
-void pus_verify_started(pus_process_t* const process, const pus_token_t* const token, const uint64_t now_ns)
+void pus_verify_started(pus_app_process_t* const process, const pus_token_t* const token,
+                        const uint64_t now_ns)
 {
     report_if_asked(process, token, PUS_ACK_START, STARTED, now_ns);
 }
 
-void pus_verify_start_failed(pus_process_t* const process, const pus_token_t* const token,
+void pus_verify_start_failed(pus_app_process_t* const process, const pus_token_t* const token,
                              const pus_failure_t* const failure, const uint64_t now_ns)
 {
     report(process, token, START_FAILED, NULL, failure, now_ns);
 }
 
-void pus_verify_progress(pus_process_t* const process, const pus_token_t* const token, const uint16_t step,
-                         const uint64_t now_ns)
+void pus_verify_progress(pus_app_process_t* const process, const pus_token_t* const token,
+                         const uint16_t step, const uint64_t now_ns)
 {
     if ((token->ack & PUS_ACK_PROGRESS) != 0U) {
         report(process, token, PROGRESS, &step, NULL, now_ns);
     }
 }
 
-void pus_verify_progress_failed(pus_process_t* const process, const pus_token_t* const token,
+void pus_verify_progress_failed(pus_app_process_t* const process, const pus_token_t* const token,
                                 const uint16_t step, const pus_failure_t* const failure,
                                 const uint64_t now_ns)
 {
     report(process, token, PROGRESS_FAILED, &step, failure, now_ns);
 }
 
-void pus_verify_completed(pus_process_t* const process, const pus_token_t* const token, const uint64_t now_ns)
+void pus_verify_completed(pus_app_process_t* const process, const pus_token_t* const token,
+                          const uint64_t now_ns)
 {
     report_if_asked(process, token, PUS_ACK_COMPLETION, COMPLETED, now_ns);
 }
 
-void pus_verify_failed(pus_process_t* const process, const pus_token_t* const token,
+void pus_verify_failed(pus_app_process_t* const process, const pus_token_t* const token,
                        const pus_failure_t* const failure, const uint64_t now_ns)
 {
     report(process, token, FAILED, NULL, failure, now_ns);
 }
 
-void pus_verify_ended(pus_process_t* const process, const pus_token_t* const token,
+void pus_verify_ended(pus_app_process_t* const process, const pus_token_t* const token,
                       const pus_failure_t failure, const uint64_t now_ns)
 {
     if (failure.code == PUS_FAILURE_NONE) {
@@ -98,7 +101,7 @@ void pus_verify_ended(pus_process_t* const process, const pus_token_t* const tok
     }
 }
 
-void pus_verify_unrouted(pus_process_t* const process, const pus_token_t* const token,
+void pus_verify_unrouted(pus_app_process_t* const process, const pus_token_t* const token,
                          const pus_failure_t* const failure, const uint64_t now_ns)
 {
     report(process, token, UNROUTED, NULL, failure, now_ns);

@@ -7,29 +7,30 @@
 #define PUS_ST01_ST01_VERIFICATION_H
 
 #include "pus/core/packet.h"
-#include "pus/core/process.h"
+#include "pus/core/app_process.h"
 
 /// Acceptance: TM[1,1], TM[1,2].
-void pus_verify_accepted(pus_process_t* process, const pus_token_t* token, uint64_t now_ns);
-void pus_verify_rejected(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
+void pus_verify_accepted(pus_app_process_t* process, const pus_token_t* token, uint64_t now_ns);
+void pus_verify_rejected(pus_app_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                          uint64_t now_ns);
 /// Start of execution: TM[1,3], TM[1,4].
-void pus_verify_started(pus_process_t* process, const pus_token_t* token, uint64_t now_ns);
-void pus_verify_start_failed(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
-                             uint64_t now_ns);
+void pus_verify_started(pus_app_process_t* process, const pus_token_t* token, uint64_t now_ns);
+void pus_verify_start_failed(pus_app_process_t* process, const pus_token_t* token,
+                             const pus_failure_t* failure, uint64_t now_ns);
 /// Progress: TM[1,5], TM[1,6]. After a failed step the caller ends the request with TM[1,8] later.
-void pus_verify_progress(pus_process_t* process, const pus_token_t* token, uint16_t step, uint64_t now_ns);
-void pus_verify_progress_failed(pus_process_t* process, const pus_token_t* token, uint16_t step,
+void pus_verify_progress(pus_app_process_t* process, const pus_token_t* token, uint16_t step,
+                         uint64_t now_ns);
+void pus_verify_progress_failed(pus_app_process_t* process, const pus_token_t* token, uint16_t step,
                                 const pus_failure_t* failure, uint64_t now_ns);
 /// Completion: TM[1,7], TM[1,8].
-void pus_verify_completed(pus_process_t* process, const pus_token_t* token, uint64_t now_ns);
-void pus_verify_failed(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
+void pus_verify_completed(pus_app_process_t* process, const pus_token_t* token, uint64_t now_ns);
+void pus_verify_failed(pus_app_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                        uint64_t now_ns);
 /// Completion, as `failure` tells: TM[1,7] if its code is PUS_FAILURE_NONE, else TM[1,8].
-void pus_verify_ended(pus_process_t* process, const pus_token_t* token, pus_failure_t failure,
+void pus_verify_ended(pus_app_process_t* process, const pus_token_t* token, pus_failure_t failure,
                       uint64_t now_ns);
 /// Routing: TM[1,10], by a router only.
-void pus_verify_unrouted(pus_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
+void pus_verify_unrouted(pus_app_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                          uint64_t now_ns);
 
 /// A verification report as read.

@@ -2,7 +2,7 @@
 #include "pus/st02/st02_device_access.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st02_shapes.h"
+#include "generated/pus/st02_request_formats.h"
 #include "pus/st01/st01_verification.h"
 
 #include <string.h>

@@ -94,7 +94,7 @@ typedef struct {   // Private: a request under way.
 } pus_device_operation_t;
 
 typedef struct {
-    pus_process_t* process;
+    pus_app_process_t* process;
     pus_device_port_t port;
     pus_device_operation_t* operations;
     uint8_t operation_count;

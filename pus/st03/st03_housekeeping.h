@@ -88,7 +88,7 @@ typedef struct { // Private.
 } pus_hk_functional_t;
 
 typedef struct {
-    pus_process_t* process;
+    pus_app_process_t* process;
     pus_parameter_port_t parameters; ///< `write` is not used.
     pus_hk_structure_t* structures;
     uint16_t structure_count;

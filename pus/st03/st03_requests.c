@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests of ST[03] about structures: for each kind of structure one half of the subtypes.
-#include "generated/pus/st03_shapes.h"
+#include "generated/pus/st03_request_formats.h"
 #include "pus/st03/st03_structures.h"
 
 /// True if a request is about diagnostic structures.

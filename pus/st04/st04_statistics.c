@@ -2,7 +2,7 @@
 #include "pus/st04/st04_statistics.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st04_shapes.h"
+#include "generated/pus/st04_request_formats.h"
 #include "pus/core/list_report.h"
 
 #include <float.h>

@@ -31,7 +31,7 @@ typedef struct { // Private.
 } pus_statistic_t;
 
 typedef struct {
-    pus_process_t* process;
+    pus_app_process_t* process;
     pus_parameter_port_t parameters;      ///< `write` is not used.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
     pus_statistic_t* statistics;          ///< `capacity` of each.

@@ -2,7 +2,7 @@
 #include "pus/st05/st05_events.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st05_shapes.h"
+#include "generated/pus/st05_request_formats.h"
 #include "pus/private/st129_management.h"
 
 #define NS_PER_MS 1000000ULL
@@ -11,7 +11,7 @@ enum {
     DISABLED_LIST = 8
 };
 
-void pus_events_init(pus_events_t* const events, pus_process_t* const process,
+void pus_events_init(pus_events_t* const events, pus_app_process_t* const process,
                      const pus_event_definition_t* const definitions, pus_event_state_t* const states,
                      const uint16_t count)
 {
@@ -62,7 +62,7 @@ static bool passes(const pus_events_t* const events, const pus_event_definition_
                    pus_event_state_t* const state, const uint64_t now_ns)
 {
     if (definition->severity == (uint8_t)PUS_SEVERITY_HIGH) {
-        return !pus_process_keeps_event(events->process, definition->id);
+        return !pus_app_process_keeps_event(events->process, definition->id);
     }
     if (definition->interval_ms == 0U) {
         return true;

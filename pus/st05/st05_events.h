@@ -43,7 +43,7 @@ typedef struct {
 #define PUS_SUPPRESSED_AUX 6U ///< Auxiliary data of the event that tells: event u16, count u32.
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
-    pus_process_t* process;
+    pus_app_process_t* process;
     const pus_event_definition_t* definitions;
     pus_event_state_t* states;
     uint16_t count;
@@ -60,8 +60,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 } pus_events_t;
 
 /// `states` has `count` entries like `definitions`; all are enabled and cleared. Ids are unique.
-void pus_events_init(pus_events_t* events, pus_process_t* process, const pus_event_definition_t* definitions,
-                     pus_event_state_t* states, uint16_t count);
+void pus_events_init(pus_events_t* events, pus_app_process_t* process,
+                     const pus_event_definition_t* definitions, pus_event_state_t* states, uint16_t count);
 pus_service_t pus_events_service(pus_events_t* events);
 /// The event that reports suppressed occurrences, with PUS_SUPPRESSED_AUX octets of auxiliary data; 0: none.
 void pus_events_tell_by(pus_events_t* events, uint16_t event_id);

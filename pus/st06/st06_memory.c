@@ -3,7 +3,7 @@
 
 #include "base/assertion.h"
 #include "base/crc.h"
-#include "generated/pus/st06_shapes.h"
+#include "generated/pus/st06_request_formats.h"
 #include "pus/st06/st06_operations.h"
 
 #include <string.h>

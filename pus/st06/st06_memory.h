@@ -68,7 +68,7 @@ typedef struct {  // Private: a request under way.
 } pus_memory_operation_t;
 
 typedef struct {
-    pus_process_t* process;
+    pus_app_process_t* process;
     const pus_memory_t* memories;
     pus_memory_state_t* states; ///< One for each memory.
     uint8_t memory_count;

@@ -52,7 +52,7 @@ static uint8_t argument_of(const pus_function_t* const function, const uint16_t 
     return index;
 }
 
-static bool has_shape(void* const self, octet_reader_t* const reader)
+static bool has_format(void* const self, octet_reader_t* const reader)
 {
     const pus_functions_t* const functions = self;
     const uint16_t index                   = function_of(functions, octet_read_octets(reader, PUS_NAME_SIZE));
@@ -94,7 +94,7 @@ static bool decode_argument(const pus_functions_t* const functions, const pus_ar
 {
     const size_t size = value_size(argument->type);
     for (uint16_t i = 0U; i < argument->count; i++) {
-        const uint8_t* const octets = &reader->octets[reader->position]; // The shape has been checked.
+        const uint8_t* const octets = &reader->octets[reader->position]; // The format has been checked.
         uint8_t* const memory       = &functions->area[argument->offset + (i * size)];
         if (!is_finite(argument->type, octets) ||
             (value_decode(reader, argument->type, memory) != STATUS_OK)) {
@@ -151,7 +151,7 @@ static pus_reply_t perform(void* const self, pus_request_t* const request)
 
 pus_service_t pus_functions_service(pus_functions_t* const functions)
 {
-    static const pus_subtype_t subtypes[] = {{PERFORM, has_shape, perform, NULL}};
+    static const pus_subtype_t subtypes[] = {{PERFORM, has_format, perform, NULL}};
     FSW_ASSERT(functions != NULL);
     return (pus_service_t){
         .type = PUS_SERVICE_FUNCTIONS, .subtype_count = 1U, .subtypes = subtypes, .self = functions};

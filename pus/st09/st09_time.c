@@ -3,7 +3,7 @@
 
 #include "base/assertion.h"
 #include "base/crc.h"
-#include "generated/pus/st09_shapes.h"
+#include "generated/pus/st09_request_formats.h"
 
 #define RECORD_KEY 0U
 #define HEADER_WORD 0x0000U // A report of APID 0 without secondary header.

@@ -2,7 +2,7 @@
 #include "pus/st11/st11_time_schedule.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st11_shapes.h"
+#include "generated/pus/st11_request_formats.h"
 
 #define NS_PER_S 1000000000ULL
 #define FIELD_BITS 56U // Of a time without its P-field, and of a relative time.

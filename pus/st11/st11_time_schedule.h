@@ -17,7 +17,7 @@ typedef struct { // Private, except schedule.counters and schedule.count.
     uint64_t epoch_ns;
 } pus_time_schedule_t;
 
-/// epoch_s: as in pus_process_init.
+/// epoch_s: as in pus_app_process_init.
 void pus_time_schedule_init(pus_time_schedule_t* self, uint32_t epoch_s, const pus_schedule_config_t* config);
 /// The service's entry for a dispatcher, without a step.
 pus_service_t pus_time_schedule_service(pus_time_schedule_t* self);

@@ -286,7 +286,7 @@ pus_reply_t monitoring_add_fmons(void* const context, pus_request_t* const reque
     for (uint16_t i = 1U; i <= count; i++) {
         candidate_t candidate;
         const uint32_t offset = (uint32_t)request->reader.position;
-        (void)read_fmon(&request->reader, MONITORING_FROM_ADD, &candidate); // Its shape has been checked.
+        (void)read_fmon(&request->reader, MONITORING_FROM_ADD, &candidate); // Its format has been checked.
         const pus_failure_t failure = add(self, &candidate, offset);
         monitoring_settle(self, request, i, &failure);
     }

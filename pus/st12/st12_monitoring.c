@@ -2,7 +2,7 @@
 #include "pus/st12/st12_monitoring.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st12_shapes.h"
+#include "generated/pus/st12_request_formats.h"
 #include "pus/st12/st12_internal.h"
 
 #include <string.h>
@@ -418,7 +418,7 @@ static pus_reply_t define_each(pus_monitoring_t* const self, pus_request_t* cons
     for (uint16_t i = 1U; i <= count; i++) {
         pus_pmon_t pmon;
         const uint32_t offset = (uint32_t)request->reader.position;
-        (void)monitoring_read_pmon(&request->reader, origin, &pmon); // Its shape has been checked.
+        (void)monitoring_read_pmon(&request->reader, origin, &pmon); // Its format has been checked.
         const pus_failure_t failure = define(self, &pmon, offset);
         monitoring_settle(self, request, i, &failure);
     }

@@ -99,7 +99,7 @@ typedef struct { // Private. Member k of FMON f is number f * fmon_members + k.
 } pus_fmon_member_t;
 
 typedef struct {
-    pus_process_t* process;
+    pus_app_process_t* process;
     pus_parameter_port_t parameters; ///< `write` is not used.
     pus_event_port_t events;
     const pus_persistence_t* persistence; ///< Null: nothing is kept.

@@ -2,7 +2,7 @@
 #include "pus/st13/st13_large_packets.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st13_shapes.h"
+#include "generated/pus/st13_request_formats.h"
 #include "pus/st01/st01_verification.h"
 
 #include <string.h>

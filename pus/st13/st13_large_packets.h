@@ -43,7 +43,7 @@ typedef struct { // Private.
 } pus_large_uplink_t;
 
 typedef struct {
-    pus_process_t* process;
+    pus_app_process_t* process;
     pus_large_report_t* reports; ///< `report_count` of them, with `report_size` octets each.
     uint8_t* report_octets;
     size_t report_count; ///< 1 at least.
@@ -94,7 +94,7 @@ void pus_large_step(pus_large_t* large, uint64_t now_ns);
 /// True if the next step has something to do. An uplink that waits for its next part does not count: it is
 /// aborted in the first step after its time-out.
 bool pus_large_is_busy(const pus_large_t* large);
-/// Port by which a process builds its long reports here (pus_process_lengthen); `context` is the service.
+/// Port by which a process builds its long reports here (pus_app_process_lengthen); `context` is the service.
 pus_long_port_t pus_large_port(pus_large_t* large);
 /// The service's entry for a dispatcher.
 pus_service_t pus_large_service(pus_large_t* large);

@@ -2,7 +2,7 @@
 #include "pus/st14/st14_forwarding.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st14_shapes.h"
+#include "generated/pus/st14_request_formats.h"
 
 #define RECORD_KEY 0U
 

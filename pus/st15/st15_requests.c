@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests of ST[15], and their answers.
 #include "base/assertion.h"
-#include "generated/pus/st15_shapes.h"
+#include "generated/pus/st15_request_formats.h"
 #include "pus/st15/st15_internal.h"
 
 #include <string.h>

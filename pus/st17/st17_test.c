@@ -2,7 +2,7 @@
 #include "pus/st17/st17_test.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st17_shapes.h"
+#include "generated/pus/st17_request_formats.h"
 
 enum {
     ALIVE     = 2,
@@ -27,8 +27,8 @@ static pus_reply_t answer_alive(void* const self, pus_request_t* const request)
     return pus_done();
 }
 
-status_t pus_test_connected(pus_process_t* const process, const pus_token_t* const token, const uint16_t apid,
-                            const uint64_t now_ns)
+status_t pus_test_connected(pus_app_process_t* const process, const pus_token_t* const token,
+                            const uint16_t apid, const uint64_t now_ns)
 {
     FSW_ASSERT((process != NULL) && (token != NULL));
     octet_writer_t writer = pus_tm_begin(process, PUS_SERVICE_TEST, CONNECTED, token->source, now_ns);

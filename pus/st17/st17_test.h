@@ -23,6 +23,7 @@ typedef struct { // Private.
 void pus_test_init(pus_test_t* test, const pus_test_port_t* port);
 pus_service_t pus_test_service(pus_test_t* test);
 /// Send TM[17,4] to the request's source. Status of pus_tm_post.
-status_t pus_test_connected(pus_process_t* process, const pus_token_t* token, uint16_t apid, uint64_t now_ns);
+status_t pus_test_connected(pus_app_process_t* process, const pus_token_t* token, uint16_t apid,
+                            uint64_t now_ns);
 
 #endif // PUS_ST17_ST17_TEST_H

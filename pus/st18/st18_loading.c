@@ -212,7 +212,7 @@ pus_failure_t procedures_load(pus_procedures_t* const self, const uint8_t* const
     if (failure.code != PUS_FAILURE_NONE) {
         return failure;
     }
-    FSW_ASSERT((place != NULL) && (octets != NULL)); // The shape has been checked.
+    FSW_ASSERT((place != NULL) && (octets != NULL)); // The format has been checked.
     if (crc16_ccitt(octets, size) != checksum) {
         return pus_failure(PUS_FAILURE_DATA_CHECKSUM, crc16_ccitt(octets, size));
     }

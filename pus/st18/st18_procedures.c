@@ -2,7 +2,7 @@
 #include "pus/st18/st18_procedures.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st18_shapes.h"
+#include "generated/pus/st18_request_formats.h"
 #include "pus/core/list_report.h"
 #include "pus/st18/st18_internal.h"
 

@@ -103,7 +103,7 @@ typedef struct {        // Private: a slot of the engine.
 } pus_procedure_run_t;
 
 typedef struct {
-    pus_process_t* process;
+    pus_app_process_t* process;
     pus_procedure_port_t engine;
     pus_requester_t* requester; ///< For this service alone.
     pus_telemetry_port_t telemetry;

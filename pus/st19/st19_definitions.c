@@ -86,7 +86,7 @@ void event_action_leave(event_action_t* const self, uint16_t* const place)
     definition_t* const definition = &self->config.definitions[slot];
     *place                         = definition->next;
     event_action_drop_waiting(self, definition);
-    pus_chain_free(self->config.chains, &definition->request);
+    pus_block_chain_free(self->config.chains, &definition->request);
     definition->in_use     = false;
     definition->is_enabled = false;
     definition->next       = self->free;
@@ -96,8 +96,8 @@ void event_action_leave(event_action_t* const self, uint16_t* const place)
 
 size_t event_action_request(const definition_t* const definition, uint8_t* const out_octets)
 {
-    pus_chain_reader_t reader = pus_chain_reader(&definition->request);
-    return pus_chain_read(&reader, out_octets, PUS_PACKET_MAX);
+    pus_block_chain_reader_t reader = pus_block_chain_reader(&definition->request);
+    return pus_block_chain_read(&reader, out_octets, PUS_PACKET_MAX);
 }
 
 // Lasting records.
@@ -163,7 +163,7 @@ static status_t restore_definition(event_action_t* const self, const uint32_t sl
         (*event_action_place(self, content.apid, content.event) != NONE)) {
         return STATUS_EXISTS;
     }
-    const status_t status = pus_chain_append(self->config.chains, &content.request, octets, size);
+    const status_t status = pus_block_chain_append(self->config.chains, &content.request, octets, size);
     if (status == STATUS_OK) {
         event_action_enter(self, (uint16_t)slot, &content);
     }

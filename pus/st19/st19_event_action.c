@@ -2,7 +2,7 @@
 #include "pus/st19/st19_event_action.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st19_shapes.h"
+#include "generated/pus/st19_request_formats.h"
 #include "pus/st19/st19_definitions.h"
 
 enum {
@@ -117,17 +117,17 @@ static pus_failure_t io_failure(const status_t status)
 
 /// Another request for a definition that is there and disabled.
 static pus_failure_t replace(event_action_t* const self, const uint16_t slot,
-                             const pus_chain_t* const request)
+                             const pus_block_chain_t* const request)
 {
     definition_t* const definition = &self->config.definitions[slot];
-    pus_chain_t old                = definition->request;
+    pus_block_chain_t old          = definition->request;
     definition->request            = *request;
     const status_t status          = event_action_put(self, slot, false);
     if (status != STATUS_OK) {
-        pus_chain_free(self->config.chains, &definition->request);
+        pus_block_chain_free(self->config.chains, &definition->request);
         definition->request = old;
     } else {
-        pus_chain_free(self->config.chains, &old);
+        pus_block_chain_free(self->config.chains, &old);
     }
     return io_failure(status);
 }
@@ -176,12 +176,12 @@ static pus_failure_t add_one(event_action_t* const self, octet_reader_t* const r
     const status_t framed =
         pus_packet_frame(&reader->octets[reader->position], octet_reader_left(reader), &size);
     const uint8_t* const octets = octet_read_octets(reader, size);
-    FSW_ASSERT((framed == STATUS_OK) && (octets != NULL)); // The shape has been checked.
+    FSW_ASSERT((framed == STATUS_OK) && (octets != NULL)); // The format has been checked.
     const pus_failure_t failure = check(self, &content, offset, octets, size);
     if (failure.code != (uint16_t)PUS_FAILURE_NONE) {
         return failure;
     }
-    return (pus_chain_append(self->config.chains, &content.request, octets, size) == STATUS_OK)
+    return (pus_block_chain_append(self->config.chains, &content.request, octets, size) == STATUS_OK)
                ? add(self, &content)
                : pus_failure(PUS_FAILURE_TABLE_FULL, self->config.chains->pool.block_count);
 }

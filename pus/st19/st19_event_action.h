@@ -13,7 +13,7 @@
 #ifndef PUS_ST19_ST19_EVENT_ACTION_H
 #define PUS_ST19_ST19_EVENT_ACTION_H
 
-#include "pus/core/chains.h"
+#include "pus/core/block_chain.h"
 #include "pus/core/long_report.h"
 #include "pus/core/service.h"
 
@@ -23,7 +23,7 @@
 #define PUS_EVENT_ACTION_RECORD_HEAD 5U
 
 typedef struct { // Private.
-    pus_chain_t request;
+    pus_block_chain_t request;
     uint16_t apid;
     uint16_t event;
     uint16_t next;    // In its bucket, or among the free.
@@ -35,15 +35,15 @@ typedef struct { // Private.
 } pus_event_action_definition_t;
 
 typedef struct {
-    pus_process_t* process; ///< For reports that continue in a step.
+    pus_app_process_t* process; ///< For reports that continue in a step.
     pus_port_t release;
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
     pus_event_action_definition_t* definitions;
-    uint16_t definition_count; ///< 1..65534.
-    uint16_t* queue;           ///< One for each definition.
-    uint16_t* buckets;         ///< About as many as definitions.
-    uint32_t bucket_count;     ///< A power of two.
-    pus_chains_t* chains;      ///< Room for the requests; may be shared with others of the same loop.
+    uint16_t definition_count;  ///< 1..65534.
+    uint16_t* queue;            ///< One for each definition.
+    uint16_t* buckets;          ///< About as many as definitions.
+    uint32_t bucket_count;      ///< A power of two.
+    pus_block_chains_t* chains; ///< Room for the requests; may be shared with others of the same loop.
 } pus_event_action_config_t;
 
 typedef struct { // Private, except `counters` and `count`: read-only, for telemetry.

@@ -3,7 +3,7 @@
 
 #include "base/assertion.h"
 #include "base/value.h"
-#include "generated/pus/st20_shapes.h"
+#include "generated/pus/st20_request_formats.h"
 
 enum {
     VALUES      = 2,
@@ -111,7 +111,7 @@ static uint16_t size_of_value(const pus_parameters_t* const parameters, const ui
     return size;
 }
 
-static bool shape_set(void* const self, octet_reader_t* const reader)
+static bool format_set(void* const self, octet_reader_t* const reader)
 {
     const pus_parameters_t* const parameters = self;
     const uint8_t count                      = octet_read_u8(reader);
@@ -179,7 +179,7 @@ static pus_reply_t set_values(void* const self, pus_request_t* const request)
         if (status != STATUS_OK) {
             refuse(parameters, request, i, code_of_find(status), id);
         } else {
-            FSW_ASSERT(value != NULL); // The shape has been checked.
+            FSW_ASSERT(value != NULL); // The format has been checked.
             set_one(parameters, request, i, id, handle, value, size);
         }
     }
@@ -270,7 +270,7 @@ static pus_reply_t report_definitions(void* const self, pus_request_t* const req
 pus_service_t pus_parameters_service(pus_parameters_t* const parameters)
 {
     static const pus_subtype_t subtypes[] = {
-        PUS_REQUEST(20, 1, report_values),      {SET, shape_set, set_values, NULL},
+        PUS_REQUEST(20, 1, report_values),      {SET, format_set, set_values, NULL},
         PUS_REQUEST(20, 4, define_raw),         PUS_REQUEST(20, 5, define_object),
         PUS_REQUEST(20, 6, report_definitions),
     };

@@ -17,7 +17,7 @@ void pus_sequences_init(sequences_t* const self, const pus_sequences_config_t* c
     FSW_ASSERT((config->sequence_count >= 1U) && (config->sequence_count <= PUS_SEQUENCE_COUNT_MAX));
     (void)memset(self, 0, sizeof(*self));
     self->config = *config;
-    pus_order_init(&self->due, config->nodes);
+    pus_sorted_index_init(&self->due, config->nodes);
     for (uint16_t i = 0U; i < config->sequence_count; i++) {
         config->sequences[i] = (sequence_t){0};
     }
@@ -56,26 +56,26 @@ uint32_t sequences_detail(const uint64_t id)
 
 // Content: N, N x {request, delay}.
 
-pus_chain_reader_t sequences_entries(const sequence_t* const sequence, uint8_t* const out_count)
+pus_block_chain_reader_t sequences_entries(const sequence_t* const sequence, uint8_t* const out_count)
 {
-    pus_chain_reader_t reader = pus_chain_reader(&sequence->content);
-    *out_count                = 0U;
-    (void)pus_chain_read(&reader, out_count, 1U);
+    pus_block_chain_reader_t reader = pus_block_chain_reader(&sequence->content);
+    *out_count                      = 0U;
+    (void)pus_block_chain_read(&reader, out_count, 1U);
     return reader;
 }
 
-size_t sequences_read_entry(pus_chain_reader_t* const reader, uint8_t* const out_octets,
+size_t sequences_read_entry(pus_block_chain_reader_t* const reader, uint8_t* const out_octets,
                             int64_t* const out_delay)
 {
     uint8_t delay[PUS_RELATIVE_TIME_SIZE];
-    if (pus_chain_read(reader, out_octets, PUS_PRIMARY_HEADER_SIZE) < PUS_PRIMARY_HEADER_SIZE) {
+    if (pus_block_chain_read(reader, out_octets, PUS_PRIMARY_HEADER_SIZE) < PUS_PRIMARY_HEADER_SIZE) {
         return 0U;
     }
     const size_t rest = (size_t)octets_u16_at(&out_octets[LENGTH_OFFSET]) + 1U;
     const size_t size = PUS_PRIMARY_HEADER_SIZE + rest;
     if ((size > PUS_SEQUENCE_REQUEST_MAX) ||
-        (pus_chain_read(reader, &out_octets[PUS_PRIMARY_HEADER_SIZE], rest) < rest) ||
-        (pus_chain_read(reader, delay, sizeof(delay)) < sizeof(delay))) {
+        (pus_block_chain_read(reader, &out_octets[PUS_PRIMARY_HEADER_SIZE], rest) < rest) ||
+        (pus_block_chain_read(reader, delay, sizeof(delay)) < sizeof(delay))) {
         return 0U;
     }
     octet_reader_t octets = octet_reader(delay, sizeof(delay));
@@ -86,8 +86,8 @@ size_t sequences_read_entry(pus_chain_reader_t* const reader, uint8_t* const out
 /// The first thing that is wrong with a content, with its offset.
 static pus_failure_t check(sequences_t* const self, const sequence_t* const sequence)
 {
-    uint8_t count             = 0U;
-    pus_chain_reader_t reader = sequences_entries(sequence, &count);
+    uint8_t count                   = 0U;
+    pus_block_chain_reader_t reader = sequences_entries(sequence, &count);
     if (count == 0U) {
         return pus_failure(PUS_FAILURE_OUT_OF_RANGE, 0U);
     }
@@ -132,13 +132,13 @@ static status_t put_parts(sequences_t* const self, const uint16_t slot)
     const pus_persistence_t* const port = self->config.persistence;
     const sequence_t* const sequence    = &self->config.sequences[slot];
     const uint32_t count                = parts_of(sequence->content.size);
-    pus_chain_reader_t reader           = pus_chain_reader(&sequence->content);
+    pus_block_chain_reader_t reader     = pus_block_chain_reader(&sequence->content);
     for (uint32_t part = 0U; (port != NULL) && (part < count); part++) {
         octet_writer_t writer = octet_writer(self->octets, PUS_SEQUENCE_RECORD_HEAD);
         octet_write_u64(&writer, sequence->id);
         octet_write_u32(&writer, sequence->content.size);
         const size_t size =
-            pus_chain_read(&reader, &self->octets[PUS_SEQUENCE_RECORD_HEAD], PUS_SEQUENCE_PIECE);
+            pus_block_chain_read(&reader, &self->octets[PUS_SEQUENCE_RECORD_HEAD], PUS_SEQUENCE_PIECE);
         const status_t status =
             port->put(port->context, PUS_SERVICE_SEQUENCES, KEY_PART | ((uint32_t)slot << SLOT_SHIFT) | part,
                       self->octets, PUS_SEQUENCE_RECORD_HEAD + size);
@@ -152,7 +152,7 @@ static status_t put_parts(sequences_t* const self, const uint16_t slot)
 
 static void clear(sequences_t* const self, sequence_t* const sequence)
 {
-    pus_chain_free(self->config.chains, &sequence->content);
+    pus_block_chain_free(self->config.chains, &sequence->content);
     *sequence = (sequence_t){0};
 }
 
@@ -193,7 +193,7 @@ static status_t restore_part(sequences_t* const self, sequence_t* const sequence
         return STATUS_INVALID;
     }
     const status_t status =
-        pus_chain_append(self->config.chains, &sequence->content, part->octets, part->size);
+        pus_block_chain_append(self->config.chains, &sequence->content, part->octets, part->size);
     if (status != STATUS_OK) {
         return status;
     }
@@ -268,8 +268,8 @@ static pus_reply_t begin(sequences_t* const self, const uint64_t id, const size_
 static pus_reply_t append(sequences_t* const self, const uint16_t slot, const uint8_t* const octets,
                           const size_t size)
 {
-    return (pus_chain_append(self->config.chains, &self->config.sequences[slot].content, octets, size) ==
-            STATUS_OK)
+    return (pus_block_chain_append(self->config.chains, &self->config.sequences[slot].content, octets,
+                                   size) == STATUS_OK)
                ? pus_done()
                : pus_refused(PUS_FAILURE_TABLE_FULL, self->config.chains->pool.block_count);
 }

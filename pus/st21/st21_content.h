@@ -5,7 +5,7 @@
 
 #include "pus/st21/st21_sequences.h"
 
-#define NO_SEQUENCE PUS_ORDER_NONE
+#define NO_SEQUENCE PUS_SORTED_INDEX_NONE
 
 typedef pus_sequences_t sequences_t;
 typedef pus_sequence_t sequence_t;
@@ -25,8 +25,8 @@ pus_reply_t sequences_load_file(sequences_t* self, uint64_t id, const pus_file_n
 MUST_USE status_t sequences_unload(sequences_t* self, uint16_t slot);
 /// Read the request at a reader to `out_octets` (PUS_PACKET_MAX) and its delay [ticks]. Returns the size of
 /// the request, 0 if there is none whole.
-size_t sequences_read_entry(pus_chain_reader_t* reader, uint8_t* out_octets, int64_t* out_delay);
+size_t sequences_read_entry(pus_block_chain_reader_t* reader, uint8_t* out_octets, int64_t* out_delay);
 /// The requests of a sequence, from the first on.
-pus_chain_reader_t sequences_entries(const sequence_t* sequence, uint8_t* out_count);
+pus_block_chain_reader_t sequences_entries(const sequence_t* sequence, uint8_t* out_count);
 
 #endif // PUS_ST21_ST21_CONTENT_H

@@ -3,7 +3,7 @@
 
 #include "base/assertion.h"
 #include "base/crc.h"
-#include "generated/pus/st21_shapes.h"
+#include "generated/pus/st21_request_formats.h"
 #include "pus/st21/st21_content.h"
 
 enum {
@@ -27,7 +27,7 @@ static uint64_t ns_of(const int64_t delay)
 /// Make the sequence due at this uptime, after those that are due at the same time.
 static void set_due(sequences_t* const self, const uint16_t slot, const uint64_t uptime_ns)
 {
-    pus_order_insert(&self->due, slot, uptime_ns, self->serial);
+    pus_sorted_index_insert(&self->due, slot, uptime_ns, self->serial);
     self->serial++;
 }
 
@@ -43,7 +43,7 @@ static void activate_slot(sequences_t* const self, const uint16_t slot)
 
 static void deactivate(sequences_t* const self, const uint16_t slot)
 {
-    pus_order_remove(&self->due, slot);
+    pus_sorted_index_remove(&self->due, slot);
     self->config.sequences[slot].is_active = false;
 }
 
@@ -56,9 +56,9 @@ static bool run(sequences_t* const self, const uint16_t slot)
         self->counters.completed++;
         return true;
     }
-    pus_chain_reader_t next = sequence->next;
-    int64_t delay           = 0;
-    const size_t size       = sequences_read_entry(&next, self->octets, &delay);
+    pus_block_chain_reader_t next = sequence->next;
+    int64_t delay                 = 0;
+    const size_t size             = sequences_read_entry(&next, self->octets, &delay);
     if (self->config.release.send(self->config.release.context, self->octets, size) != STATUS_OK) {
         sequence->is_late = true;
         self->counters.deferred++;
@@ -69,7 +69,7 @@ static bool run(sequences_t* const self, const uint16_t slot)
     sequence->is_late    = false;
     sequence->left--;
     self->counters.released++;
-    pus_order_remove(&self->due, slot);
+    pus_sorted_index_remove(&self->due, slot);
     set_due(self, slot, start + ns_of(delay));
     return true;
 }
@@ -77,7 +77,7 @@ static bool run(sequences_t* const self, const uint16_t slot)
 uint64_t pus_sequences_next_ns(const sequences_t* const self)
 {
     FSW_ASSERT(self != NULL);
-    const uint16_t slot = pus_order_first(&self->due);
+    const uint16_t slot = pus_sorted_index_first(&self->due);
     return (slot != NO_SEQUENCE) ? self->config.nodes[slot].tag : UINT64_MAX;
 }
 
@@ -230,10 +230,10 @@ static pus_reply_t report_checksum(void* const object, pus_request_t* const requ
     if (slot == NO_SEQUENCE) {
         return refuse(self, PUS_FAILURE_UNKNOWN_ID, id);
     }
-    pus_chain_reader_t reader = pus_chain_reader(&self->config.sequences[slot].content);
-    uint16_t crc              = CRC16_START;
+    pus_block_chain_reader_t reader = pus_block_chain_reader(&self->config.sequences[slot].content);
+    uint16_t crc                    = CRC16_START;
     while (reader.left > 0U) {
-        const size_t size = pus_chain_read(&reader, self->octets, sizeof(self->octets));
+        const size_t size = pus_block_chain_read(&reader, self->octets, sizeof(self->octets));
         crc               = crc16_ccitt_more(crc, self->octets, size);
     }
     pus_request_perform(request);
@@ -249,15 +249,15 @@ static bool write_entry(void* const object, pus_report_cursor_t* const cursor, o
 {
     sequences_t* const self          = object;
     const sequence_t* const sequence = &self->config.sequences[self->reported];
-    pus_chain_reader_t reader        = pus_chain_reader(&sequence->content);
+    pus_block_chain_reader_t reader  = pus_block_chain_reader(&sequence->content);
     int64_t delay                    = 0;
-    pus_chain_skip(&reader, (size_t)cursor->first);
+    pus_block_chain_skip(&reader, (size_t)cursor->first);
     if (reader.left == 0U) {
         return false;
     }
-    pus_chain_reader_t ahead = reader;
-    const size_t size        = sequences_read_entry(&ahead, self->octets, &delay) + PUS_RELATIVE_TIME_SIZE;
-    (void)pus_chain_read(&reader, self->octets, size);
+    pus_block_chain_reader_t ahead = reader;
+    const size_t size = sequences_read_entry(&ahead, self->octets, &delay) + PUS_RELATIVE_TIME_SIZE;
+    (void)pus_block_chain_read(&reader, self->octets, size);
     octet_write_octets(writer, self->octets, size);
     cursor->first += size;
     return true;
@@ -290,7 +290,7 @@ void pus_sequences_step(sequences_t* const self, const uint64_t now_ns, const ui
     self->uptime_ns = uptime_ns;
     for (unsigned i = 0U;
          (i < PUS_SEQUENCE_RELEASES) && is_taken && (pus_sequences_next_ns(self) <= uptime_ns); i++) {
-        is_taken = run(self, pus_order_first(&self->due));
+        is_taken = run(self, pus_sorted_index_first(&self->due));
     }
     if (self->report.is_active) {
         const pus_report_entries_t entries = {.self = self, .write = write_entry};

@@ -13,10 +13,10 @@
 #ifndef PUS_ST21_ST21_SEQUENCES_H
 #define PUS_ST21_ST21_SEQUENCES_H
 
-#include "pus/core/chains.h"
+#include "pus/core/block_chain.h"
 #include "pus/core/file_port.h"
 #include "pus/core/long_report.h"
-#include "pus/core/order.h"
+#include "pus/core/sorted_index.h"
 #include "pus/core/service.h"
 
 /// Largest request, so that TM[21,12] can report it with its delay in one packet [octets].
@@ -28,30 +28,30 @@
 
 typedef struct { // Private.
     uint64_t id; // As on the wire.
-    pus_chain_t content;
+    pus_block_chain_t content;
     uint32_t expected; // Octets of the content once all of its records are back.
     bool in_use;
     bool is_active;
     bool is_late; // The next delay runs from when the request is taken.
     uint8_t left; // Requests not released yet.
-    pus_chain_reader_t next;
+    pus_block_chain_reader_t next;
 } pus_sequence_t;
 
 typedef struct {
-    pus_process_t* process; ///< For reports that continue in a step.
+    pus_app_process_t* process; ///< For reports that continue in a step.
     pus_port_t release;
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
     const pus_file_port_t* files;         ///< Null: there are none.
     pus_sequence_t* sequences;
-    pus_order_node_t* nodes; ///< One for each sequence.
-    uint16_t sequence_count; ///< 1..PUS_SEQUENCE_COUNT_MAX.
-    uint32_t octets_max;     ///< Of the content of a sequence.
-    pus_chains_t* chains;    ///< Room for the contents; may be shared with others of the same loop.
+    pus_sorted_index_node_t* nodes; ///< One for each sequence.
+    uint16_t sequence_count;        ///< 1..PUS_SEQUENCE_COUNT_MAX.
+    uint32_t octets_max;            ///< Of the content of a sequence.
+    pus_block_chains_t* chains;     ///< Room for the contents; may be shared with others of the same loop.
 } pus_sequences_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_sequences_config_t config;
-    pus_order_t due; // Active sequences by uptime.
+    pus_sorted_index_t due; // Active sequences by uptime.
     uint64_t uptime_ns;
     uint64_t serial;
     uint16_t reported; // Sequence whose content is reported.

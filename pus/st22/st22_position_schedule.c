@@ -2,7 +2,7 @@
 #include "pus/st22/st22_position_schedule.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st22_shapes.h"
+#include "generated/pus/st22_request_formats.h"
 
 #define FIELD_BITS 48U // Of a position and of an offset.
 #define FIELD_MASK ((1ULL << FIELD_BITS) - 1U)

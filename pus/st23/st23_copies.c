@@ -193,7 +193,7 @@ static void forget(pus_files_t* const files, pus_file_copy_t* const copy, const 
 
 /// Remove the temporary file of a failed or aborted copy, and end its request.
 static void end_copy(pus_files_t* const files, pus_file_copy_t* const copy, const pus_failure_t failure,
-                     pus_process_t* const process, const uint64_t now_ns)
+                     pus_app_process_t* const process, const uint64_t now_ns)
 {
     forget(files, copy, copy->is_begun);
     pus_verify_ended(process, &copy->token, failure, now_ns);

@@ -2,7 +2,7 @@
 #include "pus/st23/st23_files.h"
 
 #include "base/assertion.h"
-#include "generated/pus/st23_shapes.h"
+#include "generated/pus/st23_request_formats.h"
 #include "pus/st23/st23_internal.h"
 
 #include <string.h>

@@ -61,7 +61,7 @@ typedef struct { // Private.
 
 typedef struct {
     pus_file_store_t store;
-    pus_process_t* process; ///< Sends what steps report.
+    pus_app_process_t* process; ///< Sends what steps report.
     pus_file_lock_t* locks;
     size_t lock_count;
     pus_file_copy_t* copies;

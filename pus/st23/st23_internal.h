@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Between the parts of the file service: files and directories, copies, searches. Each `execute` function is
-/// one of the service's table; its shape has been checked.
+/// one of the service's table; its format has been checked.
 #ifndef PUS_ST23_ST23_INTERNAL_H
 #define PUS_ST23_ST23_INTERNAL_H
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/app/process_faults.h"
 
-#include "sim/app/death.h"
+#include "sim/app/fault_kill.h"
 
 #include <string.h>
 
@@ -16,31 +16,31 @@ bool process_faults_name(process_faults_t* faults, const char* name, unsigned pa
     return true;
 }
 
-static void act_in_calendar(osal_calendar_t* calendar, unsigned participant, fault_kind_t kind)
+static void act_in_scheduler(osal_lockstep_t* scheduler, unsigned participant, fault_kind_t kind)
 {
     if (kind == FAULT_KILL) {
-        osal_calendar_kill(calendar, participant, OSAL_CALENDAR_ANY_LIFE);
+        osal_lockstep_kill(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE);
     } else if (kind == FAULT_HANG) {
-        osal_calendar_suspend(calendar, participant);
+        osal_lockstep_suspend(scheduler, participant);
     } else {
-        osal_calendar_resume(calendar, participant);
+        osal_lockstep_resume(scheduler, participant);
     }
 }
 
 void process_faults_act(void* context, fault_kind_t kind, const char* process)
 {
     const process_faults_t* faults = context;
-    for (size_t i = 0U; (faults->calendar != NULL) && (i < faults->count); i++) {
+    for (size_t i = 0U; (faults->scheduler != NULL) && (i < faults->count); i++) {
         if (strcmp(faults->process[i].name, process) == 0) {
-            act_in_calendar(faults->calendar, faults->process[i].participant, kind);
+            act_in_scheduler(faults->scheduler, faults->process[i].participant, kind);
             return;
         }
     }
     if (kind == FAULT_KILL) {
-        death_of(process);
+        fault_kill(process);
     } else if (kind == FAULT_HANG) {
-        suspend_process(process);
+        fault_suspend(process);
     } else {
-        resume_process(process);
+        fault_resume(process);
     }
 }

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Faults of the processes of a run at an instant of simulated time: kill, hang and resume of a scenario.
 ///
-/// A participant of the calendar is ended, suspended or resumed in the calendar, by the holder of the grant;
-/// its process follows in wall-clock time. Other processes (launcher, operator, archive), and all processes
-/// if there is no calendar, get a signal (sim/app/death.h).
+/// A participant of the scheduler is ended, suspended or resumed in the scheduler, by the holder of the
+/// grant; its process follows in wall-clock time. Other processes (launcher, operator, archive), and all
+/// processes if there is no scheduler, get a signal (sim/app/fault_kill.h).
 #ifndef SIM_APP_PROCESS_FAULTS_H
 #define SIM_APP_PROCESS_FAULTS_H
 
-#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/lockstep_scheduler.h"
 #include "sim/app/faults.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 
 #define PROCESS_FAULTS_NAMES_MAX                                                                             \
-    ((size_t)2U * OSAL_CALENDAR_PARTICIPANTS_MAX) ///< Each process may have two names.
+    ((size_t)2U * OSAL_LOCKSTEP_PARTICIPANTS_MAX) ///< Each process may have two names.
 
-typedef struct { // Private, except `calendar`: null if there is none.
-    osal_calendar_t* calendar;
+typedef struct { // Private, except `scheduler`: null if there is none.
+    osal_lockstep_t* scheduler;
     size_t count;
     struct {
         const char* name;

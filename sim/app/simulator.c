@@ -2,7 +2,7 @@
 #include "sim/app/simulator.h"
 
 #include "sim/app/channels.h"
-#include "sim/app/equipment.h"
+#include "sim/app/bench_devices.h"
 #include "sim/app/segment.h"
 #include "sim/app/supply.h"
 #include "sim/devices/drive.h"
@@ -41,7 +41,7 @@ struct simulator {
     segment_t segment[SIMULATOR_BUSES_MAX];
     bus_t* channel_b[SIMULATOR_BUSES_MAX]; ///< Of each segment; null: it has none.
     unsigned bus_count;
-    equipment_t* equipment;
+    bench_devices_t* bench_devices;
     plant_t* plant;
     const plant_truth_t* truth;
     plant_input_t input;
@@ -114,7 +114,7 @@ static void log_devices(simulator_t* simulator, uint64_t now_ns)
         log_drive(simulator, now_ns, STICK_ID, i, joystick_statusword(simulator->joystick, i), false,
                   node_is_plugged(joystick_node(simulator->joystick)));
     }
-    equipment_tell(simulator->equipment, now_ns);
+    bench_devices_tell(simulator->bench_devices, now_ns);
 }
 
 static void log_arm(simulator_t* simulator, uint64_t now_ns)
@@ -239,7 +239,7 @@ static void move_plant(simulator_t* simulator, uint64_t end_ns)
         drive_end_step(simulator->drive[i], end_ns);
     }
     joystick_end_step(simulator->joystick, end_ns);
-    equipment_move(simulator->equipment, simulator->time_ns, end_ns);
+    bench_devices_move(simulator->bench_devices, simulator->time_ns, end_ns);
 }
 
 static void run_step(simulator_t* simulator, uint64_t end_ns)
@@ -354,19 +354,19 @@ static status_t add_channel(const simulator_t* simulator, unsigned bus, node_t* 
     return status;
 }
 
-static status_t open_equipment(simulator_t* simulator, const simulator_config_t* config, const char* folder,
-                               char error[SIMULATOR_ERROR_MAX])
+static status_t open_bench_devices(simulator_t* simulator, const simulator_config_t* config,
+                                   const char* folder, char error[SIMULATOR_ERROR_MAX])
 {
-    const equipment_config_t wanted = {.path          = config->equipment_path,
-                                       .devices_path  = folder,
-                                       .segments      = simulator->segment,
-                                       .segment_count = simulator->bus_count,
-                                       .channel_b     = simulator->channel_b,
-                                       .seed          = config->seed,
-                                       .changed       = log_change,
-                                       .context       = simulator};
-    return (config->equipment_path != NULL) ? equipment_open(&wanted, &simulator->equipment, error)
-                                            : STATUS_OK;
+    const bench_devices_config_t wanted = {.path          = config->bench_path,
+                                           .devices_path  = folder,
+                                           .segments      = simulator->segment,
+                                           .segment_count = simulator->bus_count,
+                                           .channel_b     = simulator->channel_b,
+                                           .seed          = config->seed,
+                                           .changed       = log_change,
+                                           .context       = simulator};
+    return (config->bench_path != NULL) ? bench_devices_open(&wanted, &simulator->bench_devices, error)
+                                        : STATUS_OK;
 }
 
 static status_t open_drive(simulator_t* simulator, unsigned number, const simulator_config_t* config,
@@ -423,7 +423,7 @@ static status_t open_devices(simulator_t* simulator, const simulator_config_t* c
         return status;
     }
     status = add_channel(simulator, JOYSTICK, joystick_node(simulator->joystick), error);
-    return (status == STATUS_OK) ? open_equipment(simulator, config, folder, error) : status;
+    return (status == STATUS_OK) ? open_bench_devices(simulator, config, folder, error) : status;
 }
 
 static status_t open_world(simulator_t* simulator, const simulator_config_t* config,
@@ -512,7 +512,7 @@ static void power_on(simulator_t* simulator)
     supply_open(&simulator->supply, simulator->segment, simulator->bus_count, ROBOT,
                 simulator->channel_b[ROBOT], simulator->drive, DRIVES);
     node_power_on(joystick_node(simulator->joystick));
-    equipment_power_on(simulator->equipment);
+    bench_devices_power_on(simulator->bench_devices);
 }
 
 status_t simulator_open(const simulator_config_t* config, simulator_t** out_simulator,
@@ -554,7 +554,7 @@ status_t simulator_close(simulator_t* simulator)
     for (unsigned i = 0U; i < DRIVES; i++) {
         drive_destroy(simulator->drive[i]);
     }
-    equipment_close(simulator->equipment);
+    bench_devices_close(simulator->bench_devices);
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
         is_complete = (segment_close(&simulator->segment[i]) == STATUS_OK) && is_complete;
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulator as a process: a participant of the run's calendar, a real-time program, or on its own for
+/// The simulator as a process: a participant of the run's scheduler, a real-time program, or on its own for
 /// foreign tools. See `simulator --help`.
-#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/process.h"
@@ -10,7 +10,7 @@
 #include "sim/app/argument_values.h"
 #include "sim/app/process_faults.h"
 #include "sim/app/simulator.h"
-#include "sim/clock/door.h"
+#include "sim/clock/cosimulation_port.h"
 
 #include <getopt.h>
 #include <signal.h>
@@ -21,15 +21,15 @@
 #define EXIT_USAGE 2
 #define NS_PER_S 1000000000U
 #define TOOL_WAIT_MS 100U
-#define DOOR_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
+#define COSIMULATION_PORT_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
 #define REAL_PRIORITY 80
 #define NO_LIMIT UINT64_MAX
 #define LAG_MAX_NS 20000000ULL ///< Lag behind the wall clock that is caught up.
 
 typedef enum {
-    PACE_CALENDAR, ///< Granted by the run's calendar.
-    PACE_REAL,     ///< Wall clock.
-    PACE_NONE      ///< As fast as it goes.
+    PACE_SCHEDULER, ///< Granted by the run's scheduler.
+    PACE_REAL,      ///< Wall clock.
+    PACE_NONE       ///< As fast as it goes.
 } pace_t;
 
 typedef struct {
@@ -38,36 +38,36 @@ typedef struct {
     pace_t pace;
     bool is_stepped;
     bool is_free;
-    bool is_held_back; ///< The calendar does not run ahead of the wall clock.
-    const char* calendar_name;
+    bool is_held_back; ///< The scheduler does not run ahead of the wall clock.
+    const char* scheduler_name;
     unsigned participant;
     uint64_t origin_ns;
     bool has_origin;
     uint64_t end_ns;
-    const char* door_path;
-    const char* door_name;
-    unsigned door_seat;
-    unsigned door_receiver;
+    const char* cosimulation_path;
+    const char* cosimulation_name;
+    unsigned cosimulation_participant;
+    unsigned cosimulation_receiver;
 } options_t;
 
-/// The operator's door into the calendar, served beside the loop.
+/// The operator's co-simulation port into the scheduler, served beside the loop.
 typedef struct {
-    door_t door;
-    osal_calendar_t* calendar;
-    unsigned seat;
+    cosimulation_port_t cosimulation;
+    osal_lockstep_t* scheduler;
+    unsigned participant;
     unsigned receiver;
     osal_task_t task;
     bool is_running;
-} doorman_t;
+} port_server_t;
 
 static simulator_t* dying_simulator; // For the signal handler only.
 
 static const char usage_text[] =
     "usage: simulator [options]\n"
     "  the run\n"
-    "    --calendar NAME       take part in the stepped run of this shared memory\n"
+    "    --scheduler NAME       take part in the stepped run of this shared memory\n"
     "    --participant N       as this participant (default 0)\n"
-    "    --time stepped|real   as fast as possible (default), or by the wall clock; with a calendar: paced "
+    "    --time stepped|real   as fast as possible (default), or by the wall clock; with a scheduler: paced "
     "by it\n"
     "    --origin NS           real: monotonic time of the run's time 0 (default now)\n"
     "    --duration S          end after this much simulated time\n"
@@ -80,7 +80,7 @@ static const char usage_text[] =
     "    --classic-bus NAME    the same on that bus\n"
     "  the world\n"
     "    --scenario FILE       hand and faults (default: none)\n"
-    "    --equipment FILE      further devices (default: none)\n"
+    "    --bench-devices FILE      further devices (default: none)\n"
     "    --seed N              of noise and faults (default 1)\n"
     "    --devices DIR         EDS files (default descriptors/devices)\n"
     "    --out DIR             write can-*.log, can-*.pcap, truth.lcm there\n"
@@ -89,11 +89,12 @@ static const char usage_text[] =
     "off)\n"
     "    --in-step             time stands still until the tool sends\n"
     "    --quantum US          in step: simulated time for each frame (default 5000)\n"
-    "  the operator's door into the calendar\n"
-    "    --door PATH  --door-name NAME (default operator)  --door-seat N  --door-receiver N\n";
+    "  the operator's co-simulation port into the scheduler\n"
+    "    --cosimulation PATH  --cosimulation-name NAME (default operator)  --cosimulation-participant N  "
+    "--cosimulation-receiver N\n";
 
 enum {
-    OPTION_CALENDAR = 256,
+    OPTION_SCHEDULER = 256,
     OPTION_PARTICIPANT,
     OPTION_TIME,
     OPTION_ORIGIN,
@@ -106,46 +107,47 @@ enum {
     OPTION_CLASSIC,
     OPTION_CLASSIC_BUS,
     OPTION_SCENARIO,
-    OPTION_EQUIPMENT,
+    OPTION_BENCH_DEVICES,
     OPTION_SEED,
     OPTION_DEVICES,
     OPTION_OUT,
     OPTION_SOCKETCAND,
     OPTION_IN_STEP,
     OPTION_QUANTUM,
-    OPTION_DOOR,
-    OPTION_DOOR_NAME,
-    OPTION_DOOR_SEAT,
-    OPTION_DOOR_RECEIVER,
+    OPTION_COSIMULATION,
+    OPTION_COSIMULATION_NAME,
+    OPTION_COSIMULATION_PARTICIPANT,
+    OPTION_COSIMULATION_RECEIVER,
     OPTION_HELP
 };
 
-static const struct option long_options[] = {{"calendar", required_argument, NULL, OPTION_CALENDAR},
-                                             {"participant", required_argument, NULL, OPTION_PARTICIPANT},
-                                             {"time", required_argument, NULL, OPTION_TIME},
-                                             {"origin", required_argument, NULL, OPTION_ORIGIN},
-                                             {"duration", required_argument, NULL, OPTION_DURATION},
-                                             {"free-run", required_argument, NULL, OPTION_FREE_RUN},
-                                             {"process", required_argument, NULL, OPTION_PROCESS},
-                                             {"bus", required_argument, NULL, OPTION_BUS},
-                                             {"publish", required_argument, NULL, OPTION_PUBLISH},
-                                             {"redundant", required_argument, NULL, OPTION_REDUNDANT},
-                                             {"classic", no_argument, NULL, OPTION_CLASSIC},
-                                             {"classic-bus", required_argument, NULL, OPTION_CLASSIC_BUS},
-                                             {"scenario", required_argument, NULL, OPTION_SCENARIO},
-                                             {"equipment", required_argument, NULL, OPTION_EQUIPMENT},
-                                             {"seed", required_argument, NULL, OPTION_SEED},
-                                             {"devices", required_argument, NULL, OPTION_DEVICES},
-                                             {"out", required_argument, NULL, OPTION_OUT},
-                                             {"socketcand", required_argument, NULL, OPTION_SOCKETCAND},
-                                             {"in-step", no_argument, NULL, OPTION_IN_STEP},
-                                             {"quantum", required_argument, NULL, OPTION_QUANTUM},
-                                             {"door", required_argument, NULL, OPTION_DOOR},
-                                             {"door-name", required_argument, NULL, OPTION_DOOR_NAME},
-                                             {"door-seat", required_argument, NULL, OPTION_DOOR_SEAT},
-                                             {"door-receiver", required_argument, NULL, OPTION_DOOR_RECEIVER},
-                                             {"help", no_argument, NULL, OPTION_HELP},
-                                             {NULL, 0, NULL, 0}};
+static const struct option long_options[] = {
+    {"scheduler", required_argument, NULL, OPTION_SCHEDULER},
+    {"participant", required_argument, NULL, OPTION_PARTICIPANT},
+    {"time", required_argument, NULL, OPTION_TIME},
+    {"origin", required_argument, NULL, OPTION_ORIGIN},
+    {"duration", required_argument, NULL, OPTION_DURATION},
+    {"free-run", required_argument, NULL, OPTION_FREE_RUN},
+    {"process", required_argument, NULL, OPTION_PROCESS},
+    {"bus", required_argument, NULL, OPTION_BUS},
+    {"publish", required_argument, NULL, OPTION_PUBLISH},
+    {"redundant", required_argument, NULL, OPTION_REDUNDANT},
+    {"classic", no_argument, NULL, OPTION_CLASSIC},
+    {"classic-bus", required_argument, NULL, OPTION_CLASSIC_BUS},
+    {"scenario", required_argument, NULL, OPTION_SCENARIO},
+    {"bench-devices", required_argument, NULL, OPTION_BENCH_DEVICES},
+    {"seed", required_argument, NULL, OPTION_SEED},
+    {"devices", required_argument, NULL, OPTION_DEVICES},
+    {"out", required_argument, NULL, OPTION_OUT},
+    {"socketcand", required_argument, NULL, OPTION_SOCKETCAND},
+    {"in-step", no_argument, NULL, OPTION_IN_STEP},
+    {"quantum", required_argument, NULL, OPTION_QUANTUM},
+    {"cosimulation", required_argument, NULL, OPTION_COSIMULATION},
+    {"cosimulation-name", required_argument, NULL, OPTION_COSIMULATION_NAME},
+    {"cosimulation-participant", required_argument, NULL, OPTION_COSIMULATION_PARTICIPANT},
+    {"cosimulation-receiver", required_argument, NULL, OPTION_COSIMULATION_RECEIVER},
+    {"help", no_argument, NULL, OPTION_HELP},
+    {NULL, 0, NULL, 0}};
 
 // --- command line
 // ----------------------------------------------------------------------------------------------
@@ -196,7 +198,7 @@ static bool take_process(options_t* options, char* text)
         return argument_refuse("process", text, "NAME=PARTICIPANT");
     }
     *equals = '\0';
-    return argument_unsigned("process", &equals[1], OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &participant) &&
+    return argument_unsigned("process", &equals[1], OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U, &participant) &&
            (process_faults_name(&options->processes, text, participant) ||
             argument_refuse("process", text, "at most two names for each participant"));
 }
@@ -254,28 +256,29 @@ static bool take_tool_option(options_t* options, int option, const char* text)
         }
         options->simulator.tool_quantum_ns = quantum_us * 1000U;
         return true;
-    case OPTION_DOOR:
-        options->door_path = text;
+    case OPTION_COSIMULATION:
+        options->cosimulation_path = text;
         return true;
-    case OPTION_DOOR_NAME:
-        options->door_name = text;
+    case OPTION_COSIMULATION_NAME:
+        options->cosimulation_name = text;
         return true;
-    case OPTION_DOOR_SEAT:
-        return argument_unsigned("door-seat", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, &options->door_seat);
+    case OPTION_COSIMULATION_PARTICIPANT:
+        return argument_unsigned("cosimulation-participant", text, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U,
+                                 &options->cosimulation_participant);
     default:
-        return argument_unsigned("door-receiver", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U,
-                                 &options->door_receiver);
+        return argument_unsigned("cosimulation-receiver", text, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U,
+                                 &options->cosimulation_receiver);
     }
 }
 
 static bool take_time_option(options_t* options, int option, const char* text)
 {
     switch (option) {
-    case OPTION_CALENDAR:
-        options->calendar_name = text;
+    case OPTION_SCHEDULER:
+        options->scheduler_name = text;
         return true;
     case OPTION_PARTICIPANT:
-        return argument_unsigned("participant", text, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U,
+        return argument_unsigned("participant", text, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U,
                                  &options->participant);
     case OPTION_TIME:
         options->is_stepped = strcmp(text, "stepped") == 0;
@@ -311,8 +314,8 @@ static bool take_option(options_t* options, int option, char* text)
     case OPTION_SCENARIO:
         options->simulator.scenario_path = text;
         return true;
-    case OPTION_EQUIPMENT:
-        options->simulator.equipment_path = text;
+    case OPTION_BENCH_DEVICES:
+        options->simulator.bench_path = text;
         return true;
     case OPTION_SEED:
         return argument_count("seed", text, UINT64_MAX, &options->simulator.seed);
@@ -323,7 +326,7 @@ static bool take_option(options_t* options, int option, char* text)
         options->simulator.output_path = text;
         return true;
     default:
-        return ((option >= OPTION_CALENDAR) && (option <= OPTION_FREE_RUN))
+        return ((option >= OPTION_SCHEDULER) && (option <= OPTION_FREE_RUN))
                    ? take_time_option(options, option, text)
                    : take_tool_option(options, option, text);
     }
@@ -333,15 +336,15 @@ static bool check_options(options_t* options)
 {
     if (options->is_free) {
         options->pace = options->is_stepped ? PACE_NONE : PACE_REAL;
-        if (options->calendar_name != NULL) {
-            return argument_refuse("free-run", options->calendar_name, "either --free-run or --calendar");
+        if (options->scheduler_name != NULL) {
+            return argument_refuse("free-run", options->scheduler_name, "either --free-run or --scheduler");
         }
-    } else if (options->calendar_name != NULL) {
-        options->pace         = PACE_CALENDAR;
+    } else if (options->scheduler_name != NULL) {
+        options->pace         = PACE_SCHEDULER;
         options->is_held_back = !options->is_stepped;
     } else if (options->is_stepped) {
         osal_console_complain(
-            "simulator: give --calendar NAME, or --time real, or --free-run SECONDS (see --help)");
+            "simulator: give --scheduler NAME, or --time real, or --free-run SECONDS (see --help)");
         return false;
     } else {
         options->pace = PACE_REAL;
@@ -350,8 +353,9 @@ static bool check_options(options_t* options)
         osal_console_complain("simulator: --in-step needs --socketcand PORT and --free-run SECONDS");
         return false;
     }
-    if ((options->door_path != NULL) && (options->pace != PACE_CALENDAR)) {
-        return argument_refuse("door", options->door_path, "--calendar NAME with a door");
+    if ((options->cosimulation_path != NULL) && (options->pace != PACE_SCHEDULER)) {
+        return argument_refuse("cosimulation", options->cosimulation_path,
+                               "--scheduler NAME with a co-simulation port");
     }
     if (options->simulator.tools_in_step) {
         options->pace = PACE_NONE;
@@ -401,40 +405,44 @@ static void save_logs(int signal_number)
     (void)raise(signal_number);
 }
 
-static void serve_door(void* context)
+static void serve_cosimulation(void* context)
 {
-    doorman_t* doorman = context;
-    status_t status    = STATUS_OK;
+    port_server_t* server = context;
+    status_t status       = STATUS_OK;
     while (status == STATUS_OK) {
-        status = door_serve(&doorman->door, doorman->calendar, doorman->seat, doorman->receiver);
+        status = cosimulation_port_serve(&server->cosimulation, server->scheduler, server->participant,
+                                         server->receiver);
     }
 }
 
-static bool open_door(doorman_t* doorman, const options_t* options, osal_calendar_t* calendar)
+static bool open_cosimulation(port_server_t* server, const options_t* options, osal_lockstep_t* scheduler)
 {
-    if (options->door_path == NULL) {
+    if (options->cosimulation_path == NULL) {
         return true;
     }
-    doorman->calendar = calendar;
-    doorman->seat     = options->door_seat;
-    doorman->receiver = options->door_receiver;
+    server->scheduler   = scheduler;
+    server->participant = options->cosimulation_participant;
+    server->receiver    = options->cosimulation_receiver;
     const status_t status =
-        door_open(&doorman->door, options->door_path, options->door_name, calendar, DOOR_PATIENCE_MS);
+        cosimulation_port_open(&server->cosimulation, options->cosimulation_path, options->cosimulation_name,
+                               scheduler, COSIMULATION_PORT_PATIENCE_MS);
     if (status != STATUS_OK) {
-        return argument_refuse("door", options->door_path, "a path where a local socket can be made");
+        return argument_refuse("cosimulation", options->cosimulation_path,
+                               "a path where a local socket can be made");
     }
-    doorman->is_running = osal_task_start(&doorman->task, serve_door, doorman, 0) == STATUS_OK;
-    return doorman->is_running || argument_refuse("door", options->door_path, "room for one more thread");
+    server->is_running = osal_task_start(&server->task, serve_cosimulation, server, 0) == STATUS_OK;
+    return server->is_running ||
+           argument_refuse("cosimulation", options->cosimulation_path, "room for one more thread");
 }
 
-static void close_door(doorman_t* doorman, osal_calendar_t* calendar)
+static void close_cosimulation(port_server_t* server, osal_lockstep_t* scheduler)
 {
-    if (doorman->is_running) {
-        if (!osal_calendar_is_closed(calendar)) {
-            osal_calendar_close(calendar); // Without us there is no run.
+    if (server->is_running) {
+        if (!osal_lockstep_is_closed(scheduler)) {
+            osal_lockstep_close(scheduler); // Without us there is no run.
         }
-        osal_task_join(&doorman->task);
-        door_close(&doorman->door);
+        osal_task_join(&server->task);
+        cosimulation_port_close(&server->cosimulation);
     }
 }
 
@@ -505,13 +513,13 @@ static void complain_of_tools(const simulator_t* simulator)
     }
 }
 
-static int fly(options_t* options, osal_calendar_t* calendar)
+static int fly(options_t* options, osal_lockstep_t* scheduler)
 {
-    static doorman_t doorman;
+    static port_server_t server;
     char error[SIMULATOR_ERROR_MAX];
     simulator_t* simulator = NULL;
     osal_clock_t clock;
-    options->processes.calendar        = calendar;
+    options->processes.scheduler       = scheduler;
     options->simulator.process_fault   = process_faults_act;
     options->simulator.process_context = &options->processes;
     if (simulator_open(&options->simulator, &simulator, error) != STATUS_OK) {
@@ -524,9 +532,9 @@ static int fly(options_t* options, osal_calendar_t* calendar)
     }
     announce(simulator);
     int code = EXIT_FAILURE;
-    if (open_door(&doorman, options, calendar)) {
-        if (calendar != NULL) {
-            osal_clock_open_stepped(&clock, calendar, options->participant, OSAL_CALENDAR_ANY_LIFE);
+    if (open_cosimulation(&server, options, scheduler)) {
+        if (scheduler != NULL) {
+            osal_clock_open_stepped(&clock, scheduler, options->participant, OSAL_LOCKSTEP_ANY_LIFE);
         } else {
             osal_clock_open_real(&clock,
                                  options->has_origin ? options->origin_ns : osal_clock_monotonic_ns());
@@ -537,9 +545,9 @@ static int fly(options_t* options, osal_calendar_t* calendar)
         complain_of_tools(simulator);
         code = EXIT_SUCCESS;
     }
-    close_door(&doorman, calendar);
-    if (calendar != NULL) {
-        osal_calendar_end(calendar, options->participant, OSAL_CALENDAR_ANY_LIFE);
+    close_cosimulation(&server, scheduler);
+    if (scheduler != NULL) {
+        osal_lockstep_end(scheduler, options->participant, OSAL_LOCKSTEP_ANY_LIFE);
     }
     dying_simulator = NULL;
     if (simulator_close(simulator) != STATUS_OK) {
@@ -552,13 +560,13 @@ static int fly(options_t* options, osal_calendar_t* calendar)
 int main(int count, char* arguments[])
 {
     options_t options = {
-        .simulator = {.seed = 1U}, .is_stepped = true, .end_ns = NO_LIMIT, .door_name = "operator"};
+        .simulator = {.seed = 1U}, .is_stepped = true, .end_ns = NO_LIMIT, .cosimulation_name = "operator"};
     if (osal_console_introduce(count, arguments, "simulator", NULL)) {
         return EXIT_SUCCESS;
     }
-    const int usage           = parse(&options, count, arguments);
-    osal_shm_t shm            = {0};
-    osal_calendar_t* calendar = NULL;
+    const int usage            = parse(&options, count, arguments);
+    osal_shm_t shm             = {0};
+    osal_lockstep_t* scheduler = NULL;
     if (usage != 0) {
         return usage - 1;
     }
@@ -566,17 +574,17 @@ int main(int count, char* arguments[])
     if (!options.is_free) {
         osal_process_ignore_interrupt(); // The launcher decides about Ctrl-C.
     }
-    if (options.calendar_name != NULL) {
-        const status_t status = osal_shm_open(&shm, options.calendar_name);
-        calendar              = (status == STATUS_OK) ? osal_calendar_attach(osal_shm_address(&shm)) : NULL;
-        if (calendar == NULL) {
-            (void)argument_refuse("calendar", options.calendar_name,
+    if (options.scheduler_name != NULL) {
+        const status_t status = osal_shm_open(&shm, options.scheduler_name);
+        scheduler             = (status == STATUS_OK) ? osal_lockstep_attach(osal_shm_address(&shm)) : NULL;
+        if (scheduler == NULL) {
+            (void)argument_refuse("scheduler", options.scheduler_name,
                                   "the shared memory of a running launcher");
             return EXIT_FAILURE;
         }
     }
-    const int code = fly(&options, calendar);
-    if (calendar != NULL) {
+    const int code = fly(&options, scheduler);
+    if (scheduler != NULL) {
         osal_shm_close(&shm);
     }
     return code;

@@ -57,10 +57,10 @@ void bus_find_next_wake(bus_t* bus)
 {
     uint64_t next = bus->stuck_tick_ns;
     for (unsigned i = 0U; i < bus->node_count; i++) {
-        const node_t* node = &bus->node[i];
-        next               = (node->wake_ns < next) ? node->wake_ns : next;
-        next               = (node->recover_ns < next) ? node->recover_ns : next;
-        next               = (node->watch_ns < next) ? node->watch_ns : next;
+        const bus_node_t* node = &bus->node[i];
+        next                   = (node->wake_ns < next) ? node->wake_ns : next;
+        next                   = (node->recover_ns < next) ? node->recover_ns : next;
+        next                   = (node->watch_ns < next) ? node->watch_ns : next;
     }
     bus->next_wake_ns = next;
 }
@@ -77,7 +77,7 @@ status_t bus_add_node(bus_t* bus, const bus_callbacks_t* callbacks, unsigned* ou
     if (index == bus->node_count) {
         bus->node_count++;
     }
-    node_t* node = &bus->node[index];
+    bus_node_t* node = &bus->node[index];
     memset(node, 0, sizeof *node);
     node->is_used    = true;
     node->is_plugged = true;
@@ -98,7 +98,7 @@ void bus_remove_node(bus_t* bus, unsigned node)
     bus_find_next_wake(bus);
 }
 
-static bool is_on_bus(const node_t* node)
+static bool is_on_bus(const bus_node_t* node)
 {
     return node->is_plugged && (node->controller.state != CONTROLLER_STATE_BUS_OFF);
 }
@@ -128,7 +128,7 @@ static bool is_valid(const bus_t* bus, const osal_can_frame_t* frame)
 
 status_t bus_submit(bus_t* bus, unsigned index, const osal_can_frame_t* frame, uint64_t time_ns)
 {
-    node_t* node = &bus->node[index];
+    bus_node_t* node = &bus->node[index];
     if (!is_valid(bus, frame)) {
         return STATUS_INVALID;
     }
@@ -163,7 +163,7 @@ void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns)
     bus_find_next_wake(bus);
 }
 
-static void pop(node_t* node)
+static void pop(bus_node_t* node)
 {
     node->head = (node->head + 1U) % BUS_QUEUE_FRAMES;
     node->count--;
@@ -171,15 +171,15 @@ static void pop(node_t* node)
 
 void bus_drop_queue(bus_t* bus, unsigned index)
 {
-    node_t* node = &bus->node[index];
-    node->head   = 0U;
-    node->count  = 0U;
+    bus_node_t* node = &bus->node[index];
+    node->head       = 0U;
+    node->count      = 0U;
 }
 
 void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report)
 {
-    const node_t* node = &bus->node[index];
-    report->time_ns    = bus->now_ns;
+    const bus_node_t* node = &bus->node[index];
+    report->time_ns        = bus->now_ns;
     if (node->callbacks.on_error != NULL) {
         node->callbacks.on_error(node->callbacks.context, report);
     }
@@ -199,7 +199,7 @@ static void tell(bus_t* bus, unsigned index, uint32_t class, uint8_t place, uint
 
 void bus_account(bus_t* bus, unsigned index, controller_event_t event)
 {
-    node_t* node = &bus->node[index];
+    bus_node_t* node = &bus->node[index];
     osal_can_frame_t report;
     if (!controller_apply(&node->controller, event, &report)) {
         return;
@@ -224,7 +224,7 @@ static void account_all(bus_t* bus, controller_event_t sender_event, controller_
 }
 
 /// When the node's next frame is ready to start; BUS_NEVER if it has none.
-static uint64_t ready_ns(const node_t* node, uint64_t idle_ns)
+static uint64_t ready_ns(const bus_node_t* node, uint64_t idle_ns)
 {
     if (!is_on_bus(node) || (!node->is_babbling && (node->count == 0U))) {
         return BUS_NEVER;
@@ -243,7 +243,7 @@ static uint64_t next_start_ns(const bus_t* bus)
     return (earliest > bus->idle_ns) ? earliest : bus->idle_ns;
 }
 
-static const osal_can_frame_t* head_frame(const node_t* node)
+static const osal_can_frame_t* head_frame(const bus_node_t* node)
 {
     return node->is_babbling ? &babble : &node->queue[node->head].frame;
 }
@@ -256,14 +256,14 @@ static bool is_equal(const osal_can_frame_t* a, const osal_can_frame_t* b)
 
 /// Find the senders: the lowest arbitration field; several if their fields are equal. Sets senders and
 /// outcome.
-static const node_t* arbitrate(bus_t* bus, uint64_t start_ns)
+static const bus_node_t* arbitrate(bus_t* bus, uint64_t start_ns)
 {
-    const node_t* winner = NULL;
-    uint32_t lowest      = UINT32_MAX;
-    bus->outcome         = OUTCOME_DELIVERED;
-    bus->senders         = 0U;
+    const bus_node_t* winner = NULL;
+    uint32_t lowest          = UINT32_MAX;
+    bus->outcome             = OUTCOME_DELIVERED;
+    bus->senders             = 0U;
     for (unsigned i = 0U; i < bus->node_count; i++) {
-        const node_t* node = &bus->node[i];
+        const bus_node_t* node = &bus->node[i];
         if (ready_ns(node, bus->idle_ns) > start_ns) {
             continue;
         }
@@ -297,7 +297,7 @@ static bool has_receiver(const bus_t* bus)
 static void tell_losers(bus_t* bus, uint64_t start_ns, uint32_t winning_key)
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
-        const node_t* node = &bus->node[i];
+        const bus_node_t* node = &bus->node[i];
         if (node->reports_arbitration && ((bus->senders & (1U << i)) == 0U) &&
             (ready_ns(node, bus->idle_ns) <= start_ns)) {
             const uint32_t difference = node->queue[node->head].key ^ winning_key;
@@ -312,7 +312,7 @@ static void tell_losers(bus_t* bus, uint64_t start_ns, uint32_t winning_key)
 
 static void start_frame(bus_t* bus, uint64_t start_ns)
 {
-    const node_t* winner         = arbitrate(bus, start_ns);
+    const bus_node_t* winner     = arbitrate(bus, start_ns);
     const osal_can_frame_t* head = head_frame(winner);
     copy_frame(&bus->wire, head);
     tell_losers(bus, start_ns, arbitration_key(head));
@@ -362,7 +362,7 @@ void bus_break_frame(bus_t* bus, controller_event_t sender_event)
 
 static void deliver(bus_t* bus, unsigned index)
 {
-    node_t* node = &bus->node[index];
+    bus_node_t* node = &bus->node[index];
     if (bus_random_chance(&bus->random, bus->loss)) {
         bus->statistics.lost++;
         return;
@@ -391,7 +391,7 @@ static void deliver_frame(bus_t* bus)
     const bool is_repeated = bus_random_chance(&bus->random, bus->duplication);
     const uint32_t senders = bus->senders;
     for (unsigned i = 0U; i < bus->node_count; i++) {
-        node_t* node = &bus->node[i];
+        bus_node_t* node = &bus->node[i];
         if (((senders & (1U << i)) != 0U) && !node->is_babbling && !is_repeated) {
             pop(node);
         }
@@ -430,8 +430,8 @@ static void tick_stuck(bus_t* bus)
 /// The oldest frame has waited too long, or is another one by now.
 static void watch_queue(bus_t* bus, unsigned index, uint64_t now_ns)
 {
-    node_t* node   = &bus->node[index];
-    node->watch_ns = BUS_NEVER;
+    bus_node_t* node = &bus->node[index];
+    node->watch_ns   = BUS_NEVER;
     if ((node->count == 0U) || (node->timeout_ns == 0U)) {
         return;
     }
@@ -445,7 +445,7 @@ static void watch_queue(bus_t* bus, unsigned index, uint64_t now_ns)
 
 static void wake_node(bus_t* bus, unsigned index, uint64_t now_ns)
 {
-    node_t* node = &bus->node[index];
+    bus_node_t* node = &bus->node[index];
     if (node->watch_ns <= now_ns) {
         watch_queue(bus, index, now_ns);
     }

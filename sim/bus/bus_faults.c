@@ -4,7 +4,7 @@
 
 void bus_unplug(bus_t* bus, unsigned index)
 {
-    node_t* node        = &bus->node[index];
+    bus_node_t* node    = &bus->node[index];
     const uint32_t self = 1U << index;
     node->is_plugged    = false;
     node->recover_ns    = BUS_NEVER;
@@ -20,7 +20,7 @@ void bus_unplug(bus_t* bus, unsigned index)
 
 void bus_plug(bus_t* bus, unsigned index)
 {
-    node_t* node     = &bus->node[index];
+    bus_node_t* node = &bus->node[index];
     node->is_plugged = true;
     node->suspend_ns = 0U;
     controller_reset(&node->controller);
@@ -90,7 +90,7 @@ void bus_lose_next(bus_t* bus, unsigned node, unsigned frames)
 
 void bus_force_off(bus_t* bus, unsigned index)
 {
-    const node_t* node = &bus->node[index];
+    const bus_node_t* node = &bus->node[index];
     if (bus->is_sending && ((bus->senders & (1U << index)) != 0U)) {
         bus_break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
     }
@@ -106,7 +106,7 @@ void bus_set_restart(bus_t* bus, unsigned index, bool is_automatic)
 
 void bus_restart(bus_t* bus, unsigned index)
 {
-    node_t* node = &bus->node[index];
+    bus_node_t* node = &bus->node[index];
     if (node->is_plugged && (node->controller.state == CONTROLLER_STATE_BUS_OFF) &&
         (node->recover_ns == BUS_NEVER)) {
         node->recover_ns = bus->now_ns + (CONTROLLER_RECOVERY_BITS * bus->nominal_ns);

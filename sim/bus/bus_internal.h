@@ -30,7 +30,7 @@ typedef struct {
     queued_t queue[BUS_QUEUE_FRAMES];
     unsigned head;
     unsigned count;
-} node_t;
+} bus_node_t;
 
 typedef enum {
     OUTCOME_DELIVERED,
@@ -62,7 +62,7 @@ struct bus {
     unsigned reporter;
     bus_statistics_t statistics;
     unsigned node_count;
-    node_t node[BUS_NODES_MAX];
+    bus_node_t node[BUS_NODES_MAX];
 };
 
 /// Account for an event in a controller and report it to its software and the tap if necessary.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What handing over costs: five processes on one processor pass a token round, once by nothing but a futex in
-// shared memory (the baseline), once as participants of the calendar, each asking for the next slot.
+// shared memory (the baseline), once as participants of the scheduler, each asking for the next slot.
 #define _GNU_SOURCE
-#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/clock.h"
 
 #include <limits.h>
@@ -28,7 +28,7 @@ typedef struct {
     } members[MEMBERS];
     uint64_t begin_ns;
     uint64_t end_ns;
-    uint8_t calendar[OSAL_CALENDAR_BYTES] __attribute__((aligned(64)));
+    uint8_t scheduler[OSAL_LOCKSTEP_BYTES] __attribute__((aligned(64)));
 } shared_t;
 
 static shared_t* shared;
@@ -59,11 +59,11 @@ static void pass_token(unsigned member)
 
 static void take_part(unsigned member)
 {
-    osal_calendar_t* const calendar = osal_calendar_attach(shared->calendar);
-    osal_grant_t grant              = {0U, 0U, 0U};
+    osal_lockstep_t* const scheduler = osal_lockstep_attach(shared->scheduler);
+    osal_grant_t grant               = {0U, 0U, 0U};
     for (uint32_t round = 0U; round < ROUNDS; round++) {
         const status_t status =
-            osal_calendar_wait(calendar, member, OSAL_CALENDAR_ANY_LIFE, (uint64_t)round * SLOT_NS, &grant);
+            osal_lockstep_wait(scheduler, member, OSAL_LOCKSTEP_ANY_LIFE, (uint64_t)round * SLOT_NS, &grant);
         if (status != STATUS_OK) {
             _exit(1);
         }
@@ -74,7 +74,7 @@ static void take_part(unsigned member)
     if (member == (MEMBERS - 1U)) {
         shared->end_ns = osal_clock_monotonic_ns();
     }
-    osal_calendar_end(calendar, member, OSAL_CALENDAR_ANY_LIFE);
+    osal_lockstep_end(scheduler, member, OSAL_LOCKSTEP_ANY_LIFE);
 }
 
 /// Microseconds per round.
@@ -103,7 +103,7 @@ static void begin_token(void)
     give_turn(&shared->members[0].turn);
 }
 
-static void begin_calendar(void)
+static void begin_scheduler(void)
 {
     // The joins begin it.
 }
@@ -121,7 +121,7 @@ int main(void)
         REPEATS = 5
     };
     double bare_us[REPEATS];
-    double calendar_us[REPEATS];
+    double scheduler_us[REPEATS];
     cpu_set_t set;
     CPU_ZERO(&set);
     CPU_SET(0U, &set);
@@ -131,17 +131,17 @@ int main(void)
         return EXIT_FAILURE;
     }
     for (unsigned i = 0U; i < (unsigned)REPEATS; i++) { // Alternating: both see the same other load.
-        bare_us[i]                      = measure(pass_token, begin_token);
-        osal_calendar_t* const calendar = osal_calendar_create(shared->calendar, SLOT_NS, true);
+        bare_us[i]                       = measure(pass_token, begin_token);
+        osal_lockstep_t* const scheduler = osal_lockstep_create(shared->scheduler, SLOT_NS, true);
         for (unsigned k = 0U; k < MEMBERS; k++) {
-            osal_calendar_expect(calendar, k, 1U, 0U);
+            osal_lockstep_expect(scheduler, k, 1U, 0U);
         }
-        calendar_us[i] = measure(take_part, begin_calendar);
+        scheduler_us[i] = measure(take_part, begin_scheduler);
     }
     qsort(bare_us, REPEATS, sizeof(bare_us[0]), compare);
-    qsort(calendar_us, REPEATS, sizeof(calendar_us[0]), compare);
+    qsort(scheduler_us, REPEATS, sizeof(scheduler_us[0]), compare);
     (void)printf("BENCH futex_ring_of_five %.3f us/round -\n", bare_us[REPEATS / 2]);
-    (void)printf("BENCH calendar_ring_of_five %.3f us/round %.3f\n", calendar_us[REPEATS / 2],
+    (void)printf("BENCH calendar_ring_of_five %.3f us/round %.3f\n", scheduler_us[REPEATS / 2],
                  bare_us[REPEATS / 2]);
     return EXIT_SUCCESS;
 }

@@ -20,7 +20,7 @@
 #define QUEUE 64U
 
 static message_endpoint_t ends[2];
-static ring_carrier_t hub;
+static message_ring_carrier_t hub;
 static message_place_t inboxes[2];
 static uint8_t message[OCTETS];
 static volatile uint32_t sink;              // Keeps the compiler from dropping the work.
@@ -142,11 +142,11 @@ int main(void)
         queues[i].address = (uint16_t)(NEAR + i);
         (void)pthread_mutex_init(&queues[i].mutex, NULL);
     }
-    ring_carrier_init(&hub, (delivery_notice_t){.delivered = ignore_notice});
+    message_ring_carrier_init(&hub, (message_delivery_notice_t){.delivered = ignore_notice});
     for (unsigned i = 0U; i < 2U; i++) {
-        message_open(&ends[i], (uint16_t)(NEAR + i), 1U, ring_carrier_port(&hub), &inboxes[i], 1U);
+        message_open(&ends[i], (uint16_t)(NEAR + i), 1U, message_ring_carrier_port(&hub), &inboxes[i], 1U);
         if ((message_add_peer(&ends[i], (uint16_t)(FAR - i)) != STATUS_OK) ||
-            (ring_carrier_attach(&hub, &ends[i]) != STATUS_OK)) {
+            (message_ring_carrier_attach(&hub, &ends[i]) != STATUS_OK)) {
             return 1;
         }
     }

@@ -12,7 +12,7 @@
 #define NEVER 0x7FFFFFFFU // Interval of those that are not due [cycles].
 #define NS_PER_US 1000.0
 
-static pus_process_t process;
+static pus_app_process_t process;
 static pus_monitoring_t monitoring;
 static pus_pmon_t pmons[MONITORS];
 static uint16_t order[MONITORS];
@@ -90,7 +90,7 @@ static void monitors_added(const uint32_t interval)
 {
     static const uint8_t enabled[] = {1, 0, 0, 0, 0, 10};
     const pus_port_t port          = {.send = drop};
-    pus_process_init(&process, 16U, 0U, &port);
+    pus_app_process_init(&process, 16U, 0U, &port);
     pus_monitoring_init(&monitoring, &(const pus_monitoring_config_t){
                                          .process       = &process,
                                          .parameters    = {.find = find, .read = read_value},

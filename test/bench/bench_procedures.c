@@ -3,7 +3,7 @@
 /// known ones (test/support/hostile_procedures.h). The value is microseconds a cycle of 10 ms. Baseline: the
 /// same units spent on plain additions.
 #include "fsw/procedures/procedure_engine.h"
-#include "fsw/supervisor/services/onboard_procedures.h"
+#include "fsw/supervisor/services/procedures.h"
 #include "test/bench/measure.h"
 #include "test/support/hostile_procedures.h"
 
@@ -11,7 +11,7 @@
 #include <string.h>
 #include <time.h>
 
-#define SLOTS ONBOARD_PROCEDURE_SLOTS
+#define SLOTS SPACECRAFT_PROCEDURE_SLOTS
 #define WARM_UP 200U // Cycles in which a program reaches its loop,
 #define LOOK 300U    // and in which they are compared.
 #define NS_PER_US 1000.0
@@ -21,8 +21,8 @@ typedef struct {
     procedure_engine_t engine;
     pus_procedure_port_t port;
     procedure_slot_t slots[SLOTS];
-    uint64_t memory[SLOTS * (ONBOARD_PROCEDURE_OCTETS / sizeof(uint64_t))];
-    uint8_t map[SLOTS * PROCEDURE_BLOCKS(ONBOARD_PROCEDURE_OCTETS)];
+    uint64_t memory[SLOTS * (SPACECRAFT_PROCEDURE_OCTETS / sizeof(uint64_t))];
+    uint8_t map[SLOTS * PROCEDURE_BLOCKS(SPACECRAFT_PROCEDURE_OCTETS)];
 } runner_t;
 
 static runner_t hostile;
@@ -32,7 +32,7 @@ static void begin(runner_t* const runner, const hostile_procedure_t* const proce
 {
     static const uint8_t none[] = {0};
     static char code[HOSTILE_CODE_MAX];
-    procedure_engine_init(&runner->engine, runner->slots, SLOTS, runner->memory, ONBOARD_PROCEDURE_OCTETS,
+    procedure_engine_init(&runner->engine, runner->slots, SLOTS, runner->memory, SPACECRAFT_PROCEDURE_OCTETS,
                           runner->map);
     runner->port = procedure_engine_port(&runner->engine);
     (void)hostile_code(procedure, code);
@@ -50,7 +50,7 @@ static void cycle(runner_t* const runner)
     const pus_answer_t answer = {.kind = PUS_ANSWER_MISSING};
     for (uint16_t slot = 0U; slot < SLOTS; slot++) {
         pus_call_t call = {.kind = PUS_CALL_PAUSED};
-        runner->port.grant(runner->port.context, slot, ONBOARD_PROCEDURE_BUDGET);
+        runner->port.grant(runner->port.context, slot, SPACECRAFT_PROCEDURE_BUDGET);
         do {
             runner->port.run(runner->port.context, slot, &answer, &call);
         } while ((call.kind != PUS_CALL_PAUSED) && (call.kind != PUS_CALL_FAILED));

@@ -29,10 +29,10 @@ static descriptor_loader_t loader;
 static supervisor_t supervisor;
 static message_endpoint_t endpoint;
 static message_place_t inbox[MEMBERS];
-static ring_carrier_t hub;
+static message_ring_carrier_t hub;
 static message_endpoint_t ends[2];
 static message_place_t end_inboxes[2];
-static pus_process_t process;
+static pus_app_process_t process;
 static pus_rings_t rings;
 static uint8_t packet[PUS_PACKET_MAX];
 static size_t packet_size;
@@ -96,7 +96,7 @@ static status_t send_up(void* context, const uint8_t* octets, size_t size)
     (void)context;
     packet_size = size;
     (void)memcpy(packet, octets, size); // What by_message carries.
-    return message_send(&members[SOURCE].endpoint, SUPERVISOR_APID, octets, size);
+    return message_send(&members[SOURCE].endpoint, DESCRIPTOR_SUPERVISOR_APID, octets, size);
 }
 
 static void must(bool is_right)
@@ -166,21 +166,23 @@ static void by_message(void)
 static void open_ends(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
-        message_open(&ends[i], (uint16_t)(NEAR + i), 1U, ring_carrier_port(&hub), &end_inboxes[i], 1U);
+        message_open(&ends[i], (uint16_t)(NEAR + i), 1U, message_ring_carrier_port(&hub), &end_inboxes[i],
+                     1U);
         must((message_add_peer(&ends[i], (uint16_t)(FAR - i)) == STATUS_OK) &&
-             (ring_carrier_attach(&hub, &ends[i]) == STATUS_OK));
+             (message_ring_carrier_attach(&hub, &ends[i]) == STATUS_OK));
     }
 }
 
 static void open_members(void)
 {
-    message_open(&endpoint, SUPERVISOR_APID, 1U, ring_carrier_port(&hub), inbox, MEMBERS);
-    must(ring_carrier_attach(&hub, &endpoint) == STATUS_OK);
+    message_open(&endpoint, DESCRIPTOR_SUPERVISOR_APID, 1U, message_ring_carrier_port(&hub), inbox, MEMBERS);
+    must(message_ring_carrier_attach(&hub, &endpoint) == STATUS_OK);
     for (unsigned i = 0U; i < MEMBERS; i++) {
-        message_open(&members[i].endpoint, apids[i], 1U, ring_carrier_port(&hub), members[i].inbox, 1U);
+        message_open(&members[i].endpoint, apids[i], 1U, message_ring_carrier_port(&hub), members[i].inbox,
+                     1U);
         must((message_add_peer(&endpoint, apids[i]) == STATUS_OK) &&
-             (message_add_peer(&members[i].endpoint, SUPERVISOR_APID) == STATUS_OK) &&
-             (ring_carrier_attach(&hub, &members[i].endpoint) == STATUS_OK));
+             (message_add_peer(&members[i].endpoint, DESCRIPTOR_SUPERVISOR_APID) == STATUS_OK) &&
+             (message_ring_carrier_attach(&hub, &members[i].endpoint) == STATUS_OK));
     }
 }
 
@@ -210,14 +212,14 @@ int main(void)
 {
     const pus_port_t port = {NULL, send_up};
     descriptor_loader_init(&loader);
-    must(descriptor_load_mission(&loader, MISSION, SUPERVISOR_APID, &mission_whole, &mission, &descriptor) ==
-         STATUS_OK);
-    ring_carrier_init(&hub, (delivery_notice_t){.delivered = ignore_notice});
+    must(descriptor_load_mission(&loader, MISSION, DESCRIPTOR_SUPERVISOR_APID, &descriptor_mission_whole,
+                                 &mission, &descriptor) == STATUS_OK);
+    message_ring_carrier_init(&hub, (message_delivery_notice_t){.delivered = ignore_notice});
     open_ends();
     open_members();
     open_supervisor();
-    pus_process_init(&process, apids[SOURCE], mission.epoch_s, &port);
-    pus_process_keep(&process, &rings);
+    pus_app_process_init(&process, apids[SOURCE], mission.epoch_s, &port);
+    pus_app_process_keep(&process, &rings);
     for (unsigned i = 0U; i < START_STEPS; i++) {
         step();
     }

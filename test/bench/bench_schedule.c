@@ -21,15 +21,15 @@
 
 typedef struct { // A schedule, and what it needs.
     pus_time_schedule_t schedule;
-    pus_process_t process;
+    pus_app_process_t process;
     pus_dispatcher_t dispatcher;
     pus_service_t services[1];
     pus_activity_t activities[MANY + 1U];
-    pus_order_node_t nodes[MANY + 1U];
+    pus_sorted_index_node_t nodes[MANY + 1U];
     uint16_t buckets[16384];
-    uint64_t storage[PUS_CHAIN_WORDS(MANY + 1U)];
+    uint64_t storage[PUS_BLOCK_CHAIN_WORDS(MANY + 1U)];
     pool_slot_t slots[MANY + 1U];
-    pus_chains_t chains;
+    pus_block_chains_t chains;
     uint64_t now_ns;
     uint32_t state;
     uint64_t horizon_ms; // Tags lie that far ahead at most.
@@ -134,8 +134,8 @@ static void fill(held_t* const held, const uint16_t count)
                                           .chains             = &held->chains,
                                           .sub_schedule_count = 1U,
                                           .group_count        = 1U};
-    pus_chains_init(&held->chains, held->storage, held->slots, MANY + 1U);
-    pus_process_init(&held->process, APID, EPOCH_S, &port);
+    pus_block_chains_init(&held->chains, held->storage, held->slots, MANY + 1U);
+    pus_app_process_init(&held->process, APID, EPOCH_S, &port);
     pus_time_schedule_init(&held->schedule, EPOCH_S, &config);
     held->services[0] = pus_time_schedule_service(&held->schedule);
     pus_dispatcher_init(&held->dispatcher, &held->process, held->services, 1U);

@@ -9,8 +9,8 @@ launcher alone hold: reading the whole mission, taking over the channels of a pr
 packet services by their objects. Baselines: what the whole of each may be.
 
 RAM of a subsystem is what an image grows by with it, on x86-64, all of it static: its component with services and lasting
-records, its own code's storage, its inbox, its seat in the run, its descriptor. What a program has once whatever it holds
-is a row of its own: the mission's descriptor, the reader of descriptors, the stand-in's stream. Not counted: stacks,
+records, its own code's storage, its inbox, its runtime in the run, its descriptor. What a program has once whatever it holds
+is a row of its own: the mission's descriptor, the reader of descriptors, the proxy's stream. Not counted: stacks,
 constants, the operating system's port beneath, shared memory of buses and links. The supervisor keeps the services of the whole
 spacecraft, and communication a queue for each of the ground's connections: rows of their own without a bound."""
 
@@ -29,9 +29,9 @@ ALLOWED = 90000
 ALLOWED_CORTEX_M = 128 * 1024
 ALLOWED_RAM = 256 * 1024
 SIZES = """
-#include "fsw/programs/seat.h"
+#include "fsw/programs/component_runtime.h"
 #include "fsw/subsystems/communication/communication.h"
-uint8_t seat[sizeof(seat_t)];
+uint8_t runtime[sizeof(component_runtime_t)];
 uint8_t descriptor[sizeof(subsystem_descriptor_t)];
 uint8_t queues[sizeof((const communication_t*)0)->queues];
 """
@@ -45,11 +45,11 @@ OPTIONAL = {
     "resource_governor": re.compile(r"base/(resource|quota)\.c"),
     "sdls": re.compile(r"fsw/framework/sdls/"),
     "peer_of_subsystems": re.compile(r"pus/(core/packet_report|st05/st05_occurrence|private/st130_peer)\.c"),
-    "takeover_of_channels": re.compile(r"fsw/framework/message/(message_positions|octet_ring_refill)\.c"),
+    "takeover_of_channels": re.compile(r"fsw/framework/message/(message_positions|message_ring_refill)\.c"),
     "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(checks|lookup|rules|whole)\.c"),
 }
 # Only with what needs them: connection of an optional service to a component, what is kept; framing and records of flows.
-NEEDED = re.compile(r"fsw/framework/(subsystem/(\w+_service|endnode_name)\.c|journal/|dataflow/(framing|record)\.c)")
+NEEDED = re.compile(r"fsw/framework/(subsystem/(\w+_service|subsystem_endnode_name)\.c|journal/|dataflow/(framing|record)\.c)")
 # Programs by which it is seen that what counts as everywhere is; what has a device holds the CAN endnode, another may not.
 PROGRAMS = ("communication", "joystick", "manipulator")
 WITH_DEVICES = re.compile(r"fsw/framework/dataflow/(flow_can|reconnect)\.c")
@@ -146,12 +146,12 @@ def report_ram():
     sizes = symbols(compiled(source))
     for program in sorted(pathlib.Path("fsw/programs").glob("*_program.c")):
         name = program.stem.removesuffix("_program")
-        octets = symbols(compiled(program))["storage"] + sizes["seat"] + sizes["descriptor"]
+        octets = symbols(compiled(program))["storage"] + sizes["runtime"] + sizes["descriptor"]
         if name == "communication":
             octets -= sizes["queues"]
             print(f"BENCH ram_communication_queues {sizes['queues']} octets -")
         print(f"BENCH ram_{name} {octets} octets {'-' if name == 'supervisor' else ALLOWED_RAM}")
-    once = symbols(compiled(pathlib.Path("fsw/programs/executive.c")))["storage"] - sizes["seat"] - sizes["descriptor"]
+    once = symbols(compiled(pathlib.Path("fsw/programs/executive.c")))["storage"] - sizes["runtime"] - sizes["descriptor"]
     print(f"BENCH ram_once_in_a_program {once} octets -")
 
 

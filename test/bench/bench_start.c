@@ -55,9 +55,9 @@ static double start_until_ready(void)
         launcher.child_count++;
         launcher_start_component(&launcher, child);
     }
-    if (osal_calendar_wait(launcher.calendar, RUN_SIMULATOR, OSAL_CALENDAR_ANY_LIFE, 0U, &grant) !=
+    if (osal_lockstep_wait(launcher.scheduler, RUN_SIMULATOR, OSAL_LOCKSTEP_ANY_LIFE, 0U, &grant) !=
         STATUS_OK) {
-        give_up("the calendar is closed");
+        give_up("the scheduler is closed");
     }
     return (double)(osal_clock_monotonic_ns() - began_ns) / 1e6;
 }

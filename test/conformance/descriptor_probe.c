@@ -134,9 +134,10 @@ int main(const int count, char** const words)
     }
     for (int i = 2; i < count; i++) {
         const bool is_mission = (strcmp(words[1], "mission") == 0);
-        const status_t status = is_mission ? descriptor_load_mission(&loader, words[i], MISSION_ANY_TARGET,
-                                                                     &mission_whole, &mission, &descriptor)
-                                           : descriptor_load_subsystem(&loader, words[i], &descriptor);
+        const status_t status =
+            is_mission ? descriptor_load_mission(&loader, words[i], MISSION_ANY_TARGET,
+                                                 &descriptor_mission_whole, &mission, &descriptor)
+                       : descriptor_load_subsystem(&loader, words[i], &descriptor);
         (void)printf(
             "%d %016llx %016llx %s\n", (int)status,
             (unsigned long long)(is_mission ? mission.interface_hash : descriptor.interface_hash),

@@ -104,7 +104,7 @@ static void report_time(const pus_time_format_t format)
 
 int main(void)
 {
-    static pus_process_t process;
+    static pus_app_process_t process;
     static pus_events_t events;
     static pus_functions_t functions;
     static pus_test_t test;
@@ -118,7 +118,7 @@ int main(void)
     const pus_port_t port                 = {.send = print};
     const pus_function_port_t performing  = {.perform = perform};
     const pus_parameter_port_t dictionary = {.context = &value, .find = find, .read = read, .write = write};
-    pus_process_init(&process, APID, EPOCH_S, &port);
+    pus_app_process_init(&process, APID, EPOCH_S, &port);
     pus_events_init(&events, &process, definitions, states, 1U);
     pus_functions_init(&functions, table, 2U, &performing, area, sizeof(area));
     pus_test_init(&test, NULL);

@@ -34,22 +34,22 @@ static void print_changes(const state_machine_t* const machine)
 static void walk_to(state_machine_t* const machine, const state_t state)
 {
     while ((machine->action != ACTION_NONE) && (machine->state != state)) {
-        state_machine_outcome(machine, OUTCOME_DONE);
+        subsystem_state_machine_outcome(machine, OUTCOME_DONE);
     }
 }
 
 static void go(state_machine_t* const machine, const state_t target)
 {
-    (void)state_machine_request(machine, target, CAUSE_REQUEST);
+    (void)subsystem_state_machine_request(machine, target, CAUSE_REQUEST);
     walk_to(machine, STATE_COUNT);
 }
 
 static state_machine_t configured(void)
 {
     state_machine_t machine;
-    state_machine_init(&machine, true);
+    subsystem_state_machine_init(&machine, true);
     go(&machine, STATE_PRE_OPERATIONAL);
-    (void)state_machine_configure(&machine);
+    (void)subsystem_state_machine_configure(&machine);
     walk_to(&machine, STATE_COUNT);
     return machine;
 }
@@ -62,9 +62,9 @@ static state_machine_t machine_in(const state_t state)
     case STATE_OFFLINE:
     case STATE_SOFTWARE_INIT:
     case STATE_HARDWARE_INIT:
-        state_machine_init(&machine, true);
+        subsystem_state_machine_init(&machine, true);
         if (state != STATE_OFFLINE) {
-            (void)state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
+            (void)subsystem_state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
             walk_to(&machine, state);
         }
         break;
@@ -72,12 +72,12 @@ static state_machine_t machine_in(const state_t state)
         break;
     case STATE_POST_OPERATIONAL: // On its way to PRE_OPERATIONAL.
         go(&machine, STATE_SAFE_OPERATIONAL);
-        (void)state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
+        (void)subsystem_state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
         walk_to(&machine, state);
         break;
     case STATE_HARDWARE_DEINIT:
     case STATE_SOFTWARE_DEINIT:
-        (void)state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST);
+        (void)subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST);
         walk_to(&machine, state);
         break;
     default:
@@ -100,7 +100,7 @@ static void print_walk(state_machine_t* const machine)
 {
     print_changes(machine);
     while (machine->action != ACTION_NONE) {
-        state_machine_outcome(machine, OUTCOME_DONE);
+        subsystem_state_machine_outcome(machine, OUTCOME_DONE);
         print_changes(machine);
     }
 }
@@ -111,7 +111,7 @@ static void print_requests(const state_t state)
         [ANSWER_DONE] = "done", [ANSWER_STARTED] = "started", [ANSWER_BUSY] = "busy", [ANSWER_NO] = "no"};
     for (unsigned i = 0U; i < TARGETS; i++) {
         state_machine_t machine     = machine_in(state);
-        const state_answer_t answer = state_machine_request(&machine, targets[i], CAUSE_REQUEST);
+        const state_answer_t answer = subsystem_state_machine_request(&machine, targets[i], CAUSE_REQUEST);
         printf("request %d %d %s\n", (int)state, (int)targets[i], answers[answer]);
         if (answer == ANSWER_STARTED) {
             print_walk(&machine);
@@ -123,7 +123,8 @@ static void print_events(const state_t state)
 {
     for (unsigned event = 0U; event < (unsigned)STATE_EVENT_COUNT; event++) {
         state_machine_t machine = machine_in(state);
-        const bool has_changed  = state_machine_event(&machine, (state_event_t)event, CAUSE_OWN_ERROR);
+        const bool has_changed =
+            subsystem_state_machine_event(&machine, (state_event_t)event, CAUSE_OWN_ERROR);
         printf("event %u %d %s\n", event, (int)state, has_changed ? "started" : "stays");
         if (has_changed) {
             print_walk(&machine);
@@ -138,12 +139,12 @@ static state_machine_t machine_running(const state_action_t action)
         for (unsigned i = 0U; i <= TARGETS; i++) {
             state_machine_t machine = machine_in((state_t)state);
             if (i < TARGETS) {
-                (void)state_machine_request(&machine, targets[i], CAUSE_REQUEST);
+                (void)subsystem_state_machine_request(&machine, targets[i], CAUSE_REQUEST);
             } else {
-                (void)state_machine_configure(&machine);
+                (void)subsystem_state_machine_configure(&machine);
             }
             while ((machine.action != ACTION_NONE) && (machine.action != action)) {
-                state_machine_outcome(&machine, OUTCOME_DONE);
+                subsystem_state_machine_outcome(&machine, OUTCOME_DONE);
             }
             if (machine.action == action) {
                 return machine;
@@ -158,7 +159,7 @@ static void print_failure(const state_action_t action)
 {
     state_machine_t machine = machine_running(action);
     printf("failure %d %d\n", (int)action, (int)machine.state);
-    state_machine_outcome(&machine, OUTCOME_FAILED);
+    subsystem_state_machine_outcome(&machine, OUTCOME_FAILED);
     print_walk(&machine);
     printf("rests %d %d\n", (int)machine.state, (int)machine.phase);
 }

@@ -160,14 +160,14 @@ def test_the_free_run_keeps_pace_with_the_clock_and_ends_by_itself(tmp_path):
 
 @pytest.mark.parametrize("options, words", [
     (["--bogus"], "--help"),
-    ([], "--calendar NAME"),
+    ([], "--scheduler NAME"),
     (["--free-run", "x"], "a time in seconds"),
     (["--free-run", "1", "--bus", "wheel"], "NAME=ADDRESS"),
     (["--free-run", "1", "--bus", "robot=shm:nobody"], "no controller"),
     (["--free-run", "1", "--in-step"], "--socketcand"),
     (["--free-run", "1", "--scenario", "/nowhere.scn"], "/nowhere.scn"),
     (["--free-run", "1", "--out", "/nowhere"], "/nowhere"),
-    (["--calendar", "/hirosco-nobody"], "running launcher"),
+    (["--scheduler", "/hirosco-nobody"], "running launcher"),
 ])
 def test_what_is_wrong_is_said_in_one_line(options, words):
     ended = subprocess.run([SIMULATOR, *options], cwd=ROOT, stderr=subprocess.PIPE, text=True)

@@ -20,8 +20,8 @@ static canopen_network_t network;
 static scripted_node_t* joints[2];
 static uint64_t now_ns;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -33,7 +33,7 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
 static void begin(void)
 {
     static const flow_resolver_t resolver = {NULL, resolve};
-    const network_config_t config         = {.master              = {.node_id              = 1U,
+    const canopen_network_config_t config = {.master              = {.node_id              = 1U,
                                                                      .heartbeat_ns         = 20000000U,
                                                                      .heartbeat_timeout_ns = 60000000U,
                                                                      .sdo_timeout_ns       = 5000000U},
@@ -45,36 +45,38 @@ static void begin(void)
     joints[0] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
     joints[1] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
     now_ns    = 0U;
-    network_init(&network, &config);
-    FUZZ_CHECK((network_add(&network, "cia402-drive", 0x11U) == STATUS_OK) &&
-               (network_add(&network, "cia402-drive", 0x12U) == STATUS_OK) &&
-               (network_open(&network, &resolver, "robot", NULL) == STATUS_OK));
+    canopen_network_init(&network, &config);
+    FUZZ_CHECK((canopen_network_add(&network, "cia402-drive", 0x11U) == STATUS_OK) &&
+               (canopen_network_add(&network, "cia402-drive", 0x12U) == STATUS_OK) &&
+               (canopen_network_open(&network, &resolver, "robot", NULL) == STATUS_OK));
     for (uint8_t i = 0U; i < 2U; i++) {
         const canopen_setting_t mode = {.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE, .value = 10U};
-        FUZZ_CHECK(network_set(&network, i, &mode) == STATUS_OK);
+        FUZZ_CHECK(canopen_network_set(&network, i, &mode) == STATUS_OK);
     }
 }
 
 static void check(void)
 {
-    network_fault_t fault;
+    canopen_network_fault_t fault;
     FUZZ_CHECK(network.fault_count <= NETWORK_FAULTS_MAX);
-    while (network_take_fault(&network, &fault) == STATUS_OK) {
+    while (canopen_network_take_fault(&network, &fault) == STATUS_OK) {
         FUZZ_CHECK(fault.node <= 0x7FU);
     }
     for (unsigned i = 0U; i < network.device_count; i++) {
-        const cia402_axis_t* const axis = &network.devices[i].device.axes[0];
-        FUZZ_CHECK((cia402_axis_position_rad(axis) < 1e9) && (cia402_axis_position_rad(axis) > -1e9));
-        FUZZ_CHECK((cia402_axis_torque_nm(axis) < 1e12) && (cia402_axis_torque_nm(axis) > -1e12));
+        const canopen_cia402_axis_t* const axis = &network.devices[i].device.axes[0];
+        FUZZ_CHECK((canopen_cia402_axis_position_rad(axis) < 1e9) &&
+                   (canopen_cia402_axis_position_rad(axis) > -1e9));
+        FUZZ_CHECK((canopen_cia402_axis_torque_nm(axis) < 1e12) &&
+                   (canopen_cia402_axis_torque_nm(axis) > -1e12));
     }
     FUZZ_CHECK(network.master.emergency_count <= MASTER_EMERGENCIES_MAX);
 }
 
 static status_t cycle(status_t (*const action)(canopen_network_t* network, uint64_t now_ns))
 {
-    network_sense(&network, now_ns);
+    canopen_network_sense(&network, now_ns);
     const status_t status = (action != NULL) ? action(&network, now_ns) : STATUS_OK;
-    network_emit(&network, now_ns);
+    canopen_network_emit(&network, now_ns);
     scripted_bus_run(&bus);
     now_ns += CYCLE_NS;
     if ((now_ns % 20000000U) == 0U) {
@@ -96,9 +98,9 @@ static void misbehave(const uint8_t argument)
 
 static void act(const fuzz_record_t* const record, unsigned* const step)
 {
-    static status_t (*const actions[])(canopen_network_t*, uint64_t) = {network_boot, network_configure,
-                                                                        network_start, NULL, network_secure};
-    const osal_can_frame_t frame                                     = fuzz_can_frame(record);
+    static status_t (*const actions[])(canopen_network_t*, uint64_t) = {
+        canopen_network_boot, canopen_network_configure, canopen_network_start, NULL, canopen_network_secure};
+    const osal_can_frame_t frame = fuzz_can_frame(record);
     switch (record->kind % 5U) {
     case 0U:
         (void)osal_can_send(&bus.wire, &frame);
@@ -118,7 +120,8 @@ static void act(const fuzz_record_t* const record, unsigned* const step)
         misbehave(record->argument);
         break;
     default:
-        network_set_goal(&network, (cia402_goal_t)(record->argument % 4U), (record->argument & 4U) != 0U);
+        canopen_network_set_goal(&network, (canopen_cia402_goal_t)(record->argument % 4U),
+                                 (record->argument & 4U) != 0U);
         break;
     }
 }
@@ -136,11 +139,11 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
     joints[1]->is_stuck = false;
     status_t status     = STATUS_BUSY;
     for (unsigned i = 0U; (status == STATUS_BUSY) && (i < SECURE_CYCLES); i++) {
-        status = cycle(network_secure);
+        status = cycle(canopen_network_secure);
     }
     FUZZ_CHECK(status == STATUS_OK);
-    network_stop(&network);
-    network_close(&network);
+    canopen_network_stop(&network);
+    canopen_network_close(&network);
     scripted_bus_close(&bus);
     return 0;
 }

@@ -20,7 +20,7 @@
 #define STREAMS 16U // Connections of one input.
 
 static subsystem_descriptor_t descriptor;
-static component_t component;
+static subsystem_t component;
 static communication_t communication;
 static unsigned refusals;
 
@@ -128,18 +128,18 @@ static void begin(void)
     static const communication_hooks_t hooks = {NULL,           sent,           participant_port,
                                                 of_participant, of_participant, intruded};
     const pus_port_t uplink                  = {NULL, take_request};
-    const component_config_t config          = {.descriptor          = &descriptor,
+    const subsystem_config_t config          = {.descriptor          = &descriptor,
                                                 .is_descriptor_valid = true,
                                                 .callbacks           = communication_callbacks(),
                                                 .self                = &communication,
                                                 .start_count         = 1U,
-                                                .status_interval_ns  = COMPONENT_STATUS_INTERVAL_NS,
+                                                .status_interval_ns  = SUBSYSTEM_STATUS_INTERVAL_NS,
                                                 .port                = {NULL, take_report}};
     osal_socket_t listener                   = OSAL_SOCKET_CLOSED;
     memory_sockets_reset();
     FUZZ_CHECK(osal_tcp_listen(&listener, (osal_address_t){OSAL_IPV4_LOOPBACK, PORT}) == STATUS_OK);
     communication_init(&communication, &component, &uplink, &hooks, osal_socket_descriptor(&listener));
-    component_init(&component, &config);
+    subsystem_init(&component, &config);
     FUZZ_CHECK(communication_callbacks()->configure(&communication, NULL) == STATUS_OK);
     refusals     = 0U;
     stream_count = 0U;

@@ -25,8 +25,8 @@ static osal_socket_t listener;
 static osal_socket_t peer;
 static uint64_t now_ns;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -38,7 +38,7 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
 /// Frames of one stream; which they are is told by their number and a sum over lengths and octets.
 typedef struct {
     uint8_t buffer[FRAME];
-    frame_assembler_t assembler;
+    flow_frame_assembler_t assembler;
     uint32_t frames;
     uint64_t sum;
 } reader_t;
@@ -50,7 +50,7 @@ static void read_all(reader_t* const reader, const uint8_t* const octets, const 
         size_t taken = 0U;
         size_t found = 0U;
         const status_t status =
-            frame_assembler_feed(&reader->assembler, &octets[used], size - used, &taken, &found);
+            flow_frame_assembler_feed(&reader->assembler, &octets[used], size - used, &taken, &found);
         used += taken;
         FUZZ_CHECK(used <= size);
         if (status == STATUS_EMPTY) {
@@ -74,8 +74,8 @@ static void check_pieces(const flow_format_t* const format, const uint8_t* const
     if (format->framing == FLOW_FRAMING_RAW) {
         return;
     }
-    frame_assembler_init(&whole.assembler, format, whole.buffer, FRAME);
-    frame_assembler_init(&pieces.assembler, format, pieces.buffer, FRAME);
+    flow_frame_assembler_init(&whole.assembler, format, whole.buffer, FRAME);
+    flow_frame_assembler_init(&pieces.assembler, format, pieces.buffer, FRAME);
     whole.frames = pieces.frames = 0U;
     whole.sum = pieces.sum = 0U;
     read_all(&whole, octets, size);
@@ -83,7 +83,8 @@ static void check_pieces(const flow_format_t* const format, const uint8_t* const
         read_all(&pieces, &octets[i], 1U);
     }
     FUZZ_CHECK((whole.frames == pieces.frames) && (whole.sum == pieces.sum));
-    FUZZ_CHECK(memcmp(&whole.assembler.counters, &pieces.assembler.counters, sizeof(frame_counters_t)) == 0);
+    FUZZ_CHECK(memcmp(&whole.assembler.counters, &pieces.assembler.counters, sizeof(flow_frame_counters_t)) ==
+               0);
 }
 
 static void check_there_and_back(const flow_format_t* const format, const uint8_t* const octets,
@@ -93,16 +94,16 @@ static void check_there_and_back(const flow_format_t* const format, const uint8_
     uint8_t encoded[(2U * FRAME) + 4U];
     size_t length         = 0U;
     const size_t payload  = (size < FRAME) ? size : FRAME;
-    const status_t status = frame_encode(format, octets, payload, encoded, sizeof encoded, &length);
+    const status_t status = flow_frame_encode(format, octets, payload, encoded, sizeof encoded, &length);
     if (status != STATUS_OK) {
         FUZZ_CHECK((status == STATUS_INVALID) && (format->framing == FLOW_FRAMING_LINE));
         return;
     }
     FUZZ_CHECK(length <= sizeof encoded);
-    frame_assembler_init(&reader.assembler, format, reader.buffer, FRAME);
+    flow_frame_assembler_init(&reader.assembler, format, reader.buffer, FRAME);
     size_t taken = 0U;
     size_t found = 0U;
-    if (frame_assembler_feed(&reader.assembler, encoded, length, &taken, &found) == STATUS_OK) {
+    if (flow_frame_assembler_feed(&reader.assembler, encoded, length, &taken, &found) == STATUS_OK) {
         const bool is_cut = (format->framing == FLOW_FRAMING_LINE) && (payload > 0U) &&
                             (octets[payload - 1U] == (uint8_t)'\r');
         FUZZ_CHECK((found == (is_cut ? (payload - 1U) : payload)) &&

@@ -14,45 +14,45 @@
 
 static void check_frame(const fuzz_record_t* const record)
 {
-    link_frame_header_t header;
+    rtlink_frame_header_t header;
     const uint8_t* payload = NULL;
     uint8_t again[LINK_FRAME_MAX];
     const bool with_crc       = ((record->kind & 1U) != 0U);
     const size_t payload_size = 1U + record->argument;
-    if (link_frame_decode(record->octets, record->size, payload_size, with_crc, &header, &payload) ==
+    if (rtlink_frame_decode(record->octets, record->size, payload_size, with_crc, &header, &payload) ==
         STATUS_OK) {
-        const size_t size = link_frame_encode(&header, payload, payload_size, with_crc, again);
+        const size_t size = rtlink_frame_encode(&header, payload, payload_size, with_crc, again);
         FUZZ_CHECK((size == record->size) && (memcmp(again, record->octets, size) == 0));
     }
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 {
-    static link_consumer_t consumer;
-    const link_resolver_t resolver = {.context = NULL};
-    const rtlink_terms_t terms     = {.layout_hash   = 1U,
-                                      .layout_octets = PAYLOAD,
-                                      .order         = (uint8_t)RTLINK_LITTLE_ENDIAN,
-                                      .period_us     = 500U,
-                                      .methods       = 1U << RTLINK_METHOD_UDP,
-                                      .decimation    = 1U,
-                                      .max_age_us    = 2000U};
+    static rtlink_consumer_t consumer;
+    const rtlink_resolver_t resolver = {.context = NULL};
+    const rtlink_terms_t terms       = {.layout_hash   = 1U,
+                                        .layout_octets = PAYLOAD,
+                                        .order         = (uint8_t)RTLINK_LITTLE_ENDIAN,
+                                        .period_us     = 500U,
+                                        .methods       = 1U << RTLINK_METHOD_UDP,
+                                        .decimation    = 1U,
+                                        .max_age_us    = 2000U};
     (void)memset(&consumer, 0, sizeof consumer);
-    FUZZ_CHECK(link_consumer_open(&consumer, &resolver, LINK, &terms, EPOCH) == STATUS_OK);
+    FUZZ_CHECK(rtlink_consumer_open(&consumer, &resolver, LINK, &terms, EPOCH) == STATUS_OK);
     fuzz_input_t input = fuzz_input(data, size);
     fuzz_record_t record;
     uint64_t now_ns = 0U;
     while (fuzz_next(&input, &record)) {
         check_frame(&record);
-        const link_counters_t before = consumer.counters;
-        const status_t status        = link_consumer_deliver(&consumer, record.octets, record.size);
+        const rtlink_counters_t before = consumer.counters;
+        const status_t status          = rtlink_consumer_deliver(&consumer, record.octets, record.size);
         FUZZ_CHECK((status == STATUS_OK) || (status == STATUS_INVALID));
         FUZZ_CHECK((status == STATUS_OK) || (consumer.counters.refused == (before.refused + 1U)));
         now_ns += (uint64_t)record.argument * 100000U;
-        const status_t read = link_consumer_read(&consumer, now_ns);
+        const status_t read = rtlink_consumer_read(&consumer, now_ns);
         FUZZ_CHECK((read == STATUS_OK) || (read == STATUS_EMPTY) || (read == STATUS_STALE));
     }
-    link_consumer_close(&consumer);
+    rtlink_consumer_close(&consumer);
     return 0;
 }
 

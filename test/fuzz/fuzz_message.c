@@ -17,7 +17,7 @@
 
 static message_endpoint_t endpoint;
 static message_endpoint_t peer;
-static ring_carrier_t hub;
+static message_ring_carrier_t hub;
 static message_place_t inbox[2];
 static message_place_t peer_inbox[1];
 static uint8_t block[MESSAGE_PAYLOAD_MAX];
@@ -30,14 +30,14 @@ static void delivered(void* const context, const uint16_t to)
 
 static void begin(void)
 {
-    ring_carrier_init(&hub, (delivery_notice_t){NULL, delivered});
-    message_open(&endpoint, SELF, 1U, ring_carrier_port(&hub), inbox, 2U);
-    message_open(&peer, TRUE_PEER, 1U, ring_carrier_port(&hub), peer_inbox, 1U);
+    message_ring_carrier_init(&hub, (message_delivery_notice_t){NULL, delivered});
+    message_open(&endpoint, SELF, 1U, message_ring_carrier_port(&hub), inbox, 2U);
+    message_open(&peer, TRUE_PEER, 1U, message_ring_carrier_port(&hub), peer_inbox, 1U);
     FUZZ_CHECK((message_add_peer(&endpoint, TRUE_PEER) == STATUS_OK) &&
                (message_add_peer(&endpoint, SILENT_PEER) == STATUS_OK) &&
                (message_add_peer(&peer, SELF) == STATUS_OK));
-    FUZZ_CHECK((ring_carrier_attach(&hub, &endpoint) == STATUS_OK) &&
-               (ring_carrier_attach(&hub, &peer) == STATUS_OK));
+    FUZZ_CHECK((message_ring_carrier_attach(&hub, &endpoint) == STATUS_OK) &&
+               (message_ring_carrier_attach(&hub, &peer) == STATUS_OK));
 }
 
 static void receive(message_endpoint_t* const who)
@@ -71,7 +71,7 @@ static void act(const fuzz_record_t* const record, uint32_t* const epoch)
         break;
     default:
         (*epoch)++;
-        message_open(&peer, TRUE_PEER, *epoch, ring_carrier_port(&hub), peer_inbox, 1U);
+        message_open(&peer, TRUE_PEER, *epoch, message_ring_carrier_port(&hub), peer_inbox, 1U);
         FUZZ_CHECK(message_add_peer(&peer, SELF) == STATUS_OK);
         break;
     }

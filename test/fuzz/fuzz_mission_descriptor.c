@@ -30,7 +30,7 @@ static void check_subsystems(void)
     FUZZ_CHECK((mission.subsystem_count >= 1U) && (mission.subsystem_count <= MISSION_SUBSYSTEMS_MAX));
     for (uint16_t i = 0U; i < mission.subsystem_count; i++) {
         const mission_subsystem_t* const subsystem = &mission.subsystems[i];
-        FUZZ_CHECK(mission_find_subsystem(&mission, subsystem->apid) == subsystem);
+        FUZZ_CHECK(descriptor_mission_find_subsystem(&mission, subsystem->apid) == subsystem);
         FUZZ_CHECK(subsystem->configuration_count <= MISSION_CONFIGURATIONS_MAX);
         FUZZ_CHECK(subsystem->port_count <= MISSION_PORTS_MAX);
     }
@@ -41,12 +41,12 @@ static void check_rules(void)
     for (uint16_t i = 0U; i < mission.rule_count; i++) {
         const mission_rule_t* const rule = &mission.rules[i];
         FUZZ_CHECK((rule->target == MISSION_ANY_TARGET) ||
-                   (mission_find_subsystem(&mission, rule->target) != NULL));
+                   (descriptor_mission_find_subsystem(&mission, rule->target) != NULL));
     }
     for (uint16_t i = 0U; i < mission.link_count; i++) {
         const mission_link_t* const link = &mission.links[i];
-        FUZZ_CHECK(mission_find_subsystem(&mission, link->producer_apid) != NULL);
-        FUZZ_CHECK(mission_find_subsystem(&mission, link->consumer_apid) != NULL);
+        FUZZ_CHECK(descriptor_mission_find_subsystem(&mission, link->producer_apid) != NULL);
+        FUZZ_CHECK(descriptor_mission_find_subsystem(&mission, link->consumer_apid) != NULL);
     }
     for (uint16_t i = 0U; i < mission.plan_count; i++) {
         const mission_plan_t* const plan = &mission.plans[i];
@@ -59,8 +59,8 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 {
     (void)fuzz_file(data, size);
     descriptor_loader_init(&loader);
-    const status_t status =
-        descriptor_load_mission(&loader, path, MISSION_ANY_TARGET, &mission_whole, &mission, &scratch);
+    const status_t status   = descriptor_load_mission(&loader, path, MISSION_ANY_TARGET,
+                                                      &descriptor_mission_whole, &mission, &scratch);
     const char* const error = descriptor_error(&loader);
     if (status != STATUS_OK) {
         FUZZ_CHECK((status != STATUS_BUSY) && (status < STATUS_COUNT) && (strchr(error, ':') != NULL));

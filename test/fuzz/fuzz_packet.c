@@ -16,7 +16,7 @@ static struct { // The last report sent.
     size_t size;
 } sent;
 
-static pus_process_t process;
+static pus_app_process_t process;
 
 static status_t keep(void* const context, const uint8_t* const packet, const size_t size)
 {
@@ -162,7 +162,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
     pus_failure_t failure;
     pus_tc_t tc;
     pus_tm_t tm;
-    pus_process_init(&process, 1U, 0U, &port);
+    pus_app_process_init(&process, 1U, 0U, &port);
 
     size_t frame_size     = 0U;
     const status_t framed = pus_packet_frame(data, size, &frame_size);

@@ -3,7 +3,7 @@
 // the input. A document that is refused leaves the old one in force, down to the configuration hash; one that
 // is taken is flown: each of its configurations is selected and brought up as far as it comes, with drives on
 // the bus, and the subsystem goes back to OFFLINE, where it takes the next.
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
 #include "generated/manipulator_descriptor.h"
 #include "pus/core/packet.h"
@@ -26,7 +26,7 @@ static descriptor_loader_t loader;
 static subsystem_descriptor_t descriptors[2];
 static unsigned in_force;
 static bool was_taken;
-static component_t component;
+static subsystem_t component;
 static manipulator_t manipulator;
 static scripted_bus_t bus;
 static uint64_t now_ns;
@@ -45,8 +45,8 @@ static status_t take_report(void* const context, const uint8_t* const packet, co
     return STATUS_OK;
 }
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -91,7 +91,7 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 static void step(const unsigned count)
 {
     for (unsigned i = 0U; i < count; i++) {
-        const uint64_t wake_ns = component_step(&component, now_ns);
+        const uint64_t wake_ns = subsystem_step(&component, now_ns);
         FUZZ_CHECK(wake_ns > now_ns);
         scripted_bus_run(&bus);
         scripted_bus_heartbeat(&bus);
@@ -113,7 +113,7 @@ static void request(const uint8_t subtype, const uint8_t* const data, const size
                          .size     = size};
     sequence++;
     FUZZ_CHECK(pus_tc_encode(&tc, packet, sizeof packet, &octets) == STATUS_OK);
-    component_accept(&component, packet, octets, now_ns);
+    subsystem_accept(&component, packet, octets, now_ns);
 }
 
 static void go(const state_t state, const unsigned steps)
@@ -127,10 +127,10 @@ static void go(const state_t state, const unsigned steps)
 
 static void go_offline(void)
 {
-    (void)component_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
+    (void)subsystem_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
     for (unsigned i = 0U; (i < STEPS_TO_OFFLINE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {
         if ((i % 1000U) == 999U) {
-            (void)component_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
+            (void)subsystem_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
         }
         step(1U);
     }
@@ -152,7 +152,7 @@ static void fly(const uint16_t configuration)
 static void begin(void)
 {
     static const flow_resolver_t flows = {NULL, resolve};
-    const component_config_t config    = {.descriptor             = &descriptors[0],
+    const subsystem_config_t config    = {.descriptor             = &descriptors[0],
                                           .is_descriptor_valid    = true,
                                           .callbacks              = manipulator_callbacks(),
                                           .self                   = &manipulator,
@@ -160,7 +160,7 @@ static void begin(void)
                                           .start_count            = 1U,
                                           .port                   = {NULL, take_report},
                                           .supervisor_patience_ns = 3000000000U,
-                                          .status_interval_ns     = COMPONENT_STATUS_INTERVAL_NS,
+                                          .status_interval_ns     = SUBSYSTEM_STATUS_INTERVAL_NS,
                                           .reload                 = reload};
     memory_sockets_reset();
     descriptor_loader_init(&loader);
@@ -172,7 +172,7 @@ static void begin(void)
     (void)scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
     (void)scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
     manipulator_init(&manipulator, &component, &flows);
-    component_init(&component, &config);
+    subsystem_init(&component, &config);
     step(1U);
 }
 

@@ -6,7 +6,7 @@
 //
 // Records: kind 0..4 a packet, then argument cycles; 5 a CAN frame; 6 a link frame; 7 misbehaviour of a
 // drive.
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
 #include "pus/st01/st01_verification.h"
 #include "test/fuzz/can_records.h"
@@ -22,7 +22,7 @@
 #define TOKENS 64U
 
 static subsystem_descriptor_t descriptor;
-static component_t component;
+static subsystem_t component;
 static manipulator_t manipulator;
 static scripted_bus_t bus;
 static scripted_node_t* joints[2];
@@ -74,14 +74,14 @@ static status_t take_report(void* const context, const uint8_t* const packet, co
     pus_subsystem_status_t status;
     if ((tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS)) {
         FUZZ_CHECK(pus_subsystem_status_read(&reader, &status) == STATUS_OK);
-        FUZZ_CHECK(pus_process_is_waiting(&component.process) ||
+        FUZZ_CHECK(pus_app_process_is_waiting(&component.process) ||
                    status.state == (uint8_t)subsystem_state(&component));
     }
     return STATUS_OK;
 }
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -123,22 +123,22 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 
 static void begin(void)
 {
-    static const flow_resolver_t flows = {NULL, resolve};
-    static const link_resolver_t links = {.udp_route = route};
-    static const bool is_good          = true;
-    const component_config_t config    = {.descriptor             = &descriptor,
-                                          .is_descriptor_valid    = true,
-                                          .callbacks              = manipulator_callbacks(),
-                                          .self                   = &manipulator,
-                                          .mission_epoch_s        = 1000U,
-                                          .start_count            = 1U,
-                                          .port                   = {NULL, take_report},
-                                          .links                  = &links,
-                                          .link_methods           = 1U << RTLINK_METHOD_UDP,
-                                          .supervisor_patience_ns = 3000000000U,
-                                          .status_interval_ns     = COMPONENT_STATUS_INTERVAL_NS,
-                                          .reload                 = reload,
-                                          .reload_context         = (void*)(uintptr_t)&is_good};
+    static const flow_resolver_t flows   = {NULL, resolve};
+    static const rtlink_resolver_t links = {.udp_route = route};
+    static const bool is_good            = true;
+    const subsystem_config_t config      = {.descriptor             = &descriptor,
+                                            .is_descriptor_valid    = true,
+                                            .callbacks              = manipulator_callbacks(),
+                                            .self                   = &manipulator,
+                                            .mission_epoch_s        = 1000U,
+                                            .start_count            = 1U,
+                                            .port                   = {NULL, take_report},
+                                            .links                  = &links,
+                                            .link_methods           = 1U << RTLINK_METHOD_UDP,
+                                            .supervisor_patience_ns = 3000000000U,
+                                            .status_interval_ns     = SUBSYSTEM_STATUS_INTERVAL_NS,
+                                            .reload                 = reload,
+                                            .reload_context         = (void*)(uintptr_t)&is_good};
     scripted_bus_open(&bus, "shm:fuzz");
     joints[0]  = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
     joints[1]  = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
@@ -146,18 +146,18 @@ static void begin(void)
     refusals   = 0U;
     open_count = 0U;
     manipulator_init(&manipulator, &component, &flows);
-    component_init(&component, &config);
+    subsystem_init(&component, &config);
 }
 
 static void step(const unsigned count)
 {
     for (unsigned i = 0U; i < count; i++) {
-        const uint64_t wake_ns = component_step(&component, now_ns);
+        const uint64_t wake_ns = subsystem_step(&component, now_ns);
         FUZZ_CHECK(wake_ns > now_ns);
         scripted_bus_run(&bus);
         scripted_bus_heartbeat(&bus);
         now_ns = wake_ns;
-        FUZZ_CHECK(pool_is_consistent(&component.tickets));
+        FUZZ_CHECK(pool_is_consistent(&component.call_tokens));
     }
 }
 
@@ -171,7 +171,7 @@ static void act(const fuzz_record_t* const record)
         (void)osal_can_send(&bus.wire, &frame);
         break;
     case 6U:
-        component_link_datagram(&component, record->octets, record->size);
+        subsystem_link_datagram(&component, record->octets, record->size);
         break;
     case 7U:
         joint->is_plugged  = ((record->argument & 1U) == 0U);
@@ -181,7 +181,7 @@ static void act(const fuzz_record_t* const record)
         refusals           = (record->argument >> 4U) & 7U;
         break;
     default:
-        component_accept(&component, record->octets, record->size, now_ns);
+        subsystem_accept(&component, record->octets, record->size, now_ns);
         step((record->argument < steps_left) ? record->argument : steps_left);
         steps_left -= (record->argument < steps_left) ? record->argument : steps_left;
         break;
@@ -193,12 +193,12 @@ static void end(void)
 {
     for (unsigned i = 0U; (i < STEPS_TO_OFFLINE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {
         if ((i % 1000U) == 0U) {
-            (void)component_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
+            (void)subsystem_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
         }
         step(1U);
     }
     FUZZ_CHECK(subsystem_state(&component) == STATE_OFFLINE);
-    FUZZ_CHECK(component.tickets.stats.taken == 0U);
+    FUZZ_CHECK(component.call_tokens.stats.taken == 0U);
     scripted_bus_close(&bus);
 }
 

@@ -12,7 +12,7 @@
 static void check_address(const char* const words)
 {
     osal_address_t address = {0U, 0U};
-    if (endnode_socket_address(words, &address) != STATUS_OK) {
+    if (flow_endnode_socket_address(words, &address) != STATUS_OK) {
         return;
     }
     char canonical[32]; // Written again and read again, it is the same.
@@ -23,7 +23,7 @@ static void check_address(const char* const words)
     }
     text_add_unsigned(&text, address.port);
     osal_address_t again = {0U, 0U};
-    FUZZ_CHECK(!text.cut && (endnode_socket_address(canonical, &again) == STATUS_OK));
+    FUZZ_CHECK(!text.cut && (flow_endnode_socket_address(canonical, &again) == STATUS_OK));
     FUZZ_CHECK((again.ipv4 == address.ipv4) && (again.port == address.port));
 }
 

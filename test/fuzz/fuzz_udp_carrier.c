@@ -18,7 +18,7 @@
 #define PORT_OF(component) (7000U + (component))
 
 static message_endpoint_t endpoint;
-static udp_carrier_t carrier;
+static message_udp_carrier_t carrier;
 static osal_socket_t socket_of_endpoint;
 static message_place_t inbox[2];
 static uint8_t block[MESSAGE_PAYLOAD_MAX];
@@ -34,11 +34,11 @@ static void begin(void)
     const osal_address_t here = {OSAL_IPV4_LOOPBACK, PORT_OF(SELF)};
     memory_sockets_reset();
     FUZZ_CHECK(osal_udp_open(&socket_of_endpoint, here, 0U) == STATUS_OK);
-    udp_carrier_init(&carrier, &socket_of_endpoint, (delivery_notice_t){NULL, delivered});
-    message_open(&endpoint, SELF, 1U, udp_carrier_port(&carrier), inbox, 2U);
+    message_udp_carrier_init(&carrier, &socket_of_endpoint, (message_delivery_notice_t){NULL, delivered});
+    message_open(&endpoint, SELF, 1U, message_udp_carrier_port(&carrier), inbox, 2U);
     for (uint16_t peer = FIRST_PEER; peer < (FIRST_PEER + 2U); peer++) {
         const osal_address_t there = {OSAL_IPV4_LOOPBACK, (uint16_t)PORT_OF(peer)};
-        FUZZ_CHECK(udp_carrier_add_peer(&carrier, peer, there) == STATUS_OK);
+        FUZZ_CHECK(message_udp_carrier_add_peer(&carrier, peer, there) == STATUS_OK);
         FUZZ_CHECK(message_add_peer(&endpoint, peer) == STATUS_OK);
     }
 }
@@ -50,7 +50,7 @@ static void arrive(const fuzz_record_t* const record)
     const message_counters_t before = endpoint.counters;
     const uint32_t stamp            = endpoint.stamp;
     memory_sockets_datagram(from, record->octets, record->size);
-    const status_t status = udp_carrier_pump(&carrier, &endpoint);
+    const status_t status = message_udp_carrier_pump(&carrier, &endpoint);
     const bool is_kept    = (endpoint.stamp != stamp);
     if (record->size > MESSAGE_FRAME_MAX) {
         FUZZ_CHECK((status == STATUS_NOT_OURS) && !is_kept &&
@@ -94,7 +94,7 @@ static void act(fuzz_record_t* const record)
                             record->size);
         break;
     default:
-        FUZZ_CHECK(udp_carrier_pump(&carrier, &endpoint) != STATUS_OK);
+        FUZZ_CHECK(message_udp_carrier_pump(&carrier, &endpoint) != STATUS_OK);
         break;
     }
     FUZZ_CHECK(message_is_consistent(&endpoint));

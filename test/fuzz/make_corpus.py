@@ -199,7 +199,7 @@ def seeds_of_socketcand():
     yield record(1, b"< echo >< open robot >< send 18FF0001 0 >") + record(1, b"< rawmode >") + begun + record(4)
 
 
-def seeds_of_door():
+def seeds_of_cosimulation():
     join = record(0, b"join operator 40001\n")
     yield join + record(0, b"done 500000 12 40001\n") + record(0, b"done never 0 0\n") + record(0, b"leave\n") + record(1, b"join x")
 
@@ -231,7 +231,7 @@ def files(*patterns):
 
 
 VECTORS = {
-    "canopen": seeds_of_canopen, "communication": seeds_of_ground, "device": seeds_of_device, "door": seeds_of_door,
+    "canopen": seeds_of_canopen, "communication": seeds_of_ground, "device": seeds_of_device, "cosimulation": seeds_of_cosimulation,
     "eds": lambda: files("descriptors/devices/*.eds"), "flow_stream": seeds_of_streams, "link_frame": seeds_of_links, "message": seeds_of_messages,
     "mission_descriptor": lambda: files("descriptors/missions/*.xml"), "packet": seeds_of_packets,
     "packet_archive": seeds_of_archive, "procedures": seeds_of_procedures, "pusdump": seeds_of_dump, "reload": seeds_of_reload,

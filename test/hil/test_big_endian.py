@@ -67,7 +67,7 @@ def test_flight_is_in_order(foreign):
 
 
 def test_records_lie_in_the_storage_folder(native, foreign):
-    """Those of the foreign program as well, under the names that they have without it."""
+    """Those of the remote-endian program as well, under the names that they have without it."""
     name, flight = foreign
     records = sorted(path.name for path in (flight.folder / "storage").iterdir())
     assert records == sorted(path.name for path in (native.folder / "storage").iterdir())
@@ -153,9 +153,9 @@ def _below(pid):
     return found
 
 
-@pytest.mark.parametrize("victim", [RUNNER, "stand-in"])
+@pytest.mark.parametrize("victim", [RUNNER, "proxy"])
 def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
-    """The program, or its stand-in: the subsystem is lost like any other, its drives leave operation, its partner follows."""
+    """The program, or its proxy: the subsystem is lost like any other, its drives leave operation, its partner follows."""
     flight = _die(folder / f"death-{victim}", scenario, victim, len(flying.bring_up(0.1)) + 2)
     states = [raw[22] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x81\x02"
               and int.from_bytes(raw[:2], "big") & 0x7FF == MEMBERS["JOYSTICK"]]
@@ -168,12 +168,12 @@ def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
 def test_kill_at_any_step(folder, scenario, seed):
     """Also before it has joined."""
     draw = random.Random(seed)
-    victim, step = draw.choice([RUNNER, "stand-in"]), draw.randint(0, FLIGHT_S)
+    victim, step = draw.choice([RUNNER, "proxy"]), draw.randint(0, FLIGHT_S)
     _assert_safe(_die(folder / f"death-{seed}", scenario, victim, step))
 
 
 def _die(path, scenario, victim, step):
-    """kill -9 of the manipulator's program or its stand-in after a step of the operator."""
+    """kill -9 of the manipulator's program or its proxy after a step of the operator."""
     flight = flying.start(path, "--scenario", scenario, "--foreign", "MANIPULATOR")
     try:
         flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and victim in _below(flight.process.pid),
@@ -186,7 +186,7 @@ def _die(path, scenario, victim, step):
     assert flight.code == 1, flight.told()
     assert "manipulator" in flight.facts["exit_reason"]
     if victim == RUNNER:
-        assert "was ended by signal 9" in flight.console, "the stand-in says how its program was lost"
+        assert "was ended by signal 9" in flight.console, "the proxy says how its program was lost"
     return flight
 
 
@@ -234,14 +234,14 @@ def test_program_that_is_not_built(folder):
 
 def test_stand_in_and_program_alone():
     """Called by hand, each says who starts it."""
-    alone = subprocess.run([flying.BIN / "stand-in"], capture_output=True, text=True, timeout=flying.MOMENT_S)
+    alone = subprocess.run([flying.BIN / "proxy"], capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert alone.returncode == 2 and "hirosco run --foreign" in alone.stderr
-    no_run = subprocess.run([flying.BIN / "stand-in", "--run", "/hirosco-0.run", "--component", "2", "--program", "x", "--runner", "y"],
+    no_run = subprocess.run([flying.BIN / "proxy", "--run", "/hirosco-0.run", "--component", "2", "--program", "x", "--runner", "y"],
                             capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert no_run.returncode == 1 and "no such run" in no_run.stderr
-    program = subprocess.run([RUNNER, FOREIGN / "bin" / "manipulator", "--run", "x", "--stand-in", "0"], stdin=subprocess.DEVNULL,
+    program = subprocess.run([RUNNER, FOREIGN / "bin" / "manipulator", "--run", "x", "--proxy", "0"], stdin=subprocess.DEVNULL,
                              capture_output=True, text=True, timeout=flying.MOMENT_S, cwd=places.ROOT)
-    assert program.returncode == 1 and "stand-in does not tell of a run" in program.stderr
+    assert program.returncode == 1 and "proxy does not tell of a run" in program.stderr
 
 
 # ---- Units ----

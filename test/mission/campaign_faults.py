@@ -45,7 +45,7 @@ class Drawn:
         return not self.cuts
 
     def moment(self, rng):
-        """Any grant of the calendar between the bring-up and the end."""
+        """Any grant of the scheduler between the bring-up and the end."""
         return rng.randrange(int(0.3e6), int((self.end_s - SETTLE_S) * 1e6), 500) / 1e6
 
 

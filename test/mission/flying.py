@@ -113,7 +113,7 @@ class Flight:
         return {name: pid for pid, parent, name in processes() if parent == self.process.pid}
 
     def leftovers(self):
-        """Processes, the operator's door and shared memory of this run that are still there."""
+        """Processes, the operator's co-simulation port and shared memory of this run that are still there."""
         mark, folder = self.identity.encode(), str(self.folder).encode()
         found = [f"process {pid} {line.decode(errors='replace')}" for pid, line in command_lines() if _is_of(line, mark, folder)]
         found += [str(path) for path in pathlib.Path("/dev/shm").glob(f"*{self.identity}*") if _has_identity(path.name, self.identity)]

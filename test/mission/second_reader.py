@@ -67,9 +67,9 @@ def build(place):
     """A folder that is otherwise the project's, with this mission in it."""
     place.mkdir(parents=True)
     descriptor = _descriptors(place / "descriptors")
-    _link_all(flying.ROOT / "sim", place / "sim", ("equipment",))
-    (place / "sim" / "equipment").mkdir()
-    (place / "sim" / "equipment" / "shadow.txt").write_text(BENCH, encoding="ascii")
+    _link_all(flying.ROOT / "sim", place / "sim", ("bench_devices",))
+    (place / "sim" / "bench_devices").mkdir()
+    (place / "sim" / "bench_devices" / "shadow.txt").write_text(BENCH, encoding="ascii")
     shutil.copytree(flying.ROOT / "gse", place / "gse", ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("base", "pus"):
         (place / name).symlink_to(flying.ROOT / name)

@@ -203,7 +203,7 @@ def test_nothing_was_compiled_for_a_change_of_configuration(pupil):
         ({"NAME": "switch"}, "NAME=switch: expected a name that is no word of C"),
         ({"NAME": "../evil"}, "NAME=../evil: expected"),
         ({"NAME": "drives"}, "NAME=drives: expected another name: drives_t is there already, in fsw/drives/drives.h:"),
-        ({"NAME": "seat"}, "NAME=seat: expected another name: seat_t is there already, in fsw/programs/"),
+        ({"NAME": "component_runtime"}, "NAME=component_runtime: expected another name: component_runtime_t is there already, in fsw/programs/"),
         ({"NAME": "parameter"}, "NAME=parameter: expected another name: PARAMETER_APID is there already, in fsw/framework/parameter/parameter.h:"),
         ({"NAME": "gripper_parameters"}, "gripper_parameters_t is there already, in fsw/subsystems/gripper/"),
         ({"NAME": "size"}, "NAME=size: expected a name that is no type of C: size_t is one"),

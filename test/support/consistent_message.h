@@ -4,7 +4,7 @@
 #define TEST_SUPPORT_CONSISTENT_MESSAGE_H
 
 #include "fsw/framework/message/message.h"
-#include "test/support/consistent_octet_ring.h"
+#include "test/support/consistent_message_ring.h"
 
 /// Each inbox is sound, and what it has judged lies before what it has not.
 static inline bool message_is_consistent(const message_endpoint_t* endpoint)

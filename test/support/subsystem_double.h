@@ -21,7 +21,7 @@ typedef struct {
 } double_event_t;
 
 typedef struct {
-    uint32_t ticket;
+    uint32_t call_token;
     uint16_t code;
 } double_result_t;
 

@@ -42,10 +42,10 @@ static double cosine_of_eighth(const double x)
     return 1.0 - (y * (0.5 - (y * series(y, coefficients))));
 }
 
-sine_cosine_t elementary_sine_cosine(const double angle_rad)
+control_sine_cosine_t control_sine_cosine(const double angle_rad)
 {
     if (!((angle_rad >= -ANGLE_MAX_RAD) && (angle_rad <= ANGLE_MAX_RAD))) {
-        return (sine_cosine_t){.sine = 0.0, .cosine = 1.0};
+        return (control_sine_cosine_t){.sine = 0.0, .cosine = 1.0};
     }
     const double turns     = angle_rad * TWO_OVER_PI;
     const int32_t quadrant = (int32_t)(turns + ((turns < 0.0) ? -0.5 : 0.5));
@@ -55,17 +55,17 @@ sine_cosine_t elementary_sine_cosine(const double angle_rad)
     const double cosine    = cosine_of_eighth(rest);
     switch ((uint32_t)quadrant % 4U) {
     case 0U:
-        return (sine_cosine_t){.sine = sine, .cosine = cosine};
+        return (control_sine_cosine_t){.sine = sine, .cosine = cosine};
     case 1U:
-        return (sine_cosine_t){.sine = cosine, .cosine = -sine};
+        return (control_sine_cosine_t){.sine = cosine, .cosine = -sine};
     case 2U:
-        return (sine_cosine_t){.sine = -sine, .cosine = -cosine};
+        return (control_sine_cosine_t){.sine = -sine, .cosine = -cosine};
     default:
-        return (sine_cosine_t){.sine = -cosine, .cosine = sine};
+        return (control_sine_cosine_t){.sine = -cosine, .cosine = sine};
     }
 }
 
-double elementary_tanh(const double x)
+double control_tanh(const double x)
 {
     if (!(x < 20.0)) {
         return 1.0;
@@ -88,12 +88,12 @@ double elementary_tanh(const double x)
     return result;
 }
 
-double elementary_absolute(const double x)
+double control_absolute(const double x)
 {
     return (x < 0.0) ? -x : x;
 }
 
-double elementary_clamp(const double x, const double low, const double high)
+double control_clamp(const double x, const double low, const double high)
 {
     if (!(x > low)) {
         return low;

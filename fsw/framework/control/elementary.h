@@ -10,17 +10,17 @@
 typedef struct {
     double sine;
     double cosine;
-} sine_cosine_t;
+} control_sine_cosine_t;
 
 /// Both for an angle [rad]. Within 1e-15 for |angle| <= 1000; beyond 1e6 the result is sine 0, cosine 1 (no
 /// joint gets there).
-sine_cosine_t elementary_sine_cosine(double angle_rad);
+control_sine_cosine_t control_sine_cosine(double angle_rad);
 
 /// Hyperbolic tangent, within 2e-15.
-double elementary_tanh(double x);
+double control_tanh(double x);
 
-double elementary_absolute(double x);
+double control_absolute(double x);
 /// x, or the bound that it passes. A value that is not a number becomes `low`. low <= high.
-double elementary_clamp(double x, double low, double high);
+double control_clamp(double x, double low, double high);
 
 #endif // FSW_FRAMEWORK_CONTROL_ELEMENTARY_H

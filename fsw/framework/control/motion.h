@@ -2,7 +2,7 @@
 /// Point-to-point motion with minimum jerk: rest to rest in a given time, smooth to the second derivative;
 /// and a stop out of it with constant deceleration.
 ///
-/// Ownership  The caller places motion_t.
+/// Ownership  The caller places control_motion_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_FRAMEWORK_CONTROL_MOTION_H
@@ -16,24 +16,24 @@ typedef struct { // All fields are private.
     double duration_s;
     double elapsed_s;
     double speed; ///< At the begin of a stop, with sign; 0 in a whole motion.
-} motion_t;
+} control_motion_t;
 
 typedef struct {
     double position;
     double velocity;
     double acceleration;
-} motion_point_t;
+} control_motion_point_t;
 
 /// At rest at a position.
-void motion_rest(motion_t* motion, double position);
+void control_motion_rest(control_motion_t* motion, double position);
 /// From start to goal. duration_s > 0.
-void motion_begin(motion_t* motion, double start, double goal, double duration_s);
+void control_motion_begin(control_motion_t* motion, double start, double goal, double duration_s);
 /// Stop from a point of a motion. deceleration > 0.
-void motion_brake(motion_t* motion, const motion_point_t* from, double deceleration);
+void control_motion_brake(control_motion_t* motion, const control_motion_point_t* from, double deceleration);
 /// Go on by one period; the point reached. After the end: at rest at the goal.
-motion_point_t motion_step(motion_t* motion, double period_s);
-bool motion_is_done(const motion_t* motion);
+control_motion_point_t control_motion_step(control_motion_t* motion, double period_s);
+bool control_motion_is_done(const control_motion_t* motion);
 /// Largest speed of a motion over a distance.
-double motion_peak_speed(double distance, double duration_s);
+double control_motion_peak_speed(double distance, double duration_s);
 
 #endif // FSW_FRAMEWORK_CONTROL_MOTION_H

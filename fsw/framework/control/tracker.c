@@ -5,14 +5,14 @@
 
 #include <stddef.h>
 
-void tracker_reset(tracker_t* const tracker, const double position)
+void control_tracker_reset(control_tracker_t* const tracker, const double position)
 {
     FSW_ASSERT(tracker != NULL);
-    *tracker = (tracker_t){.position = position};
+    *tracker = (control_tracker_t){.position = position};
 }
 
-void tracker_step(tracker_t* const tracker, const double sample, const double omega_rad_s,
-                  const double period_s)
+void control_tracker_step(control_tracker_t* const tracker, const double sample, const double omega_rad_s,
+                          const double period_s)
 {
     FSW_ASSERT(tracker != NULL);
     const double error    = sample - tracker->position;

@@ -2,7 +2,7 @@
 /// Second-order tracker: follows a sampled signal and gives its velocity and acceleration. Critically damped,
 /// without lag on ramps, with bandwidth `omega`.
 ///
-/// Ownership  The caller places tracker_t.
+/// Ownership  The caller places control_tracker_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_FRAMEWORK_CONTROL_TRACKER_H
@@ -12,11 +12,11 @@ typedef struct {
     double position;
     double velocity;
     double acceleration;
-} tracker_t;
+} control_tracker_t;
 
 /// At rest at a position.
-void tracker_reset(tracker_t* tracker, double position);
+void control_tracker_reset(control_tracker_t* tracker, double position);
 /// One sample. omega_rad_s x period_s < 0.5, or the tracker rings.
-void tracker_step(tracker_t* tracker, double sample, double omega_rad_s, double period_s);
+void control_tracker_step(control_tracker_t* tracker, double sample, double omega_rad_s, double period_s);
 
 #endif // FSW_FRAMEWORK_CONTROL_TRACKER_H

@@ -6,11 +6,11 @@
 #include <stddef.h>
 #include <string.h>
 
-status_t endnode_resolve(const flow_resolver_t* const resolver, const endnode_kind_t kind,
-                         const char* const name, endnode_address_t* const out_address)
+status_t flow_endnode_resolve(const flow_resolver_t* const resolver, const flow_endnode_kind_t kind,
+                              const char* const name, flow_endnode_address_t* const out_address)
 {
     FSW_ASSERT((resolver != NULL) && (resolver->resolve != NULL) && (name != NULL) && (out_address != NULL));
-    *out_address = (endnode_address_t){.is_fd = false};
+    *out_address = (flow_endnode_address_t){.is_fd = false};
     if (resolver->resolve(resolver->context, kind, name, out_address) != STATUS_OK) {
         return STATUS_NOT_FOUND;
     }
@@ -32,7 +32,7 @@ static bool take_number(const char** const text, const uint32_t limit, uint32_t*
     return is_number;
 }
 
-status_t endnode_socket_address(const char* const text, osal_address_t* const out_address)
+status_t flow_endnode_socket_address(const char* const text, osal_address_t* const out_address)
 {
     FSW_ASSERT((text != NULL) && (out_address != NULL));
     static const char separators[] = {'.', '.', '.', ':'};
@@ -53,10 +53,10 @@ status_t endnode_socket_address(const char* const text, osal_address_t* const ou
     return STATUS_OK;
 }
 
-status_t endnode_resolve_socket(const flow_resolver_t* const resolver, const endnode_kind_t kind,
-                                const char* const name, osal_address_t* const out_address)
+status_t flow_endnode_resolve_socket(const flow_resolver_t* const resolver, const flow_endnode_kind_t kind,
+                                     const char* const name, osal_address_t* const out_address)
 {
-    endnode_address_t address;
-    const status_t status = endnode_resolve(resolver, kind, name, &address);
-    return (status == STATUS_OK) ? endnode_socket_address(address.address, out_address) : status;
+    flow_endnode_address_t address;
+    const status_t status = flow_endnode_resolve(resolver, kind, name, &address);
+    return (status == STATUS_OK) ? flow_endnode_socket_address(address.address, out_address) : status;
 }

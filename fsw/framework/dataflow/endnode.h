@@ -30,29 +30,30 @@ typedef enum {
     ENDNODE_MQUEUE,
     ENDNODE_SERIAL,
     ENDNODE_FILE
-} endnode_kind_t;
+} flow_endnode_kind_t;
 
 typedef struct {
     char address[ENDNODE_ADDRESS_MAX];
     bool is_fd; ///< CAN: process data travels in FD frames with bit rate switch.
-} endnode_address_t;
+} flow_endnode_address_t;
 
 /// Port to the resolver of the addresses of this run.
 typedef struct {
     void* context;
     /// STATUS_OK; STATUS_NOT_FOUND (no such end node in this run).
-    status_t (*resolve)(void* context, endnode_kind_t kind, const char* name, endnode_address_t* out_address);
+    status_t (*resolve)(void* context, flow_endnode_kind_t kind, const char* name,
+                        flow_endnode_address_t* out_address);
 } flow_resolver_t;
 
 /// Ask the resolver. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (an address that does not end).
-MUST_USE status_t endnode_resolve(const flow_resolver_t* resolver, endnode_kind_t kind, const char* name,
-                                  endnode_address_t* out_address);
+MUST_USE status_t flow_endnode_resolve(const flow_resolver_t* resolver, flow_endnode_kind_t kind,
+                                       const char* name, flow_endnode_address_t* out_address);
 
 /// The same of an end node that is a socket address.
-MUST_USE status_t endnode_resolve_socket(const flow_resolver_t* resolver, endnode_kind_t kind,
-                                         const char* name, osal_address_t* out_address);
+MUST_USE status_t flow_endnode_resolve_socket(const flow_resolver_t* resolver, flow_endnode_kind_t kind,
+                                              const char* name, osal_address_t* out_address);
 
 /// "A.B.C.D:PORT" as a socket address. STATUS_OK, STATUS_INVALID.
-MUST_USE status_t endnode_socket_address(const char* text, osal_address_t* out_address);
+MUST_USE status_t flow_endnode_socket_address(const char* text, osal_address_t* out_address);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_ENDNODE_H

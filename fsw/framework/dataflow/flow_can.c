@@ -69,7 +69,7 @@ status_t flow_can_open(flow_can_t* const flow, const flow_resolver_t* const reso
     if (flow->is_open) {
         return STATUS_EXISTS;
     }
-    status_t status = endnode_resolve(resolver, ENDNODE_CAN, bus, &flow->address);
+    status_t status = flow_endnode_resolve(resolver, ENDNODE_CAN, bus, &flow->address);
     if (status == STATUS_OK) {
         flow->is_fd = flow->address.is_fd;
         status      = open_bus(flow);
@@ -77,8 +77,8 @@ status_t flow_can_open(flow_can_t* const flow, const flow_resolver_t* const reso
     if (status == STATUS_OK) {
         flow->is_open = true;
         flow->is_lost = false;
-        reconnect_init(&flow->reconnect, REOPEN_FIRST_NS, REOPEN_LONGEST_NS);
-        reconnect_succeeded(&flow->reconnect, 0U);
+        flow_reconnect_init(&flow->reconnect, REOPEN_FIRST_NS, REOPEN_LONGEST_NS);
+        flow_reconnect_succeeded(&flow->reconnect, 0U);
     } else {
         flow->counters.failed++;
     }
@@ -100,16 +100,16 @@ void flow_can_attend(flow_can_t* const flow, const uint64_t now_ns)
     if (!flow->is_open || !flow->is_lost) {
         return;
     }
-    reconnect_lost(&flow->reconnect, now_ns);
-    if (!reconnect_is_due(&flow->reconnect, now_ns)) {
+    flow_reconnect_lost(&flow->reconnect, now_ns);
+    if (!flow_reconnect_is_due(&flow->reconnect, now_ns)) {
         return;
     }
     if (open_bus(flow) == STATUS_OK) {
-        reconnect_succeeded(&flow->reconnect, now_ns);
+        flow_reconnect_succeeded(&flow->reconnect, now_ns);
         flow->is_lost = false;
         flow->counters.reopened++;
     } else {
-        reconnect_failed(&flow->reconnect, now_ns);
+        flow_reconnect_failed(&flow->reconnect, now_ns);
         flow->counters.failed++;
     }
 }

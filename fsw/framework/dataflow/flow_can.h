@@ -62,11 +62,11 @@ typedef struct { // Error frames by class; one frame may be of several [wrap].
 
 typedef struct { // Private, except health, counters and errors: read-only.
     osal_can_t can;
-    endnode_address_t address;
+    flow_endnode_address_t address;
     bool is_open;
     bool is_lost; // The interface is gone or down.
     bool is_fd;
-    reconnect_t reconnect;
+    flow_reconnect_t reconnect;
     uint32_t queue_overruns; // As the carrier counted them last.
     flow_can_health_t health;
     flow_can_counters_t counters;

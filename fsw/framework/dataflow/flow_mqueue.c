@@ -11,7 +11,7 @@ void flow_mqueue_init(flow_mqueue_t* const flow, const flow_mqueue_setup_t* cons
     FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
     FSW_ASSERT((setup->message_octets >= 1U) && (!setup->is_receiver || (setup->depth >= 1U)));
     *flow = (flow_mqueue_t){.setup = *setup, .resolver = resolver};
-    reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
+    flow_reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
 }
 
 static void release(flow_mqueue_t* const flow)
@@ -22,8 +22,8 @@ static void release(flow_mqueue_t* const flow)
 
 static status_t open_queue(flow_mqueue_t* const flow)
 {
-    endnode_address_t address;
-    status_t status = endnode_resolve(flow->resolver, ENDNODE_MQUEUE, flow->setup.name, &address);
+    flow_endnode_address_t address;
+    status_t status = flow_endnode_resolve(flow->resolver, ENDNODE_MQUEUE, flow->setup.name, &address);
     if (status != STATUS_OK) {
         return status;
     }
@@ -49,10 +49,10 @@ static void begin(flow_mqueue_t* const flow)
         }
     }
     if (status == STATUS_OK) {
-        reconnect_succeeded(&flow->reconnect, flow->now_ns);
+        flow_reconnect_succeeded(&flow->reconnect, flow->now_ns);
     } else {
         flow->failure = status;
-        reconnect_failed(&flow->reconnect, flow->now_ns);
+        flow_reconnect_failed(&flow->reconnect, flow->now_ns);
     }
 }
 
@@ -60,14 +60,14 @@ static void lose(flow_mqueue_t* const flow, const status_t why)
 {
     release(flow);
     flow->failure = why;
-    reconnect_lost(&flow->reconnect, flow->now_ns);
+    flow_reconnect_lost(&flow->reconnect, flow->now_ns);
 }
 
 status_t flow_mqueue_step(flow_mqueue_t* const flow, const uint64_t now_ns)
 {
     FSW_ASSERT(flow != NULL);
     flow->now_ns = now_ns;
-    if (!flow_mqueue_is_open(flow) && reconnect_is_due(&flow->reconnect, now_ns)) {
+    if (!flow_mqueue_is_open(flow) && flow_reconnect_is_due(&flow->reconnect, now_ns)) {
         begin(flow);
     }
     return flow_mqueue_is_open(flow) ? STATUS_OK : STATUS_CLOSED;
@@ -114,25 +114,26 @@ status_t flow_mqueue_receive(flow_mqueue_t* const flow, uint8_t* const octets, c
     return STATUS_CLOSED;
 }
 
-status_t flow_mqueue_send_record(flow_mqueue_t* const flow, const record_layout_t* const layout,
+status_t flow_mqueue_send_record(flow_mqueue_t* const flow, const flow_record_layout_t* const layout,
                                  const void* const record)
 {
     FSW_ASSERT(flow != NULL);
     uint8_t octets[RECORD_OCTETS_MAX];
-    size_t size           = 0U;
-    const status_t status = record_encode(layout, flow->setup.order, record, octets, sizeof octets, &size);
+    size_t size = 0U;
+    const status_t status =
+        flow_record_encode(layout, flow->setup.order, record, octets, sizeof octets, &size);
     FSW_ASSERT(status == STATUS_OK);
     return flow_mqueue_send(flow, octets, size);
 }
 
-status_t flow_mqueue_receive_record(flow_mqueue_t* const flow, const record_layout_t* const layout,
+status_t flow_mqueue_receive_record(flow_mqueue_t* const flow, const flow_record_layout_t* const layout,
                                     void* const out_record)
 {
     uint8_t octets[RECORD_OCTETS_MAX];
     size_t size     = 0U;
     status_t status = flow_mqueue_receive(flow, octets, sizeof octets, &size);
     if (status == STATUS_OK) {
-        status = record_decode(layout, flow->setup.order, octets, size, out_record);
+        status = flow_record_decode(layout, flow->setup.order, octets, size, out_record);
         flow->counters.unfit += (status != STATUS_OK) ? 1U : 0U;
     }
     return status;
@@ -153,5 +154,5 @@ void flow_mqueue_close(flow_mqueue_t* const flow)
             (void)osal_mqueue_remove(flow->address); // Another receiver may have been faster.
         }
     }
-    reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
+    flow_reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
 }

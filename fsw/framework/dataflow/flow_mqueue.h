@@ -48,7 +48,7 @@ typedef struct { // Private; read-only for housekeeping: counters, reconnect, fa
     osal_mqueue_t queue;
     uint64_t now_ns;
     status_t failure; ///< Why the last attempt failed, or the last queue was left; STATUS_OK: nothing yet.
-    reconnect_t reconnect;
+    flow_reconnect_t reconnect;
     flow_mqueue_counters_t counters;
 } flow_mqueue_t;
 
@@ -65,12 +65,12 @@ MUST_USE status_t flow_mqueue_receive(flow_mqueue_t* flow, uint8_t* octets, size
                                       size_t* out_size);
 /// One struct as one message, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
 /// error. Statuses of flow_mqueue_send.
-MUST_USE status_t flow_mqueue_send_record(flow_mqueue_t* flow, const record_layout_t* layout,
+MUST_USE status_t flow_mqueue_send_record(flow_mqueue_t* flow, const flow_record_layout_t* layout,
                                           const void* record);
 /// The next message as a struct, which changes only with STATUS_OK; message_octets <= RECORD_OCTETS_MAX.
 /// Statuses of flow_mqueue_receive; STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: it was no such
 /// record, and is dropped and counted.
-MUST_USE status_t flow_mqueue_receive_record(flow_mqueue_t* flow, const record_layout_t* layout,
+MUST_USE status_t flow_mqueue_receive_record(flow_mqueue_t* flow, const flow_record_layout_t* layout,
                                              void* out_record);
 bool flow_mqueue_is_open(const flow_mqueue_t* flow);
 /// The receiver removes the name with it.

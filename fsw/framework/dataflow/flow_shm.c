@@ -81,7 +81,7 @@ void flow_shm_init(flow_shm_t* const flow, const flow_shm_setup_t* const setup,
     FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
     FSW_ASSERT(is_shape_valid(setup->shape));
     *flow = (flow_shm_t){.setup = *setup, .resolver = resolver};
-    reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
+    flow_reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
 }
 
 static bool is_alive(const osal_shm_t* const shm)
@@ -155,8 +155,8 @@ static void begin(flow_shm_t* const flow)
 {
     status_t status = quota_take(flow->setup.quota);
     if (status == STATUS_OK) {
-        endnode_address_t address;
-        status = endnode_resolve(flow->resolver, ENDNODE_SHM, flow->setup.name, &address);
+        flow_endnode_address_t address;
+        status = flow_endnode_resolve(flow->resolver, ENDNODE_SHM, flow->setup.name, &address);
         if (status == STATUS_OK) {
             (void)memcpy(flow->address, address.address, sizeof flow->address);
             status = flow->setup.is_writer ? create_region(flow) : open_region(flow);
@@ -167,10 +167,10 @@ static void begin(flow_shm_t* const flow)
     }
     if (status == STATUS_OK) {
         flow->is_open = true;
-        reconnect_succeeded(&flow->reconnect, flow->now_ns);
+        flow_reconnect_succeeded(&flow->reconnect, flow->now_ns);
     } else {
         flow->failure = status;
-        reconnect_failed(&flow->reconnect, flow->now_ns);
+        flow_reconnect_failed(&flow->reconnect, flow->now_ns);
     }
 }
 
@@ -178,14 +178,14 @@ static void lose(flow_shm_t* const flow)
 {
     release(flow);
     flow->failure = STATUS_CLOSED;
-    reconnect_lost(&flow->reconnect, flow->now_ns);
+    flow_reconnect_lost(&flow->reconnect, flow->now_ns);
 }
 
 status_t flow_shm_step(flow_shm_t* const flow, const uint64_t now_ns)
 {
     FSW_ASSERT(flow != NULL);
     flow->now_ns = now_ns;
-    if (!flow->is_open && reconnect_is_due(&flow->reconnect, now_ns)) {
+    if (!flow->is_open && flow_reconnect_is_due(&flow->reconnect, now_ns)) {
         begin(flow);
     }
     return flow->is_open ? STATUS_OK : STATUS_CLOSED;
@@ -207,7 +207,7 @@ void flow_shm_close(flow_shm_t* const flow)
         }
         lose(flow);
     }
-    reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
+    flow_reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
 }
 
 static status_t write_value(const flow_shm_t* const flow, region_t* const region, const void* const value)
@@ -295,26 +295,28 @@ status_t flow_shm_read(flow_shm_t* const flow, void* const out_value)
     return STATUS_CLOSED;
 }
 
-status_t flow_shm_write_record(flow_shm_t* const flow, const record_layout_t* const layout,
+status_t flow_shm_write_record(flow_shm_t* const flow, const flow_record_layout_t* const layout,
                                const void* const record)
 {
-    FSW_ASSERT((flow != NULL) && (record_octets(layout) == flow->setup.shape.value_octets));
+    FSW_ASSERT((flow != NULL) && (flow_record_octets(layout) == flow->setup.shape.value_octets));
     uint8_t octets[RECORD_OCTETS_MAX];
-    size_t size           = 0U;
-    const status_t status = record_encode(layout, flow->setup.order, record, octets, sizeof octets, &size);
+    size_t size = 0U;
+    const status_t status =
+        flow_record_encode(layout, flow->setup.order, record, octets, sizeof octets, &size);
     FSW_ASSERT(status == STATUS_OK);
     return flow_shm_write(flow, octets);
 }
 
-status_t flow_shm_read_record(flow_shm_t* const flow, const record_layout_t* const layout,
+status_t flow_shm_read_record(flow_shm_t* const flow, const flow_record_layout_t* const layout,
                               void* const out_record)
 {
-    FSW_ASSERT((flow != NULL) && (record_octets(layout) == flow->setup.shape.value_octets));
+    FSW_ASSERT((flow != NULL) && (flow_record_octets(layout) == flow->setup.shape.value_octets));
     FSW_ASSERT(flow->setup.shape.value_octets <= RECORD_OCTETS_MAX);
     uint8_t octets[RECORD_OCTETS_MAX];
     status_t status = flow_shm_read(flow, octets);
     if (status == STATUS_OK) {
-        status = record_decode(layout, flow->setup.order, octets, flow->setup.shape.value_octets, out_record);
+        status =
+            flow_record_decode(layout, flow->setup.order, octets, flow->setup.shape.value_octets, out_record);
         flow->counters.unfit += (status != STATUS_OK) ? 1U : 0U;
     }
     return status;

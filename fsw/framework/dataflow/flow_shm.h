@@ -65,7 +65,7 @@ typedef struct { // Private; read-only for housekeeping: counters, reconnect, fa
     uint64_t last_sequence;
     uint64_t now_ns;
     status_t failure; ///< Why the last attempt failed, or the last memory was left; STATUS_OK: nothing yet.
-    reconnect_t reconnect;
+    flow_reconnect_t reconnect;
     flow_shm_counters_t counters;
 } flow_shm_t;
 
@@ -85,10 +85,12 @@ MUST_USE status_t flow_shm_write(flow_shm_t* flow, const void* value);
 MUST_USE status_t flow_shm_read(flow_shm_t* flow, void* out_value);
 /// One struct as one value, in the flow's byte order. A layout of other than value_octets, or of more than
 /// RECORD_OCTETS_MAX, is a coding error. Statuses of flow_shm_write.
-MUST_USE status_t flow_shm_write_record(flow_shm_t* flow, const record_layout_t* layout, const void* record);
+MUST_USE status_t flow_shm_write_record(flow_shm_t* flow, const flow_record_layout_t* layout,
+                                        const void* record);
 /// The value of flow_shm_read as a struct, which changes only with STATUS_OK; the layout as above. Statuses
 /// of flow_shm_read; STATUS_INVALID: it was no such record, and is dropped and counted.
-MUST_USE status_t flow_shm_read_record(flow_shm_t* flow, const record_layout_t* layout, void* out_record);
+MUST_USE status_t flow_shm_read_record(flow_shm_t* flow, const flow_record_layout_t* layout,
+                                       void* out_record);
 bool flow_shm_is_open(const flow_shm_t* flow);
 /// The writer also removes the name, and its readers get STATUS_CLOSED.
 void flow_shm_close(flow_shm_t* flow);

@@ -17,8 +17,8 @@ void flow_stream_init(flow_stream_t* const flow, const flow_stream_setup_t* cons
     FSW_ASSERT((setup->outbox != NULL) && (setup->outbox_octets > 0U));
     *flow = (flow_stream_t){
         .setup = *setup, .resolver = resolver, .device = OSAL_DEVICE_CLOSED, .socket = OSAL_SOCKET_CLOSED};
-    reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
-    frame_assembler_init(&flow->assembler, &setup->format, setup->frame, setup->frame_octets);
+    flow_reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
+    flow_frame_assembler_init(&flow->assembler, &setup->format, setup->frame, setup->frame_octets);
 }
 
 // ---- Connection ----
@@ -43,8 +43,8 @@ static void lose(flow_stream_t* const flow, const status_t why)
     flow->outbox_held = 0U;
     flow->chunk_size  = 0U;
     flow->chunk_used  = 0U;
-    frame_assembler_reset(&flow->assembler);
-    reconnect_lost(&flow->reconnect, flow->now_ns);
+    flow_frame_assembler_reset(&flow->assembler);
+    flow_reconnect_lost(&flow->reconnect, flow->now_ns);
 }
 
 static osal_device_direction_t direction_of(const flow_format_t* const format)
@@ -58,16 +58,18 @@ static osal_device_direction_t direction_of(const flow_format_t* const format)
 /// STATUS_OK, STATUS_BUSY (TCP: under way), or why not.
 static status_t open_endnode(flow_stream_t* const flow)
 {
-    endnode_address_t address;
+    flow_endnode_address_t address;
     osal_address_t to = {0U, 0U};
     if (flow->setup.kind == ENDNODE_TCP) {
-        const status_t resolved = endnode_resolve_socket(flow->resolver, ENDNODE_TCP, flow->setup.name, &to);
+        const status_t resolved =
+            flow_endnode_resolve_socket(flow->resolver, ENDNODE_TCP, flow->setup.name, &to);
         const status_t status =
             (resolved == STATUS_OK) ? osal_tcp_connect_begin(&flow->socket, to) : resolved;
         flow->is_connecting = (status == STATUS_BUSY);
         return status;
     }
-    const status_t status = endnode_resolve(flow->resolver, flow->setup.kind, flow->setup.name, &address);
+    const status_t status =
+        flow_endnode_resolve(flow->resolver, flow->setup.kind, flow->setup.name, &address);
     if (status != STATUS_OK) {
         return status;
     }
@@ -82,11 +84,11 @@ static void settle(flow_stream_t* const flow, const status_t status)
     if (status == STATUS_OK) {
         flow->is_connecting = false;
         flow->is_open       = true;
-        reconnect_succeeded(&flow->reconnect, flow->now_ns);
+        flow_reconnect_succeeded(&flow->reconnect, flow->now_ns);
     } else if (!flow->is_connecting || (status != STATUS_BUSY)) {
         flow->failure = status;
         release(flow);
-        reconnect_failed(&flow->reconnect, flow->now_ns);
+        flow_reconnect_failed(&flow->reconnect, flow->now_ns);
     } else {
         // The next step checks the result.
     }
@@ -143,7 +145,7 @@ status_t flow_stream_step(flow_stream_t* const flow, const uint64_t now_ns)
     flow->now_ns = now_ns;
     if (flow->is_connecting) {
         settle(flow, osal_tcp_connect_result(&flow->socket));
-    } else if (!flow->is_open && reconnect_is_due(&flow->reconnect, now_ns)) {
+    } else if (!flow->is_open && flow_reconnect_is_due(&flow->reconnect, now_ns)) {
         begin(flow);
     } else {
         // Connected, or not yet time to try again.
@@ -161,11 +163,11 @@ status_t flow_stream_send(flow_stream_t* const flow, const uint8_t* const payloa
     status_t status = STATUS_CLOSED;
     size_t octets   = 0U;
     if (flow->is_open) {
-        status =
-            (flow->outbox_held < flow->setup.outbox_octets)
-                ? frame_encode(&flow->setup.format, payload, size, &flow->setup.outbox[flow->outbox_held],
-                               flow->setup.outbox_octets - flow->outbox_held, &octets)
-                : STATUS_FULL;
+        status = (flow->outbox_held < flow->setup.outbox_octets)
+                     ? flow_frame_encode(&flow->setup.format, payload, size,
+                                         &flow->setup.outbox[flow->outbox_held],
+                                         flow->setup.outbox_octets - flow->outbox_held, &octets)
+                     : STATUS_FULL;
     }
     if (status != STATUS_OK) {
         flow->counters.refused++;
@@ -185,8 +187,8 @@ status_t flow_stream_receive(flow_stream_t* const flow, const uint8_t** const ou
     *out_size    = 0U;
     for (unsigned i = 0U; flow->is_open && (i < CHUNKS_PER_CALL); i++) {
         size_t taken = 0U;
-        if (frame_assembler_feed(&flow->assembler, &flow->chunk[flow->chunk_used],
-                                 flow->chunk_size - flow->chunk_used, &taken, out_size) == STATUS_OK) {
+        if (flow_frame_assembler_feed(&flow->assembler, &flow->chunk[flow->chunk_used],
+                                      flow->chunk_size - flow->chunk_used, &taken, out_size) == STATUS_OK) {
             flow->chunk_used += taken;
             flow->counters.received++;
             return STATUS_OK;
@@ -206,26 +208,26 @@ status_t flow_stream_receive(flow_stream_t* const flow, const uint8_t** const ou
     return flow->is_open ? STATUS_EMPTY : STATUS_CLOSED;
 }
 
-status_t flow_stream_send_record(flow_stream_t* const flow, const record_layout_t* const layout,
+status_t flow_stream_send_record(flow_stream_t* const flow, const flow_record_layout_t* const layout,
                                  const void* const record)
 {
     FSW_ASSERT(flow != NULL);
     uint8_t octets[RECORD_OCTETS_MAX];
     size_t size = 0U;
     const status_t status =
-        record_encode(layout, flow->setup.format.order, record, octets, sizeof octets, &size);
+        flow_record_encode(layout, flow->setup.format.order, record, octets, sizeof octets, &size);
     FSW_ASSERT(status == STATUS_OK);
     return flow_stream_send(flow, octets, size);
 }
 
-status_t flow_stream_receive_record(flow_stream_t* const flow, const record_layout_t* const layout,
+status_t flow_stream_receive_record(flow_stream_t* const flow, const flow_record_layout_t* const layout,
                                     void* const out_record)
 {
     const uint8_t* payload = NULL;
     size_t size            = 0U;
     status_t status        = flow_stream_receive(flow, &payload, &size);
     if (status == STATUS_OK) {
-        status = record_decode(layout, flow->setup.format.order, payload, size, out_record);
+        status = flow_record_decode(layout, flow->setup.format.order, payload, size, out_record);
         flow->counters.unfit += (status != STATUS_OK) ? 1U : 0U;
     }
     return status;
@@ -243,5 +245,5 @@ void flow_stream_close(flow_stream_t* const flow)
     if (flow->is_open || flow->is_connecting) {
         lose(flow, STATUS_CLOSED);
     }
-    reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
+    flow_reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
 }

@@ -33,7 +33,7 @@
 #define FLOW_STREAM_CHUNK 256U ///< Octets taken from the system at once.
 
 typedef struct {
-    endnode_kind_t kind; ///< ENDNODE_SERIAL, ENDNODE_TCP or ENDNODE_FILE.
+    flow_endnode_kind_t kind; ///< ENDNODE_SERIAL, ENDNODE_TCP or ENDNODE_FILE.
     const char* name;
     flow_format_t format;
     uint8_t* frame; ///< Payload being received.
@@ -65,8 +65,8 @@ typedef struct { // Private; read-only for housekeeping: counters, reconnect, as
     bool has_quota;
     uint64_t now_ns;
     status_t failure; ///< Why the last attempt failed, or the last connection ended; STATUS_OK: nothing yet.
-    reconnect_t reconnect;
-    frame_assembler_t assembler;
+    flow_reconnect_t reconnect;
+    flow_frame_assembler_t assembler;
     uint8_t chunk[FLOW_STREAM_CHUNK];
     size_t chunk_size;
     size_t chunk_used;
@@ -81,18 +81,18 @@ void flow_stream_init(flow_stream_t* flow, const flow_stream_setup_t* setup, con
 /// device, STATUS_INVALID address or device, STATUS_OUT_OF_RANGE bit rate, STATUS_BUSY in use, STATUS_CLOSED
 /// refused, STATUS_EXHAUSTED quota or descriptors, STATUS_DENIED, STATUS_IO).
 status_t flow_stream_step(flow_stream_t* flow, uint64_t now_ns);
-/// Queue one frame. STATUS_OK, STATUS_FULL, STATUS_INVALID and STATUS_TOO_LARGE as frame_encode,
+/// Queue one frame. STATUS_OK, STATUS_FULL, STATUS_INVALID and STATUS_TOO_LARGE as flow_frame_encode,
 /// STATUS_CLOSED.
 MUST_USE status_t flow_stream_send(flow_stream_t* flow, const uint8_t* payload, size_t size);
 /// The next frame, valid until the next call. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_stream_receive(flow_stream_t* flow, const uint8_t** out_payload, size_t* out_size);
 /// One struct as one frame, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
 /// error; RAW octets may be cut anywhere. Statuses of flow_stream_send.
-MUST_USE status_t flow_stream_send_record(flow_stream_t* flow, const record_layout_t* layout,
+MUST_USE status_t flow_stream_send_record(flow_stream_t* flow, const flow_record_layout_t* layout,
                                           const void* record);
 /// The next frame as a struct, which changes only with STATUS_OK. Statuses of flow_stream_receive;
 /// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: it was no such record, and is dropped and counted.
-MUST_USE status_t flow_stream_receive_record(flow_stream_t* flow, const record_layout_t* layout,
+MUST_USE status_t flow_stream_receive_record(flow_stream_t* flow, const flow_record_layout_t* layout,
                                              void* out_record);
 bool flow_stream_is_connected(const flow_stream_t* flow);
 /// End the connection; the next step connects again.

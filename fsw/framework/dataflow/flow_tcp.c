@@ -46,7 +46,7 @@ status_t flow_tcp_open(flow_tcp_t* const flow, const flow_resolver_t* const reso
         return STATUS_EXISTS;
     }
     osal_address_t address = {0};
-    status_t status        = endnode_resolve_socket(resolver, ENDNODE_TCP, name, &address);
+    status_t status        = flow_endnode_resolve_socket(resolver, ENDNODE_TCP, name, &address);
     if (status == STATUS_OK) {
         status = quota_take(flow->quota);
     }

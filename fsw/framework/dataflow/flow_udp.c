@@ -11,7 +11,7 @@ void flow_udp_init(flow_udp_t* const flow, const flow_udp_setup_t* const setup,
     FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL));
     FSW_ASSERT((setup->local != NULL) && (setup->peer != NULL));
     *flow = (flow_udp_t){.setup = *setup, .resolver = resolver, .socket = OSAL_SOCKET_CLOSED};
-    reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
+    flow_reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
 }
 
 static void release(flow_udp_t* const flow)
@@ -23,9 +23,9 @@ static void release(flow_udp_t* const flow)
 static status_t open_socket(flow_udp_t* const flow)
 {
     osal_address_t local = {0U, 0U};
-    status_t status      = endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.local, &local);
+    status_t status = flow_endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.local, &local);
     if (status == STATUS_OK) {
-        status = endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.peer, &flow->peer);
+        status = flow_endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.peer, &flow->peer);
     }
     return (status == STATUS_OK) ? osal_udp_open(&flow->socket, local, flow->setup.receive_octets) : status;
 }
@@ -40,10 +40,10 @@ static void begin(flow_udp_t* const flow)
         }
     }
     if (status == STATUS_OK) {
-        reconnect_succeeded(&flow->reconnect, flow->now_ns);
+        flow_reconnect_succeeded(&flow->reconnect, flow->now_ns);
     } else {
         flow->failure = status;
-        reconnect_failed(&flow->reconnect, flow->now_ns);
+        flow_reconnect_failed(&flow->reconnect, flow->now_ns);
     }
 }
 
@@ -51,14 +51,14 @@ static void lose(flow_udp_t* const flow, const status_t why)
 {
     release(flow);
     flow->failure = why;
-    reconnect_lost(&flow->reconnect, flow->now_ns);
+    flow_reconnect_lost(&flow->reconnect, flow->now_ns);
 }
 
 status_t flow_udp_step(flow_udp_t* const flow, const uint64_t now_ns)
 {
     FSW_ASSERT(flow != NULL);
     flow->now_ns = now_ns;
-    if (!flow_udp_is_open(flow) && reconnect_is_due(&flow->reconnect, now_ns)) {
+    if (!flow_udp_is_open(flow) && flow_reconnect_is_due(&flow->reconnect, now_ns)) {
         begin(flow);
     }
     return flow_udp_is_open(flow) ? STATUS_OK : STATUS_CLOSED;
@@ -76,7 +76,7 @@ void flow_udp_close(flow_udp_t* const flow)
     if (flow_udp_is_open(flow)) {
         lose(flow, STATUS_CLOSED);
     }
-    reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
+    flow_reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
 }
 
 status_t flow_udp_send(flow_udp_t* const flow, const uint8_t* const octets, const size_t size)
@@ -122,25 +122,26 @@ status_t flow_udp_receive(flow_udp_t* const flow, uint8_t* const octets, const s
     return flow_udp_is_open(flow) ? STATUS_EMPTY : STATUS_CLOSED;
 }
 
-status_t flow_udp_send_record(flow_udp_t* const flow, const record_layout_t* const layout,
+status_t flow_udp_send_record(flow_udp_t* const flow, const flow_record_layout_t* const layout,
                               const void* const record)
 {
     FSW_ASSERT(flow != NULL);
     uint8_t octets[RECORD_OCTETS_MAX];
-    size_t size           = 0U;
-    const status_t status = record_encode(layout, flow->setup.order, record, octets, sizeof octets, &size);
+    size_t size = 0U;
+    const status_t status =
+        flow_record_encode(layout, flow->setup.order, record, octets, sizeof octets, &size);
     FSW_ASSERT(status == STATUS_OK);
     return flow_udp_send(flow, octets, size);
 }
 
-status_t flow_udp_receive_record(flow_udp_t* const flow, const record_layout_t* const layout,
+status_t flow_udp_receive_record(flow_udp_t* const flow, const flow_record_layout_t* const layout,
                                  void* const out_record)
 {
     uint8_t octets[RECORD_OCTETS_MAX];
     size_t size     = 0U;
     status_t status = flow_udp_receive(flow, octets, sizeof octets, &size);
     if (status == STATUS_OK) {
-        status = record_decode(layout, flow->setup.order, octets, size, out_record);
+        status = flow_record_decode(layout, flow->setup.order, octets, size, out_record);
         flow->counters.unfit += (status != STATUS_OK) ? 1U : 0U;
     }
     return status;

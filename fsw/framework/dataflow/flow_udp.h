@@ -46,7 +46,7 @@ typedef struct { // Private; read-only for housekeeping: counters, reconnect, fa
     osal_address_t peer;
     uint64_t now_ns;
     status_t failure; ///< Why the last attempt failed, or the last socket was left; STATUS_OK: nothing yet.
-    reconnect_t reconnect;
+    flow_reconnect_t reconnect;
     flow_udp_counters_t counters;
 } flow_udp_t;
 
@@ -62,10 +62,12 @@ MUST_USE status_t flow_udp_send(flow_udp_t* flow, const uint8_t* octets, size_t 
 MUST_USE status_t flow_udp_receive(flow_udp_t* flow, uint8_t* octets, size_t capacity, size_t* out_size);
 /// One struct as one datagram, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding
 /// error. Statuses of flow_udp_send.
-MUST_USE status_t flow_udp_send_record(flow_udp_t* flow, const record_layout_t* layout, const void* record);
+MUST_USE status_t flow_udp_send_record(flow_udp_t* flow, const flow_record_layout_t* layout,
+                                       const void* record);
 /// The next datagram as a struct, which changes only with STATUS_OK. Statuses of flow_udp_receive;
 /// STATUS_TRUNCATED, STATUS_TOO_LARGE, STATUS_INVALID: it was no such record, and is dropped and counted.
-MUST_USE status_t flow_udp_receive_record(flow_udp_t* flow, const record_layout_t* layout, void* out_record);
+MUST_USE status_t flow_udp_receive_record(flow_udp_t* flow, const flow_record_layout_t* layout,
+                                          void* out_record);
 bool flow_udp_is_open(const flow_udp_t* flow);
 void flow_udp_close(flow_udp_t* flow);
 

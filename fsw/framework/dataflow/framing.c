@@ -15,7 +15,7 @@
 
 // ---- Taking frames apart ----
 
-static void begin_frame(frame_assembler_t* const assembler)
+static void begin_frame(flow_frame_assembler_t* const assembler)
 {
     assembler->held        = 0U;
     assembler->length      = 0U;
@@ -25,15 +25,15 @@ static void begin_frame(frame_assembler_t* const assembler)
     assembler->is_done     = false;
 }
 
-void frame_assembler_init(frame_assembler_t* const assembler, const flow_format_t* const format,
-                          uint8_t* const buffer, const size_t capacity)
+void flow_frame_assembler_init(flow_frame_assembler_t* const assembler, const flow_format_t* const format,
+                               uint8_t* const buffer, const size_t capacity)
 {
     FSW_ASSERT((assembler != NULL) && (format != NULL) && (buffer != NULL) && (capacity >= 1U));
-    *assembler = (frame_assembler_t){
+    *assembler = (flow_frame_assembler_t){
         .framing = format->framing, .order = format->order, .buffer = buffer, .capacity = capacity};
 }
 
-void frame_assembler_reset(frame_assembler_t* const assembler)
+void flow_frame_assembler_reset(flow_frame_assembler_t* const assembler)
 {
     FSW_ASSERT(assembler != NULL);
     const bool is_begun = (assembler->held > 0U) || (assembler->prefix > 0U) || assembler->is_escaped;
@@ -44,7 +44,7 @@ void frame_assembler_reset(frame_assembler_t* const assembler)
 }
 
 /// One octet of the payload, unless the frame is being passed over or becomes too long.
-static void keep(frame_assembler_t* const assembler, const uint8_t octet)
+static void keep(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (assembler->is_skipping) {
         return;
@@ -59,7 +59,7 @@ static void keep(frame_assembler_t* const assembler, const uint8_t octet)
 }
 
 /// True if the frame has ended with this octet; so for the next three.
-static bool take_length(frame_assembler_t* const assembler, const uint8_t octet)
+static bool take_length(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (assembler->prefix < LENGTH_OCTETS) {
         const bool is_high = ((assembler->order == FLOW_ORDER_BIG) == (assembler->prefix == 0U));
@@ -79,7 +79,7 @@ static bool take_length(frame_assembler_t* const assembler, const uint8_t octet)
     return assembler->held == assembler->length;
 }
 
-static bool take_slip(frame_assembler_t* const assembler, const uint8_t octet)
+static bool take_slip(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (octet == SLIP_END) {
         if (assembler->is_escaped && !assembler->is_skipping) {
@@ -106,7 +106,7 @@ static bool take_slip(frame_assembler_t* const assembler, const uint8_t octet)
     return false;
 }
 
-static bool take_line(frame_assembler_t* const assembler, const uint8_t octet)
+static bool take_line(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (octet != LINE_FEED) {
         // The return is held back: it belongs to the payload only if something else than the line end
@@ -124,8 +124,8 @@ static bool take_line(frame_assembler_t* const assembler, const uint8_t octet)
     return octet == LINE_FEED;
 }
 
-static status_t take_raw(frame_assembler_t* const assembler, const uint8_t* const octets, const size_t size,
-                         size_t* const out_taken, size_t* const out_size)
+static status_t take_raw(flow_frame_assembler_t* const assembler, const uint8_t* const octets,
+                         const size_t size, size_t* const out_taken, size_t* const out_size)
 {
     const size_t taken = (size < assembler->capacity) ? size : assembler->capacity;
     if (taken > 0U) {
@@ -137,12 +137,12 @@ static status_t take_raw(frame_assembler_t* const assembler, const uint8_t* cons
     return (taken > 0U) ? STATUS_OK : STATUS_EMPTY;
 }
 
-status_t frame_assembler_feed(frame_assembler_t* const assembler, const uint8_t* const octets,
-                              const size_t size, size_t* const out_taken, size_t* const out_size)
+status_t flow_frame_assembler_feed(flow_frame_assembler_t* const assembler, const uint8_t* const octets,
+                                   const size_t size, size_t* const out_taken, size_t* const out_size)
 {
     FSW_ASSERT((assembler != NULL) && ((octets != NULL) || (size == 0U)) && (out_taken != NULL) &&
                (out_size != NULL));
-    static bool (*const takers[FLOW_FRAMINGS])(frame_assembler_t*,
+    static bool (*const takers[FLOW_FRAMINGS])(flow_frame_assembler_t*,
                                                uint8_t) = {[FLOW_FRAMING_LENGTH] = take_length,
                                                            [FLOW_FRAMING_SLIP]   = take_slip,
                                                            [FLOW_FRAMING_LINE]   = take_line};
@@ -239,8 +239,8 @@ static void write_frame(const flow_format_t* const format, const uint8_t* const 
     }
 }
 
-status_t frame_encode(const flow_format_t* const format, const uint8_t* const payload, const size_t size,
-                      uint8_t* const octets, const size_t capacity, size_t* const out_size)
+status_t flow_frame_encode(const flow_format_t* const format, const uint8_t* const payload, const size_t size,
+                           uint8_t* const octets, const size_t capacity, size_t* const out_size)
 {
     FSW_ASSERT((format != NULL) && ((payload != NULL) || (size == 0U)) && (octets != NULL) &&
                (out_size != NULL));

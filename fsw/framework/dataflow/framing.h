@@ -26,7 +26,7 @@ typedef struct { // [frames, wrap]
     uint32_t oversize;  ///< Longer than the buffer, dropped.
     uint32_t malformed; ///< Wrong escape, dropped.
     uint32_t cut;       ///< Begun, but the stream ended.
-} frame_counters_t;
+} flow_frame_counters_t;
 
 typedef struct { // Private, except counters: read-only.
     flow_framing_t framing;
@@ -39,24 +39,24 @@ typedef struct { // Private, except counters: read-only.
     bool is_skipping; ///< The rest of the present frame is passed over.
     bool is_escaped;  ///< SLIP: the octet before was an escape.
     bool is_done;     ///< The buffer contains a frame that was returned.
-    frame_counters_t counters;
-} frame_assembler_t;
+    flow_frame_counters_t counters;
+} flow_frame_assembler_t;
 
 /// capacity >= 1: longest payload (of RAW: most octets returned at once).
-void frame_assembler_init(frame_assembler_t* assembler, const flow_format_t* format, uint8_t* buffer,
-                          size_t capacity);
+void flow_frame_assembler_init(flow_frame_assembler_t* assembler, const flow_format_t* format,
+                               uint8_t* buffer, size_t capacity);
 /// Forget the present frame: the stream ended, another begins.
-void frame_assembler_reset(frame_assembler_t* assembler);
+void flow_frame_assembler_reset(flow_frame_assembler_t* assembler);
 /// Look at octets up to the end of the next frame; *out_taken of them are done with. STATUS_OK: the payload
 /// is `buffer`, *out_size octets (0 or more), until the next call. STATUS_EMPTY: all were taken, no frame has
 /// ended.
-MUST_USE status_t frame_assembler_feed(frame_assembler_t* assembler, const uint8_t* octets, size_t size,
-                                       size_t* out_taken, size_t* out_size);
+MUST_USE status_t flow_frame_assembler_feed(flow_frame_assembler_t* assembler, const uint8_t* octets,
+                                            size_t size, size_t* out_taken, size_t* out_size);
 
 /// Frame one payload. STATUS_OK; STATUS_INVALID (LINE: it holds a line end); STATUS_TOO_LARGE (longer than
 /// the length field of the framing allows); STATUS_FULL (the frame does not fit `capacity`). Only with
 /// STATUS_OK the output is valid.
-MUST_USE status_t frame_encode(const flow_format_t* format, const uint8_t* payload, size_t size,
-                               uint8_t* octets, size_t capacity, size_t* out_size);
+MUST_USE status_t flow_frame_encode(const flow_format_t* format, const uint8_t* payload, size_t size,
+                                    uint8_t* octets, size_t capacity, size_t* out_size);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_FRAMING_H

@@ -5,20 +5,21 @@
 
 #include <stddef.h>
 
-void reconnect_init(reconnect_t* const reconnect, const uint64_t first_ns, const uint64_t longest_ns)
+void flow_reconnect_init(flow_reconnect_t* const reconnect, const uint64_t first_ns,
+                         const uint64_t longest_ns)
 {
     FSW_ASSERT((reconnect != NULL) && (first_ns >= 1U) && (first_ns <= longest_ns));
-    *reconnect = (reconnect_t){.first_ns = first_ns, .longest_ns = longest_ns, .delay_ns = first_ns};
+    *reconnect = (flow_reconnect_t){.first_ns = first_ns, .longest_ns = longest_ns, .delay_ns = first_ns};
 }
 
-bool reconnect_is_due(const reconnect_t* const reconnect, const uint64_t now_ns)
+bool flow_reconnect_is_due(const flow_reconnect_t* const reconnect, const uint64_t now_ns)
 {
     FSW_ASSERT(reconnect != NULL);
     return !reconnect->is_connected && (now_ns >= reconnect->due_ns);
 }
 
 /// Wait for the present delay; the next one is twice as long.
-static void back_off(reconnect_t* const reconnect, const uint64_t now_ns)
+static void back_off(flow_reconnect_t* const reconnect, const uint64_t now_ns)
 {
     reconnect->due_ns =
         (now_ns < (UINT64_MAX - reconnect->delay_ns)) ? (now_ns + reconnect->delay_ns) : UINT64_MAX;
@@ -26,7 +27,7 @@ static void back_off(reconnect_t* const reconnect, const uint64_t now_ns)
                                                                                 : reconnect->longest_ns;
 }
 
-void reconnect_succeeded(reconnect_t* const reconnect, const uint64_t now_ns)
+void flow_reconnect_succeeded(flow_reconnect_t* const reconnect, const uint64_t now_ns)
 {
     FSW_ASSERT(reconnect != NULL);
     reconnect->is_connected = true;
@@ -34,14 +35,14 @@ void reconnect_succeeded(reconnect_t* const reconnect, const uint64_t now_ns)
     reconnect->connected++;
 }
 
-void reconnect_failed(reconnect_t* const reconnect, const uint64_t now_ns)
+void flow_reconnect_failed(flow_reconnect_t* const reconnect, const uint64_t now_ns)
 {
     FSW_ASSERT(reconnect != NULL);
     reconnect->failed++;
     back_off(reconnect, now_ns);
 }
 
-void reconnect_lost(reconnect_t* const reconnect, const uint64_t now_ns)
+void flow_reconnect_lost(flow_reconnect_t* const reconnect, const uint64_t now_ns)
 {
     FSW_ASSERT(reconnect != NULL);
     if (!reconnect->is_connected) {

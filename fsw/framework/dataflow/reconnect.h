@@ -3,7 +3,7 @@
 /// connection has lasted as long as the delay before it (one that is accepted and dropped at once counts as a
 /// failure).
 ///
-/// Ownership  The caller places reconnect_t.
+/// Ownership  The caller places flow_reconnect_t.
 /// Context    One task; time is pushed in.
 /// Time       O(1).
 #ifndef FSW_FRAMEWORK_DATAFLOW_RECONNECT_H
@@ -22,16 +22,16 @@ typedef struct { // Private, except the counters: read-only.
     uint32_t connected; ///< Attempts that succeeded [wraps].
     uint32_t failed;    ///< Attempts that did not [wraps].
     uint32_t lost;      ///< Connections that ended [wraps].
-} reconnect_t;
+} flow_reconnect_t;
 
 /// Due at once. 1 <= first_ns <= longest_ns.
-void reconnect_init(reconnect_t* reconnect, uint64_t first_ns, uint64_t longest_ns);
+void flow_reconnect_init(flow_reconnect_t* reconnect, uint64_t first_ns, uint64_t longest_ns);
 /// True if there is no connection and it is time to try.
-bool reconnect_is_due(const reconnect_t* reconnect, uint64_t now_ns);
+bool flow_reconnect_is_due(const flow_reconnect_t* reconnect, uint64_t now_ns);
 /// Tell how an attempt ended.
-void reconnect_succeeded(reconnect_t* reconnect, uint64_t now_ns);
-void reconnect_failed(reconnect_t* reconnect, uint64_t now_ns);
+void flow_reconnect_succeeded(flow_reconnect_t* reconnect, uint64_t now_ns);
+void flow_reconnect_failed(flow_reconnect_t* reconnect, uint64_t now_ns);
 /// Tell that the connection ended. No effect without one.
-void reconnect_lost(reconnect_t* reconnect, uint64_t now_ns);
+void flow_reconnect_lost(flow_reconnect_t* reconnect, uint64_t now_ns);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_RECONNECT_H

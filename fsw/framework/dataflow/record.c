@@ -17,7 +17,7 @@ static void copy_scalar(const uint8_t* const from, const size_t size, const flow
     }
 }
 
-size_t record_octets(const record_layout_t* const layout)
+size_t flow_record_octets(const flow_record_layout_t* const layout)
 {
     FSW_ASSERT((layout != NULL) && ((layout->fields != NULL) || (layout->field_count == 0U)));
     size_t octets = 0U;
@@ -27,18 +27,18 @@ size_t record_octets(const record_layout_t* const layout)
     return octets;
 }
 
-status_t record_encode(const record_layout_t* const layout, const flow_order_t order,
-                       const void* const record, uint8_t* const octets, const size_t capacity,
-                       size_t* const out_size)
+status_t flow_record_encode(const flow_record_layout_t* const layout, const flow_order_t order,
+                            const void* const record, uint8_t* const octets, const size_t capacity,
+                            size_t* const out_size)
 {
     FSW_ASSERT((record != NULL) && (octets != NULL) && (out_size != NULL));
     *out_size = 0U;
-    if (capacity < record_octets(layout)) {
+    if (capacity < flow_record_octets(layout)) {
         return STATUS_FULL;
     }
     for (size_t i = 0U; i < layout->field_count; i++) {
-        const record_field_t* const field = &layout->fields[i];
-        const size_t size                 = value_size(field->type);
+        const flow_record_field_t* const field = &layout->fields[i];
+        const size_t size                      = value_size(field->type);
         for (uint16_t k = 0U; k < field->count; k++) {
             uint8_t scalar[SCALAR_OCTETS_MAX];
             (void)value_put(scalar, field->type, (const uint8_t*)record + field->offset + (k * size), 1U);
@@ -50,13 +50,13 @@ status_t record_encode(const record_layout_t* const layout, const flow_order_t o
 }
 
 /// Decode every scalar; into the record, or, if that is null, only to see whether it can be done.
-static status_t decode(const record_layout_t* const layout, const flow_order_t order,
+static status_t decode(const flow_record_layout_t* const layout, const flow_order_t order,
                        const uint8_t* const octets, uint8_t* const record)
 {
     size_t position = 0U;
     for (size_t i = 0U; i < layout->field_count; i++) {
-        const record_field_t* const field = &layout->fields[i];
-        const size_t size                 = value_size(field->type);
+        const flow_record_field_t* const field = &layout->fields[i];
+        const size_t size                      = value_size(field->type);
         for (uint16_t k = 0U; k < field->count; k++) {
             uint8_t scalar[SCALAR_OCTETS_MAX];
             uint64_t nowhere = 0U;
@@ -74,11 +74,11 @@ static status_t decode(const record_layout_t* const layout, const flow_order_t o
     return STATUS_OK;
 }
 
-status_t record_decode(const record_layout_t* const layout, const flow_order_t order,
-                       const uint8_t* const octets, const size_t size, void* const record)
+status_t flow_record_decode(const flow_record_layout_t* const layout, const flow_order_t order,
+                            const uint8_t* const octets, const size_t size, void* const record)
 {
     FSW_ASSERT((octets != NULL) && (record != NULL));
-    const size_t expected = record_octets(layout);
+    const size_t expected = flow_record_octets(layout);
     if (size != expected) {
         return (size < expected) ? STATUS_TRUNCATED : STATUS_TOO_LARGE;
     }

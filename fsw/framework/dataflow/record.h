@@ -3,9 +3,9 @@
 /// order. Flows have functions for records; with a flow only the layout is needed.
 ///
 ///     typedef struct { uint16_t counter; double angle_rad[2]; } sample_t;
-///     static const record_field_t fields[] = {RECORD_FIELD(sample_t, counter, VALUE_UINT16, 1U),
+///     static const flow_record_field_t fields[] = {RECORD_FIELD(sample_t, counter, VALUE_UINT16, 1U),
 ///                                             RECORD_FIELD(sample_t, angle_rad, VALUE_DOUBLE, 2U)};
-///     static const record_layout_t layout  = {fields, 2U};
+///     static const flow_record_layout_t layout  = {fields, 2U};
 ///
 /// Ownership  The layout is constant.
 /// Context    Any.
@@ -28,7 +28,7 @@ typedef struct {
     value_type_t type;
     uint16_t count; ///< Scalars of that type, one after the other.
     size_t offset;  ///< Of the first one in the struct [octets].
-} record_field_t;
+} flow_record_field_t;
 
 #define RECORD_FIELD(record, member, type, count)                                                            \
     {                                                                                                        \
@@ -36,18 +36,18 @@ typedef struct {
     }
 
 typedef struct {
-    const record_field_t* fields;
+    const flow_record_field_t* fields;
     size_t field_count;
-} record_layout_t;
+} flow_record_layout_t;
 
 /// Octets of one record on the wire.
-size_t record_octets(const record_layout_t* layout);
-/// STATUS_OK, STATUS_FULL (less capacity than record_octets; nothing is written).
-MUST_USE status_t record_encode(const record_layout_t* layout, flow_order_t order, const void* record,
-                                uint8_t* octets, size_t capacity, size_t* out_size);
+size_t flow_record_octets(const flow_record_layout_t* layout);
+/// STATUS_OK, STATUS_FULL (less capacity than flow_record_octets; nothing is written).
+MUST_USE status_t flow_record_encode(const flow_record_layout_t* layout, flow_order_t order,
+                                     const void* record, uint8_t* octets, size_t capacity, size_t* out_size);
 /// The record changes only with STATUS_OK; STATUS_TRUNCATED, STATUS_TOO_LARGE (octets are left over),
 /// STATUS_INVALID (a BOOL that is neither 0 nor 1).
-MUST_USE status_t record_decode(const record_layout_t* layout, flow_order_t order, const uint8_t* octets,
-                                size_t size, void* record);
+MUST_USE status_t flow_record_decode(const flow_record_layout_t* layout, flow_order_t order,
+                                     const uint8_t* octets, size_t size, void* record);
 
 #endif // FSW_FRAMEWORK_DATAFLOW_RECORD_H

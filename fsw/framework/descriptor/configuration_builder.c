@@ -20,39 +20,41 @@ static const descriptor_configuration_t* configuration_of(const source_t* const 
 static const descriptor_field_t* initial_field(source_t* const source,
                                                const descriptor_parameter_t* const parameter)
 {
-    const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
-    if (parameter->is_struct != source_has(source, "field")) {
-        source_fail(source, source->line,
-                    parameter->is_struct ? "the parameter is a structure: name its field"
-                                         : "the parameter is no structure and has no field");
+    const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
+    if (parameter->is_struct != descriptor_source_has(source, "field")) {
+        descriptor_source_fail(source, source->line,
+                               parameter->is_struct ? "the parameter is a structure: name its field"
+                                                    : "the parameter is no structure and has no field");
         return NULL;
     }
-    const char* const wanted = parameter->is_struct ? source_raw(source, "field") : parameter->name;
+    const char* const wanted =
+        parameter->is_struct ? descriptor_source_raw(source, "field") : parameter->name;
     const descriptor_field_t* const field =
         descriptor_named(&descriptor->fields[parameter->first_field], parameter->field_count,
                          sizeof descriptor->fields[0], wanted);
     if (field == NULL) {
-        source_wrong(source, "field", "the name of a field of that parameter");
+        descriptor_source_wrong(source, "field", "the name of a field of that parameter");
     }
     return field;
 }
 
-void configuration_builder_initial(source_t* const source)
+void descriptor_configuration_builder_initial(source_t* const source)
 {
-    const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     descriptor_initial_t* const initial            = source->item;
-    const descriptor_parameter_t* const parameter  = subsystem_builder_parameter(source, "parameter");
+    const descriptor_parameter_t* const parameter =
+        descriptor_subsystem_builder_parameter(source, "parameter");
     const descriptor_field_t* const field = (parameter != NULL) ? initial_field(source, parameter) : NULL;
     if (field == NULL) {
         return;
     }
-    subsystem_builder_check_values(source, "value", field);
+    descriptor_subsystem_builder_check_values(source, "value", field);
     initial->parameter                = (uint16_t)(parameter - descriptor->parameters);
     initial->field                    = (uint16_t)(field - descriptor->fields);
     const descriptor_initial_t* other = initial - source->order;
     for (; other < initial; other++) {
         if (other->field == initial->field) {
-            source_taken(source, "field", field->name, other->line);
+            descriptor_source_taken(source, "field", field->name, other->line);
         }
     }
 }
@@ -69,32 +71,33 @@ static void refuse_bound_services(source_t* const source, const char* const serv
                                            {"129", "the state machine leads the control"},
                                            {"130", "links are opened, read and written with the control"}};
     for (size_t i = 0U; i < SOURCE_COUNT(bound); i++) {
-        if (source_place(bound[i][0], strlen(bound[i][0]), services) != UINT32_MAX) {
-            source_refuse(source, source->line, "service % cannot have a <Loop> of its own: %", bound[i][0],
-                          bound[i][1], 0U);
+        if (descriptor_source_place(bound[i][0], strlen(bound[i][0]), services) != UINT32_MAX) {
+            descriptor_source_refuse(source, source->line, "service % cannot have a <Loop> of its own: %",
+                                     bound[i][0], bound[i][1], 0U);
         }
     }
 }
 
 /// Bits of the services that a <Loop> runs; each in one loop of its configuration.
-void configuration_builder_loop(source_t* const source)
+void descriptor_configuration_builder_loop(source_t* const source)
 {
     descriptor_loop_t* const loop = source->item;
-    const char* const services    = source_raw(source, "services");
+    const char* const services    = descriptor_source_raw(source, "services");
     uint8_t indices[2]            = {0U, 0U};
-    (void)source_has_room(source, source->order, DESCRIPTOR_CONFIGURATION_LOOPS_MAX,
-                          "<Loop> in one configuration");
+    (void)descriptor_source_has_room(source, source->order, DESCRIPTOR_CONFIGURATION_LOOPS_MAX,
+                                     "<Loop> in one configuration");
     if (services == NULL) {
         return;
     }
     refuse_bound_services(source, services);
-    const uint32_t count = source_words(source, "services", "17 20", indices); // In the order of their bits.
+    const uint32_t count =
+        descriptor_source_words(source, "services", "17 20", indices); // In the order of their bits.
     for (uint32_t i = 0U; i < count; i++) {
         loop->services = (uint8_t)(loop->services | (1U << indices[i]));
     }
     for (const descriptor_loop_t* other = loop - source->order; other < loop; other++) {
         if ((other->services & loop->services) != 0U) {
-            source_taken(source, "services", services, other->line);
+            descriptor_source_taken(source, "services", services, other->line);
         }
     }
 }
@@ -103,81 +106,84 @@ void configuration_builder_loop(source_t* const source)
 static uint8_t loop_of(source_t* const source)
 {
     const descriptor_configuration_t* const configuration = configuration_of(source);
-    const descriptor_loop_t* const loops = &subsystem_builder_model(source)->loops[configuration->first_loop];
-    const char* const wanted             = source_raw(source, "loop");
+    const descriptor_loop_t* const loops =
+        &descriptor_subsystem_builder_model(source)->loops[configuration->first_loop];
+    const char* const wanted = descriptor_source_raw(source, "loop");
     if (wanted == NULL) {
         return 0U;
     }
     const descriptor_loop_t* const loop =
         descriptor_named(loops, configuration->loop_count, sizeof loops[0], wanted);
     if (loop == NULL) {
-        source_wrong(source, "loop", "the name of a <Loop> above in this configuration");
+        descriptor_source_wrong(source, "loop", "the name of a <Loop> above in this configuration");
         return 0U;
     }
     return (uint8_t)((loop - loops) + 1);
 }
 
-void configuration_builder_structure(source_t* const source)
+void descriptor_configuration_builder_structure(source_t* const source)
 {
-    descriptor_structure_t* const structure       = source->item;
-    structure->loop                               = loop_of(source);
-    subsystem_builder_of(source)->first_reference = subsystem_builder_model(source)->reference_count;
+    descriptor_structure_t* const structure = source->item;
+    structure->loop                         = loop_of(source);
+    descriptor_subsystem_builder_of(source)->first_reference =
+        descriptor_subsystem_builder_model(source)->reference_count;
 }
 
-void configuration_builder_once_reference(source_t* const source)
+void descriptor_configuration_builder_once_reference(source_t* const source)
 {
-    subsystem_builder_refer(source, &subsystem_structure_references);
+    descriptor_subsystem_builder_refer(source, &descriptor_subsystem_structure_references);
 }
 
-void configuration_builder_sampled(source_t* const source)
+void descriptor_configuration_builder_sampled(source_t* const source)
 {
     const descriptor_structure_t* const structure = source->items[source->depth - 1U];
     const descriptor_sampled_t* const sampled     = source->item;
     if ((structure->interval_cycles % sampled->nrep) != 0U) {
-        source_wrong(source, "nrep", "a divisor of the interval ");
-        source_say(source, "#", NULL, NULL, structure->interval_cycles);
+        descriptor_source_wrong(source, "nrep", "a divisor of the interval ");
+        descriptor_source_say(source, "#", NULL, NULL, structure->interval_cycles);
     }
 }
 
-void configuration_builder_sampled_reference(source_t* const source)
+void descriptor_configuration_builder_sampled_reference(source_t* const source)
 {
-    subsystem_builder_refer(source, &subsystem_sampled_references);
+    descriptor_subsystem_builder_refer(source, &descriptor_subsystem_sampled_references);
 }
 
-void configuration_builder_structure_end(source_t* const source)
+void descriptor_configuration_builder_structure_end(source_t* const source)
 {
-    const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     descriptor_structure_t* const structure        = source->item;
     const descriptor_sampled_t* const sampled      = &descriptor->sampled[structure->first_sampled];
-    structure->octets =
-        subsystem_builder_referred(descriptor, structure->first_reference, structure->reference_count);
+    structure->octets = descriptor_subsystem_builder_referred(descriptor, structure->first_reference,
+                                                              structure->reference_count);
     for (uint16_t i = 0U; i < structure->sampled_count; i++) {
         structure->octets +=
-            sampled[i].nrep *
-            subsystem_builder_referred(descriptor, sampled[i].first_reference, sampled[i].reference_count);
+            sampled[i].nrep * descriptor_subsystem_builder_referred(descriptor, sampled[i].first_reference,
+                                                                    sampled[i].reference_count);
     }
     if (structure->octets == 0U) {
-        source_fail(source, source->line, "<HKService> has no <ParamRef>");
+        descriptor_source_fail(source, source->line, "<HKService> has no <ParamRef>");
     }
-    source_limit(source, structure->octets, REPORT_OCTETS_MAX, " octets in one report");
+    descriptor_source_limit(source, structure->octets, REPORT_OCTETS_MAX, " octets in one report");
 }
 
 // ---- Ports ----
 
 static void read_port(source_t* const source, descriptor_port_t* const port)
 {
-    port->period_us    = configuration_of(source)->sampling_us;
-    port->method_count = (uint8_t)source_words(source, "methods", DESCRIPTOR_METHOD_WORDS, port->methods);
+    port->period_us = configuration_of(source)->sampling_us;
+    port->method_count =
+        (uint8_t)descriptor_source_words(source, "methods", DESCRIPTOR_METHOD_WORDS, port->methods);
 }
 
-void configuration_builder_provides(source_t* const source)
+void descriptor_configuration_builder_provides(source_t* const source)
 {
     descriptor_port_t* const port = source->item;
     read_port(source, port);
     port->is_provided = true;
 }
 
-void configuration_builder_requires(source_t* const source)
+void descriptor_configuration_builder_requires(source_t* const source)
 {
     descriptor_port_t* const port = source->item;
     read_port(source, port);
@@ -205,17 +211,19 @@ static uint32_t layout_hash(const subsystem_descriptor_t* const descriptor,
     return crc32_iso((const uint8_t*)lines, text.length);
 }
 
-void configuration_builder_port_end(source_t* const source)
+void descriptor_configuration_builder_port_end(source_t* const source)
 {
-    subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     descriptor_port_t* const port            = source->item;
     bool is_cut                              = false;
-    port->octets      = subsystem_builder_octets(descriptor, port->first_field, port->field_count);
-    port->memory_size = subsystem_builder_lay_out(descriptor, port->first_field, port->field_count);
+    port->octets = descriptor_subsystem_builder_octets(descriptor, port->first_field, port->field_count);
+    port->memory_size =
+        descriptor_subsystem_builder_lay_out(descriptor, port->first_field, port->field_count);
     port->layout_hash = layout_hash(descriptor, port, &is_cut);
-    source_limit(source, port->octets, DESCRIPTOR_PORT_OCTETS_MAX, " octets in one sample");
+    descriptor_source_limit(source, port->octets, DESCRIPTOR_PORT_OCTETS_MAX, " octets in one sample");
     if (is_cut) {
-        source_fail(source, source->line, "the names of the port's elements are too long together");
+        descriptor_source_fail(source, source->line,
+                               "the names of the port's elements are too long together");
     }
 }
 
@@ -241,37 +249,37 @@ static bool read_object(const char* const words, uint16_t* const out_index, uint
 static void take_object(source_t* const source, const value_type_t type, uint16_t* const out_index,
                         uint8_t* const out_subindex)
 {
-    if (!read_object(source_raw(source, "object"), out_index, out_subindex)) {
-        source_wrong(source, "object", "an object like 0x6060:00");
+    if (!read_object(descriptor_source_raw(source, "object"), out_index, out_subindex)) {
+        descriptor_source_wrong(source, "object", "an object like 0x6060:00");
     }
     if ((type == VALUE_DOUBLE) || (type == VALUE_BOOL)) {
-        source_wrong(source, "type", "an integer type or FLOAT");
+        descriptor_source_wrong(source, "type", "an integer type or FLOAT");
     }
 }
 
-void configuration_builder_setting(source_t* const source)
+void descriptor_configuration_builder_setting(source_t* const source)
 {
     descriptor_setting_t* const setting = source->item;
     double real                         = 0.0;
     take_object(source, setting->type, &setting->index, &setting->subindex);
-    setting->bits = source_number(source, "value", setting->type, &real);
+    setting->bits = descriptor_source_number(source, "value", setting->type, &real);
 }
 
-void configuration_builder_quantity(source_t* const source)
+void descriptor_configuration_builder_quantity(source_t* const source)
 {
     descriptor_quantity_t* const quantity = source->item;
     take_object(source, quantity->type, &quantity->index, &quantity->subindex);
-    (void)source_number(source, "scale", VALUE_DOUBLE, &quantity->scale);
+    (void)descriptor_source_number(source, "scale", VALUE_DOUBLE, &quantity->scale);
     if (quantity->scale == 0.0) {
-        source_wrong(source, "scale", "a number other than 0");
+        descriptor_source_wrong(source, "scale", "a number other than 0");
     }
 }
 
-void configuration_builder_supply(source_t* const source)
+void descriptor_configuration_builder_supply(source_t* const source)
 {
     const descriptor_supply_t* const supply = source->item;
     if (supply->on == supply->off) {
-        source_wrong(source, "off", "another line than on");
+        descriptor_source_wrong(source, "off", "another line than on");
     }
 }
 
@@ -285,14 +293,14 @@ static uint16_t configurations_of(source_t* const source, const char* const chos
     text_t text   = text_in(words, sizeof words);
     uint32_t bits = 0U;
     if (strcmp(chosen, "*") == 0) {
-        return (uint16_t)((1U << subsystem_builder_model(source)->configuration_count) - 1U);
+        return (uint16_t)((1U << descriptor_subsystem_builder_model(source)->configuration_count) - 1U);
     }
-    source_names(source, &subsystem_configurations, &text);
-    for (uint32_t i = source_places(chosen, words, places); i > 0U; i--) {
+    descriptor_source_names(source, &descriptor_subsystem_configurations, &text);
+    for (uint32_t i = descriptor_source_places(chosen, words, places); i > 0U; i--) {
         bits |= (uint32_t)1U << places[i - 1U];
     }
     if (bits == 0U) {
-        source_fail(
+        descriptor_source_fail(
             source, line,
             "configurations of <Function>: expected configurations of this subsystem, each once, or *");
     }
@@ -302,7 +310,7 @@ static uint16_t configurations_of(source_t* const source, const char* const chos
 /// A port that several configurations have is the same port.
 static void check_same_ports(source_t* const source)
 {
-    const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     for (uint16_t i = 0U; i < descriptor->port_count; i++) {
         const descriptor_port_t* const port = &descriptor->ports[i];
         for (const descriptor_port_t* other = descriptor->ports; other < port; other++) {
@@ -310,21 +318,21 @@ static void check_same_ports(source_t* const source)
             const bool is_same =
                 (port->is_provided == other->is_provided) && (port->layout_hash == other->layout_hash);
             if ((has_name != (port->id == other->id)) || (has_name && !is_same)) {
-                source_refuse(source, port->line, "port % differs from port % in line #", port->name,
-                              other->name, other->line);
+                descriptor_source_refuse(source, port->line, "port % differs from port % in line #",
+                                         port->name, other->name, other->line);
             }
         }
     }
 }
 
-void configuration_builder_resolve(source_t* const source)
+void descriptor_configuration_builder_resolve(source_t* const source)
 {
-    const char* const* const chosen          = subsystem_builder_of(source)->function_configurations;
-    subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    const char* const* const chosen = descriptor_subsystem_builder_of(source)->function_configurations;
+    subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     for (uint16_t i = 0U; i < descriptor->function_count; i++) {
         descriptor->functions[i].configurations =
             configurations_of(source, chosen[i], descriptor->functions[i].line);
     }
     check_same_ports(source);
-    descriptor->interface_hash = subsystem_interface_hash(descriptor);
+    descriptor->interface_hash = descriptor_subsystem_interface_hash(descriptor);
 }

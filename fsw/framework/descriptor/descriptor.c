@@ -35,8 +35,8 @@ static status_t feed_file(descriptor_loader_t* const loader, source_t* const sou
         osal_file_close(&file);
     }
     if (read != STATUS_OK) {
-        source_fail_as(source, 0U, read, "cannot read: ");
-        source_say(source, "%", status_text(read), NULL, 0U);
+        descriptor_source_fail_as(source, 0U, read, "cannot read: ");
+        descriptor_source_say(source, "%", status_text(read), NULL, 0U);
     }
     return (read != STATUS_OK) ? read : fed;
 }
@@ -45,7 +45,7 @@ static status_t feed_file(descriptor_loader_t* const loader, source_t* const sou
 static status_t parse(descriptor_loader_t* const loader, source_t* const source, const void* const octets,
                       const size_t size)
 {
-    const xml_handler_t handler = source_handler(source);
+    const xml_handler_t handler = descriptor_source_handler(source);
     status_t status             = xml_begin(&loader->parser, &handler);
     if (status == STATUS_OK) {
         status = (octets != NULL) ? xml_feed(&loader->parser, octets, size) : feed_file(loader, source);
@@ -54,7 +54,7 @@ static status_t parse(descriptor_loader_t* const loader, source_t* const source,
         status = xml_finish(&loader->parser);
     }
     if (status != STATUS_OK) { // Errors of the parser; errors of handlers are already reported.
-        source_fail_as(source, loader->parser.error.line, status, loader->parser.error.message);
+        descriptor_source_fail_as(source, loader->parser.error.line, status, loader->parser.error.message);
     }
     return status;
 }
@@ -66,7 +66,7 @@ static status_t read_subsystem(descriptor_loader_t* const loader, const char* co
     FSW_ASSERT((loader != NULL) && (path != NULL) && (out_descriptor != NULL));
     text_t error = text_in(loader->error, sizeof loader->error);
     subsystem_builder_t builder;
-    subsystem_builder_begin(&builder, out_descriptor, path, &error);
+    descriptor_subsystem_builder_begin(&builder, out_descriptor, path, &error);
     const status_t status = parse(loader, &builder.source, octets, size);
     if (status != STATUS_OK) { // Leave nothing half-read behind.
         (void)memset(out_descriptor, 0, sizeof *out_descriptor);
@@ -108,17 +108,18 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
 {
     const mission_subsystem_t* const subsystem = &builder->mission->subsystems[index];
     if (!join(loader->path, sizeof loader->path, builder->source.path, subsystem->descriptor)) {
-        source_fail(&builder->source, subsystem->line, "the path of the descriptor is too long");
+        descriptor_source_fail(&builder->source, subsystem->line, "the path of the descriptor is too long");
         return STATUS_INVALID;
     }
     const status_t status = descriptor_load_subsystem(loader, loader->path, out_descriptor);
     if (status == STATUS_NOT_FOUND) { // Reported at the line of the mission that names it.
-        source_fail_as(&builder->source, subsystem->line, status, "descriptor=\"");
-        source_say(&builder->source, "%\" of <Subsystem>: expected a file, found none", subsystem->descriptor,
-                   NULL, 0U);
+        descriptor_source_fail_as(&builder->source, subsystem->line, status, "descriptor=\"");
+        descriptor_source_say(&builder->source, "%\" of <Subsystem>: expected a file, found none",
+                              subsystem->descriptor, NULL, 0U);
     }
-    return (status == STATUS_OK) ? mission_builder_take(builder, index, loader->path, out_descriptor)
-                                 : status;
+    return (status == STATUS_OK)
+               ? descriptor_mission_builder_take(builder, index, loader->path, out_descriptor)
+               : status;
 }
 
 /// One after the other; that of `own` comes last, so that its model stays.
@@ -140,7 +141,7 @@ static status_t load_all(descriptor_loader_t* const loader, mission_builder_t* c
     if ((status == STATUS_OK) && (last < mission->subsystem_count)) {
         status = load_listed(loader, builder, last, out_own);
     }
-    return (status == STATUS_OK) ? mission_builder_resolve(builder) : status;
+    return (status == STATUS_OK) ? descriptor_mission_builder_resolve(builder) : status;
 }
 
 status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* const path,
@@ -152,11 +153,11 @@ status_t descriptor_load_mission(descriptor_loader_t* const loader, const char* 
     FSW_ASSERT((scope != NULL) || (apid != MISSION_ANY_TARGET));
     text_t error = text_in(loader->error, sizeof loader->error);
     mission_builder_t builder;
-    mission_builder_begin(&builder, out_mission, path, apid, scope, &error);
+    descriptor_mission_builder_begin(&builder, out_mission, path, apid, scope, &error);
     status_t status = parse(loader, &builder.source, NULL, 0U);
     if ((status == STATUS_OK) && (apid != MISSION_ANY_TARGET) &&
-        (mission_find_subsystem(out_mission, apid) == NULL)) {
-        source_refuse(&builder.source, 1U, "no subsystem has id #", NULL, NULL, apid);
+        (descriptor_mission_find_subsystem(out_mission, apid) == NULL)) {
+        descriptor_source_refuse(&builder.source, 1U, "no subsystem has id #", NULL, NULL, apid);
         status = builder.source.status;
     }
     if (status == STATUS_OK) {

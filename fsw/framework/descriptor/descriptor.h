@@ -47,10 +47,10 @@ MUST_USE status_t descriptor_parse_subsystem(descriptor_loader_t* loader, const 
                                              const void* octets, size_t size,
                                              subsystem_descriptor_t* out_descriptor);
 
-/// How much of a mission is read. A program that does not name `mission_whole` has no code for it.
+/// How much of a mission is read. A program that does not name `descriptor_mission_whole` has no code for it.
 typedef struct mission_scope mission_scope_t;
 /// Permissions, recovery plans, hashes, and the descriptors of all subsystems: for supervisor and launcher.
-extern const mission_scope_t mission_whole;
+extern const mission_scope_t descriptor_mission_whole;
 
 /// Mission, and the descriptors of its subsystems, one after the other in `out_own` (paths are relative to
 /// the mission's file); at the end `out_own` contains that of subsystem `apid`, so that its program reads no

@@ -30,7 +30,7 @@ static const endnode_rule_t rules[] = {
 };
 
 /// Octet format; defaults: raw, most significant octet first, both ways, 115200 bit/s.
-void endnode_builder_start(source_t* const source)
+void descriptor_endnode_builder_start(source_t* const source)
 {
     static const uint32_t bit_rates[] = {9600U, 19200U, 38400U, 57600U, 115200U, 230400U, 460800U, 921600U};
     const source_attribute_t* const attributes = source->open[source->depth - 1U]->attributes;
@@ -40,12 +40,12 @@ void endnode_builder_start(source_t* const source)
         const char* const name = attributes[i + 1U].name; // Behind the type.
         const bool is_needed   = ((rule->needed >> i) & 1U) != 0U;
         const bool is_allowed  = (((uint32_t)rule->allowed >> i) & 1U) != 0U;
-        const bool is_there    = source_has(source, name);
+        const bool is_there    = descriptor_source_has(source, name);
         if ((is_there != is_needed) && !(is_there && is_allowed)) {
-            source_refuse(source, source->line,
-                          is_needed ? "<Endnode> of type % needs attribute %"
-                                    : "<Endnode> of type % has no attribute %",
-                          source_raw(source, "type"), name, 0U);
+            descriptor_source_refuse(source, source->line,
+                                     is_needed ? "<Endnode> of type % needs attribute %"
+                                               : "<Endnode> of type % has no attribute %",
+                                     descriptor_source_raw(source, "type"), name, 0U);
         }
     }
     endnode->format.baud = ((rule->allowed & BAUD) != 0U) ? bit_rates[endnode->format.baud] : 0U;

@@ -55,7 +55,7 @@ static void hash_configurations(uint64_t* const hash, const subsystem_descriptor
     }
 }
 
-uint64_t subsystem_interface_hash(const subsystem_descriptor_t* const descriptor)
+uint64_t descriptor_subsystem_interface_hash(const subsystem_descriptor_t* const descriptor)
 {
     uint64_t hash = FNV64_START;
     add(&hash, "subsystem % #\n", descriptor->name, descriptor->apid);

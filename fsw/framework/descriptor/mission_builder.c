@@ -49,35 +49,35 @@ static uint32_t read_epoch(source_t* const source)
 {
     uint32_t time[6] = {0U, 0U, 0U, 0U, 0U, 0U};
     uint32_t days    = UINT32_MAX;
-    if (read_numbers(source_raw(source, "epoch"), time) && (time[3] < 24U) && (time[4] < 60U) &&
+    if (read_numbers(descriptor_source_raw(source, "epoch"), time) && (time[3] < 24U) && (time[4] < 60U) &&
         (time[5] < 60U)) {
         days = days_of(time[0], time[1], time[2]);
     }
     if (days == UINT32_MAX) {
-        source_wrong(source, "epoch", "a TAI time like 2026-06-01T12:00:00, years 1958 to 2093");
+        descriptor_source_wrong(source, "epoch", "a TAI time like 2026-06-01T12:00:00, years 1958 to 2093");
         return 0U;
     }
     return (((((days * 24U) + time[3]) * 60U) + time[4]) * 60U) + time[5];
 }
 
-void mission_builder_mission(source_t* const source)
+void descriptor_mission_builder_mission(source_t* const source)
 {
     mission_descriptor_t* const mission = source->item;
     mission->epoch_s                    = read_epoch(source);
 }
 
-void mission_builder_whole(source_t* const source)
+void descriptor_mission_builder_whole(source_t* const source)
 {
-    const mission_scope_t* const scope = mission_builder_of(source)->scope;
+    const mission_scope_t* const scope = descriptor_mission_builder_of(source)->scope;
     if (scope != NULL) {
         scope->element(source);
     }
 }
 
-void mission_builder_end(source_t* const source)
+void descriptor_mission_builder_end(source_t* const source)
 {
     mission_descriptor_t* const mission = source->item;
-    if (mission_builder_of(source)->scope != NULL) {
+    if (descriptor_mission_builder_of(source)->scope != NULL) {
         mission->configuration_hash = source->hash;
     } else {
         mission->rule_count   = 0U;

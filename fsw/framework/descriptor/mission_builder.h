@@ -56,46 +56,47 @@ struct mission_builder {
 
 /// Empty the model and begin. The builder outlives the document and its resolution. Without a scope only
 /// subsystem `apid` will be taken in, and what needs others is dropped.
-void mission_builder_begin(mission_builder_t* builder, mission_descriptor_t* mission, const char* path,
-                           uint16_t apid, const mission_scope_t* scope, text_t* error);
+void descriptor_mission_builder_begin(mission_builder_t* builder, mission_descriptor_t* mission,
+                                      const char* path, uint16_t apid, const mission_scope_t* scope,
+                                      text_t* error);
 /// Take in the descriptor of subsystem `index`, read from `path`. STATUS_OK, or the error of the source.
-MUST_USE status_t mission_builder_take(mission_builder_t* builder, uint16_t index, const char* path,
-                                       const subsystem_descriptor_t* descriptor);
+MUST_USE status_t descriptor_mission_builder_take(mission_builder_t* builder, uint16_t index,
+                                                  const char* path, const subsystem_descriptor_t* descriptor);
 /// The descriptors are taken in: every name must have been found. Statuses as above.
-MUST_USE status_t mission_builder_resolve(mission_builder_t* builder);
+MUST_USE status_t descriptor_mission_builder_resolve(mission_builder_t* builder);
 
 // Lists whose names attributes give: mission_elements.c
-extern const source_list_t mission_subsystems;
-extern const source_list_t mission_modes;
+extern const source_list_t descriptor_mission_subsystems;
+extern const source_list_t descriptor_mission_modes;
 #define MISSION_SUBSYSTEM_WORDS                                                                              \
     ((MISSION_SUBSYSTEMS_MAX + 1U) * (DESCRIPTOR_NAME_MAX + 1U)) ///< And " SELF NETWORK".
 #define MISSION_MODE_WORDS (MISSION_MODES_MAX * (DESCRIPTOR_NAME_MAX + 1U))
 
-static inline mission_builder_t* mission_builder_of(const source_t* const source)
+static inline mission_builder_t* descriptor_mission_builder_of(const source_t* const source)
 {
     return source->builder;
 }
 
 // Handlers: mission_builder.c
-void mission_builder_mission(source_t* source);
-void mission_builder_whole(source_t* source); ///< The scope's handler, if there is a scope.
-void mission_builder_end(source_t* source);
-void mission_builder_link(source_t* source); // mission_resolver.c
+void descriptor_mission_builder_mission(source_t* source);
+void descriptor_mission_builder_whole(source_t* source); ///< The scope's handler, if there is a scope.
+void descriptor_mission_builder_end(source_t* source);
+void descriptor_mission_builder_link(source_t* source); // mission_resolver.c
 /// The words of an attribute name nothing of the kind expected; `expected` begins with the element's name.
-void mission_builder_refuse(source_t* source, uint32_t line, const char* attribute, const char* words,
-                            const char* expected);
+void descriptor_mission_builder_refuse(source_t* source, uint32_t line, const char* attribute,
+                                       const char* words, const char* expected);
 // Of the whole mission: mission_checks.c
-void mission_check_element(source_t* source);
-void mission_copy_ports(source_t* source, mission_subsystem_t* subsystem,
-                        const subsystem_descriptor_t* descriptor);
+void descriptor_mission_check_element(source_t* source);
+void descriptor_mission_copy_ports(source_t* source, mission_subsystem_t* subsystem,
+                                   const subsystem_descriptor_t* descriptor);
 /// Every bus that an endnode names is a bus of the mission, and its redundant bus is channel B of that.
-void mission_check_buses(mission_builder_t* builder, const mission_subsystem_t* subsystem, const char* path,
-                         const subsystem_descriptor_t* descriptor);
+void descriptor_mission_check_buses(mission_builder_t* builder, const mission_subsystem_t* subsystem,
+                                    const char* path, const subsystem_descriptor_t* descriptor);
 /// Both ends of a link are ports that fit each other. The links before this one have been looked at.
-void mission_check_link(mission_builder_t* builder, uint16_t index);
+void descriptor_mission_check_link(mission_builder_t* builder, uint16_t index);
 // Handlers of permissions and plans: mission_rules.c
-void mission_rules_allow(source_t* source);
-void mission_rules_plan(source_t* source);
-void mission_rules_action(source_t* source);
+void descriptor_mission_rules_allow(source_t* source);
+void descriptor_mission_rules_plan(source_t* source);
+void descriptor_mission_rules_action(source_t* source);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_MISSION_BUILDER_H

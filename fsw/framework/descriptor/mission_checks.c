@@ -13,7 +13,7 @@ typedef char ports_fit[(MISSION_PORTS_MAX >= DESCRIPTOR_PORTS_MAX) ? 1 : -1];
 
 static void begin_listed(source_t* const source)
 {
-    mission_builder_of(source)->power_seen = 0U;
+    descriptor_mission_builder_of(source)->power_seen = 0U;
 }
 
 static void take_power(source_t* const source)
@@ -21,13 +21,13 @@ static void take_power(source_t* const source)
     mission_builder_t* const builder     = source->builder;
     mission_subsystem_t* const subsystem = source->item;
     uint8_t state                        = 0U;
-    if (descriptor_state_of(source_raw(source, "state"), &state) != STATUS_OK) {
-        source_wrong(source, "state", "the name of a state");
+    if (descriptor_state_of(descriptor_source_raw(source, "state"), &state) != STATUS_OK) {
+        descriptor_source_wrong(source, "state", "the name of a state");
     } else if ((((uint32_t)builder->power_seen >> state) & 1U) != 0U) {
-        source_wrong(source, "state", "each state once");
+        descriptor_source_wrong(source, "state", "each state once");
     } else {
         builder->power_seen       = (uint16_t)(builder->power_seen | (1U << state));
-        subsystem->power_w[state] = source_value(source, 1U);
+        subsystem->power_w[state] = descriptor_source_value(source, 1U);
     }
 }
 
@@ -48,9 +48,10 @@ static void end_modes(source_t* const source)
         }
     }
     if (initial != 1U) {
-        source_fail(source, source->line, "exactly one <Mode> must have initial=\"true\"");
-    } else if ((fallback > 1U) || (mission_find_mode(mission, mission->fallback_mode) == NULL)) {
-        source_fail(source, source->line, "one <Mode> must have fallback=\"true\" or, where none has, id 0");
+        descriptor_source_fail(source, source->line, "exactly one <Mode> must have initial=\"true\"");
+    } else if ((fallback > 1U) || (descriptor_mission_find_mode(mission, mission->fallback_mode) == NULL)) {
+        descriptor_source_fail(source, source->line,
+                               "one <Mode> must have fallback=\"true\" or, where none has, id 0");
     } else {
         // Each is one of them.
     }
@@ -61,8 +62,9 @@ static void check_lists(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;
     if ((mission->subsystem_count == 0U) || (mission->mode_count == 0U)) {
-        source_refuse(source, source->line, "expected <Subsystems> and <Modes>, not empty, before <%>",
-                      source->open[source->depth - 1U]->name, NULL, 0U);
+        descriptor_source_refuse(source, source->line,
+                                 "expected <Subsystems> and <Modes>, not empty, before <%>",
+                                 source->open[source->depth - 1U]->name, NULL, 0U);
     }
 }
 
@@ -70,12 +72,12 @@ static void check_lists(source_t* const source)
 static void check_ground(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;
-    const bool has_key                        = source_has(source, "key");
+    const bool has_key                        = descriptor_source_has(source, "key");
     if (has_key && (mission->ground_key[0] == '\0')) {
-        source_wrong(source, "key", "the path of a file, or no such attribute");
+        descriptor_source_wrong(source, "key", "the path of a file, or no such attribute");
     } else if ((mission->is_ground_open != 0U) && !has_key) {
-        source_fail(source, source->line,
-                    "<Ground address=\"0.0.0.0\"> needs a key: only this machine has none");
+        descriptor_source_fail(source, source->line,
+                               "<Ground address=\"0.0.0.0\"> needs a key: only this machine has none");
     } else {
         // As it should be.
     }
@@ -103,7 +105,7 @@ static void end_buses(source_t* const source)
             is_good = is_good && (strcmp(mission->buses[k].redundant_to, bus->redundant_to) != 0);
         }
         if (!is_good) {
-            mission_builder_refuse(
+            descriptor_mission_builder_refuse(
                 source, bus->line, "redundantTo", bus->redundant_to,
                 "Bus>: expected a bus of the mission that is not redundant itself and has one "
                 "redundant bus");
@@ -120,16 +122,17 @@ static void take_bus(mission_builder_t* const builder, const mission_bus_t* cons
     const mission_subsystem_t** const owner = &builder->bus_owners[bus - builder->mission->buses];
     if ((*owner != NULL) && (*owner != subsystem)) {
         source->path = path;
-        source_refuse(source, line, "%=\"%\" of <Endnode>: expected a bus of its own, ", attribute, bus->name,
-                      0U);
-        source_say(source, "it is that of %", (*owner)->name, NULL, 0U);
+        descriptor_source_refuse(source, line, "%=\"%\" of <Endnode>: expected a bus of its own, ", attribute,
+                                 bus->name, 0U);
+        descriptor_source_say(source, "it is that of %", (*owner)->name, NULL, 0U);
     }
     *owner = subsystem;
 }
 
 /// Every bus that an endnode names is a bus of the mission, and its redundant bus is channel B of that.
-void mission_check_buses(mission_builder_t* const builder, const mission_subsystem_t* const subsystem,
-                         const char* const path, const subsystem_descriptor_t* const descriptor)
+void descriptor_mission_check_buses(mission_builder_t* const builder,
+                                    const mission_subsystem_t* const subsystem, const char* const path,
+                                    const subsystem_descriptor_t* const descriptor)
 {
     source_t* const source = &builder->source;
     for (uint16_t i = 0U; i < descriptor->endnode_count; i++) {
@@ -140,8 +143,8 @@ void mission_check_buses(mission_builder_t* const builder, const mission_subsyst
         const mission_bus_t* const bus = find_bus(builder->mission, endnode->bus);
         if (bus == NULL) {
             source->path = path;
-            mission_builder_refuse(source, endnode->line, "bus", endnode->bus,
-                                   "Endnode>: expected a bus of the mission");
+            descriptor_mission_builder_refuse(source, endnode->line, "bus", endnode->bus,
+                                              "Endnode>: expected a bus of the mission");
         } else {
             take_bus(builder, bus, subsystem, path, endnode->line, "bus");
         }
@@ -149,8 +152,9 @@ void mission_check_buses(mission_builder_t* const builder, const mission_subsyst
         const bool is_channel = (redundant != NULL) && (strcmp(redundant->redundant_to, endnode->bus) == 0);
         if ((endnode->redundant_bus[0] != '\0') && !is_channel) {
             source->path = path;
-            mission_builder_refuse(source, endnode->line, "redundantBus", endnode->redundant_bus,
-                                   "Endnode>: expected a bus of the mission that is redundantTo its bus");
+            descriptor_mission_builder_refuse(
+                source, endnode->line, "redundantBus", endnode->redundant_bus,
+                "Endnode>: expected a bus of the mission that is redundantTo its bus");
         } else if (redundant != NULL) {
             take_bus(builder, redundant, subsystem, path, endnode->line, "redundantBus");
         } else {
@@ -170,20 +174,20 @@ static uint8_t methods_of(const descriptor_port_t* const port)
     return (uint8_t)methods;
 }
 
-void mission_copy_ports(source_t* const source, mission_subsystem_t* const subsystem,
-                        const subsystem_descriptor_t* const descriptor)
+void descriptor_mission_copy_ports(source_t* const source, mission_subsystem_t* const subsystem,
+                                   const subsystem_descriptor_t* const descriptor)
 {
     for (; subsystem->configuration_count < descriptor->configuration_count;
          subsystem->configuration_count++) {
         const descriptor_configuration_t* const configuration =
             &descriptor->configurations[subsystem->configuration_count];
         mission_configuration_t* const copy = &subsystem->configurations[subsystem->configuration_count];
-        copy->name                          = source_keep(source, configuration->name);
+        copy->name                          = descriptor_source_keep(source, configuration->name);
         copy->id                            = configuration->id;
         for (uint16_t i = 0U; i < configuration->port_count; i++) {
             const descriptor_port_t* const port = &descriptor->ports[configuration->first_port + i];
             mission_port_t* const port_copy     = &subsystem->ports[subsystem->port_count];
-            port_copy->name                     = source_keep(source, port->name);
+            port_copy->name                     = descriptor_source_keep(source, port->name);
             port_copy->id                       = port->id;
             port_copy->configuration            = configuration->id;
             port_copy->is_provided              = port->is_provided;
@@ -200,7 +204,7 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
                                          const char* const words, const bool is_provided)
 {
     const uint16_t apid                        = is_provided ? link->producer_apid : link->consumer_apid;
-    const mission_subsystem_t* const subsystem = mission_find_subsystem(builder->mission, apid);
+    const mission_subsystem_t* const subsystem = descriptor_mission_find_subsystem(builder->mission, apid);
     const mission_port_t* const port =
         (subsystem != NULL) ? descriptor_named(subsystem->ports, subsystem->port_count,
                                                sizeof subsystem->ports[0], &words[strcspn(words, ".") + 1U])
@@ -208,9 +212,9 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
     if ((port != NULL) && (port->is_provided == is_provided)) { // So in all configurations.
         return port;
     }
-    mission_builder_refuse(&builder->source, link->line, is_provided ? "from" : "to", words,
-                           is_provided ? "Link>: expected SUBSYSTEM.PORT that it provides"
-                                       : "Link>: expected SUBSYSTEM.PORT that it requires");
+    descriptor_mission_builder_refuse(&builder->source, link->line, is_provided ? "from" : "to", words,
+                                      is_provided ? "Link>: expected SUBSYSTEM.PORT that it provides"
+                                                  : "Link>: expected SUBSYSTEM.PORT that it requires");
     return NULL;
 }
 
@@ -233,20 +237,20 @@ static void check_room(mission_builder_t* const builder, const uint16_t index)
     const mission_link_t* const link = &builder->mission->links[index];
     const char* const* const words   = builder->link_words[index];
     if (link->producer_apid == link->consumer_apid) {
-        mission_builder_refuse(source, link->line, "to", words[1],
-                               "Link>: expected a port of another subsystem");
+        descriptor_mission_builder_refuse(source, link->line, "to", words[1],
+                                          "Link>: expected a port of another subsystem");
     }
     if (links_of_port(builder, index, 1U, words[1]) > 0U) {
-        mission_builder_refuse(source, link->line, "to", words[1],
-                               "Link>: expected a port that no other link leads to");
+        descriptor_mission_builder_refuse(source, link->line, "to", words[1],
+                                          "Link>: expected a port that no other link leads to");
     }
     if (links_of_port(builder, index, 0U, words[0]) >= MISSION_PORT_LINKS_MAX) {
-        mission_builder_refuse(source, link->line, "from", words[0],
-                               "Link>: expected a port with at most 4 links");
+        descriptor_mission_builder_refuse(source, link->line, "from", words[0],
+                                          "Link>: expected a port with at most 4 links");
     }
 }
 
-void mission_check_link(mission_builder_t* const builder, const uint16_t index)
+void descriptor_mission_check_link(mission_builder_t* const builder, const uint16_t index)
 {
     source_t* const source               = &builder->source;
     mission_link_t* const link           = &builder->mission->links[index];
@@ -258,21 +262,25 @@ void mission_check_link(mission_builder_t* const builder, const uint16_t index)
     }
     link->is_required = consumer->is_required;
     if (producer->layout_hash != consumer->layout_hash) {
-        source_fail(source, link->line, "the layouts of the two ports differ");
+        descriptor_source_fail(source, link->line, "the layouts of the two ports differ");
     } else if ((producer->methods & consumer->methods) == 0U) {
-        source_fail(source, link->line, "the two ports share no transfer method");
+        descriptor_source_fail(source, link->line, "the two ports share no transfer method");
     } else {
         check_room(builder, index);
     }
 }
 
-void mission_check_element(source_t* const source)
+void descriptor_mission_check_element(source_t* const source)
 {
-    static void (*const handlers[])(source_t*) = {
-        [MISSION_KIND_LISTED] = begin_listed,       [MISSION_KIND_POWER] = take_power,
-        [MISSION_KIND_MODES] = end_modes,           [MISSION_KIND_PERMISSIONS] = check_lists,
-        [MISSION_KIND_ALLOW] = mission_rules_allow, [MISSION_KIND_PLANS] = check_lists,
-        [MISSION_KIND_PLAN] = mission_rules_plan,   [MISSION_KIND_ACTION] = mission_rules_action,
-        [MISSION_KIND_BUSES] = end_buses,           [MISSION_KIND_GROUND] = check_ground};
+    static void (*const handlers[])(source_t*) = {[MISSION_KIND_LISTED]      = begin_listed,
+                                                  [MISSION_KIND_POWER]       = take_power,
+                                                  [MISSION_KIND_MODES]       = end_modes,
+                                                  [MISSION_KIND_PERMISSIONS] = check_lists,
+                                                  [MISSION_KIND_ALLOW]       = descriptor_mission_rules_allow,
+                                                  [MISSION_KIND_PLANS]       = check_lists,
+                                                  [MISSION_KIND_PLAN]        = descriptor_mission_rules_plan,
+                                                  [MISSION_KIND_ACTION] = descriptor_mission_rules_action,
+                                                  [MISSION_KIND_BUSES]  = end_buses,
+                                                  [MISSION_KIND_GROUND] = check_ground};
     handlers[source->open[source->depth - 1U]->kind](source);
 }

@@ -194,14 +194,16 @@ typedef struct {
 } mission_descriptor_t;
 
 /// Each returns the entry or NULL.
-const mission_subsystem_t* mission_find_subsystem(const mission_descriptor_t* mission, uint16_t apid);
-const mission_mode_t* mission_find_mode(const mission_descriptor_t* mission, uint8_t id);
+const mission_subsystem_t* descriptor_mission_find_subsystem(const mission_descriptor_t* mission,
+                                                             uint16_t apid);
+const mission_mode_t* descriptor_mission_find_mode(const mission_descriptor_t* mission, uint8_t id);
 /// Link between two ports, as named by TC[130,3].
-const mission_link_t* mission_find_link(const mission_descriptor_t* mission, uint16_t producer_apid,
-                                        uint16_t producer_port, uint16_t consumer_apid,
-                                        uint16_t consumer_port);
+const mission_link_t* descriptor_mission_find_link(const mission_descriptor_t* mission,
+                                                   uint16_t producer_apid, uint16_t producer_port,
+                                                   uint16_t consumer_apid, uint16_t consumer_port);
 /// Plan for an event: first in the file that matches severity, subsystem and event; NULL = built-in reaction.
-const mission_plan_t* mission_find_plan(const mission_descriptor_t* mission, descriptor_severity_t severity,
-                                        uint16_t apid, uint16_t event_id);
+const mission_plan_t* descriptor_mission_find_plan(const mission_descriptor_t* mission,
+                                                   descriptor_severity_t severity, uint16_t apid,
+                                                   uint16_t event_id);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H

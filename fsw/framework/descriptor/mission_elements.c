@@ -13,24 +13,24 @@
     .items = offsetof(mission_descriptor_t, plural), .count = offsetof(mission_descriptor_t, counter),       \
     .capacity = (most), .size = sizeof(type), .line = offsetof(type, line)
 
-const source_list_t mission_subsystems = {
+const source_list_t descriptor_mission_subsystems = {
     .what = "subsystems", LIST(subsystems, subsystem_count, MISSION_SUBSYSTEMS_MAX, mission_subsystem_t)};
-const source_list_t mission_modes  = {.what = "modes",
-                                      LIST(modes, mode_count, MISSION_MODES_MAX, mission_mode_t)};
-static const source_list_t users   = {.what = "users",
-                                      LIST(users, user_count, MISSION_USERS_MAX, mission_user_t)};
-static const source_list_t rules   = {.what = "<Allow>",
-                                      LIST(rules, rule_count, MISSION_RULES_MAX, mission_rule_t)};
-static const source_list_t links   = {.what = "links",
-                                      LIST(links, link_count, MISSION_LINKS_MAX, mission_link_t)};
-static const source_list_t plans   = {.what = "plans",
-                                      LIST(plans, plan_count, MISSION_PLANS_MAX, mission_plan_t)};
-static const source_list_t actions = {.what = "actions",
-                                      LIST(actions, action_count, MISSION_ACTIONS_MAX, mission_action_t),
-                                      .first  = offsetof(mission_plan_t, first_action),
-                                      .number = offsetof(mission_plan_t, action_count)};
-static const source_list_t buses   = {.what = "buses",
-                                      LIST(buses, bus_count, MISSION_BUSES_MAX, mission_bus_t)};
+const source_list_t descriptor_mission_modes = {.what = "modes",
+                                                LIST(modes, mode_count, MISSION_MODES_MAX, mission_mode_t)};
+static const source_list_t users             = {.what = "users",
+                                                LIST(users, user_count, MISSION_USERS_MAX, mission_user_t)};
+static const source_list_t rules             = {.what = "<Allow>",
+                                                LIST(rules, rule_count, MISSION_RULES_MAX, mission_rule_t)};
+static const source_list_t links             = {.what = "links",
+                                                LIST(links, link_count, MISSION_LINKS_MAX, mission_link_t)};
+static const source_list_t plans             = {.what = "plans",
+                                                LIST(plans, plan_count, MISSION_PLANS_MAX, mission_plan_t)};
+static const source_list_t actions           = {.what = "actions",
+                                                LIST(actions, action_count, MISSION_ACTIONS_MAX, mission_action_t),
+                                                .first  = offsetof(mission_plan_t, first_action),
+                                                .number = offsetof(mission_plan_t, action_count)};
+static const source_list_t buses             = {.what = "buses",
+                                                LIST(buses, bus_count, MISSION_BUSES_MAX, mission_bus_t)};
 
 // ---- Attributes ----
 
@@ -224,45 +224,45 @@ static const source_attribute_t ground_attributes[] = {
 // Parent, kind, how often, name with attributes, list, start, end.
 static const source_row_t rows[] = {
     {SOURCE_ROOT, MISSION_KIND_MISSION, SOURCE_ANY, WITH("Mission", mission_attributes), NULL,
-     mission_builder_mission, mission_builder_end},
+     descriptor_mission_builder_mission, descriptor_mission_builder_end},
     {MISSION_KIND_MISSION, MISSION_KIND_SUBSYSTEMS, SOURCE_EXACTLY, PLAIN("Subsystems"), NULL, NULL, NULL},
     {MISSION_KIND_SUBSYSTEMS, MISSION_KIND_LISTED, SOURCE_ANY, WITH("Subsystem", listed_attributes),
-     &mission_subsystems, mission_builder_whole, NULL},
+     &descriptor_mission_subsystems, descriptor_mission_builder_whole, NULL},
     {MISSION_KIND_LISTED, MISSION_KIND_POWER, SOURCE_ANY, WITH("Power", power_attributes), NULL,
-     mission_builder_whole, NULL},
+     descriptor_mission_builder_whole, NULL},
     {MISSION_KIND_MISSION, MISSION_KIND_MODES, SOURCE_EXACTLY, PLAIN("Modes"), NULL, NULL,
-     mission_builder_whole},
-    {MISSION_KIND_MODES, MISSION_KIND_MODE, SOURCE_ANY, WITH("Mode", mode_attributes), &mission_modes, NULL,
-     NULL},
+     descriptor_mission_builder_whole},
+    {MISSION_KIND_MODES, MISSION_KIND_MODE, SOURCE_ANY, WITH("Mode", mode_attributes),
+     &descriptor_mission_modes, NULL, NULL},
     {MISSION_KIND_MISSION, MISSION_KIND_USERS, SOURCE_ONCE, PLAIN("Users"), NULL, NULL, NULL},
     {MISSION_KIND_USERS, MISSION_KIND_USER, SOURCE_ANY, WITH("User", user_attributes), &users, NULL, NULL},
     {MISSION_KIND_MISSION, MISSION_KIND_PERMISSIONS, SOURCE_EXACTLY, PLAIN("Permissions"), NULL,
-     mission_builder_whole, NULL},
+     descriptor_mission_builder_whole, NULL},
     {MISSION_KIND_PERMISSIONS, MISSION_KIND_ALLOW, SOURCE_ANY, WITH("Allow", allow_attributes), &rules,
-     mission_builder_whole, NULL},
+     descriptor_mission_builder_whole, NULL},
     {MISSION_KIND_MISSION, MISSION_KIND_LINKS, SOURCE_ONCE, PLAIN("Links"), NULL, NULL, NULL},
     {MISSION_KIND_LINKS, MISSION_KIND_LINK, SOURCE_ANY, WITH("Link", link_attributes), &links,
-     mission_builder_link, NULL},
+     descriptor_mission_builder_link, NULL},
     {MISSION_KIND_MISSION, MISSION_KIND_PLANS, SOURCE_ONCE, PLAIN("RecoveryPlans"), NULL,
-     mission_builder_whole, NULL},
+     descriptor_mission_builder_whole, NULL},
     {MISSION_KIND_PLANS, MISSION_KIND_PLAN, SOURCE_ANY, WITH("Plan", plan_attributes), &plans,
-     mission_builder_whole, NULL},
+     descriptor_mission_builder_whole, NULL},
     {MISSION_KIND_PLAN, MISSION_KIND_ACTION, SOURCE_SOME, WITH("Action", action_attributes), &actions,
-     mission_builder_whole, NULL},
+     descriptor_mission_builder_whole, NULL},
     {MISSION_KIND_MISSION, MISSION_KIND_PACKET_LOG, SOURCE_ONCE, WITH("PacketLog", packet_log_attributes),
      NULL, NULL, NULL},
     {MISSION_KIND_MISSION, MISSION_KIND_BUSES, SOURCE_ONCE, PLAIN("Buses"), NULL, NULL,
-     mission_builder_whole},
+     descriptor_mission_builder_whole},
     {MISSION_KIND_BUSES, MISSION_KIND_BUS, SOURCE_ANY, WITH("Bus", bus_attributes), &buses, NULL, NULL},
     {MISSION_KIND_MISSION, MISSION_KIND_TRANSPORTS, SOURCE_ONCE, WITH("Transports", transports_attributes),
      NULL, NULL, NULL},
     {MISSION_KIND_MISSION, MISSION_KIND_GROUND, SOURCE_EXACTLY, WITH("Ground", ground_attributes), NULL,
-     mission_builder_whole, NULL},
+     descriptor_mission_builder_whole, NULL},
 };
 
-void mission_builder_begin(mission_builder_t* const builder, mission_descriptor_t* const mission,
-                           const char* const path, const uint16_t apid, const mission_scope_t* const scope,
-                           text_t* const error)
+void descriptor_mission_builder_begin(mission_builder_t* const builder, mission_descriptor_t* const mission,
+                                      const char* const path, const uint16_t apid,
+                                      const mission_scope_t* const scope, text_t* const error)
 {
     (void)memset(mission, 0, sizeof *mission);
     (void)memset(builder, 0, sizeof *builder);

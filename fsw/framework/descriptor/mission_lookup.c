@@ -3,7 +3,8 @@
 #include "base/assertion.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
 
-const mission_mode_t* mission_find_mode(const mission_descriptor_t* const mission, const uint8_t id)
+const mission_mode_t* descriptor_mission_find_mode(const mission_descriptor_t* const mission,
+                                                   const uint8_t id)
 {
     FSW_ASSERT(mission != NULL);
     for (uint16_t i = 0U; i < mission->mode_count; i++) {
@@ -14,9 +15,9 @@ const mission_mode_t* mission_find_mode(const mission_descriptor_t* const missio
     return NULL;
 }
 
-const mission_link_t* mission_find_link(const mission_descriptor_t* const mission,
-                                        const uint16_t producer_apid, const uint16_t producer_port,
-                                        const uint16_t consumer_apid, const uint16_t consumer_port)
+const mission_link_t* descriptor_mission_find_link(const mission_descriptor_t* const mission,
+                                                   const uint16_t producer_apid, const uint16_t producer_port,
+                                                   const uint16_t consumer_apid, const uint16_t consumer_port)
 {
     FSW_ASSERT(mission != NULL);
     for (uint16_t i = 0U; i < mission->link_count; i++) {
@@ -29,9 +30,9 @@ const mission_link_t* mission_find_link(const mission_descriptor_t* const missio
     return NULL;
 }
 
-const mission_plan_t* mission_find_plan(const mission_descriptor_t* const mission,
-                                        const descriptor_severity_t severity, const uint16_t apid,
-                                        const uint16_t event_id)
+const mission_plan_t* descriptor_mission_find_plan(const mission_descriptor_t* const mission,
+                                                   const descriptor_severity_t severity, const uint16_t apid,
+                                                   const uint16_t event_id)
 {
     FSW_ASSERT(mission != NULL);
     for (uint16_t i = 0U; i < mission->plan_count; i++) {

@@ -3,11 +3,12 @@
 
 #include <string.h>
 
-void mission_builder_refuse(source_t* const source, const uint32_t line, const char* const attribute,
-                            const char* const words, const char* const expected)
+void descriptor_mission_builder_refuse(source_t* const source, const uint32_t line,
+                                       const char* const attribute, const char* const words,
+                                       const char* const expected)
 {
-    source_refuse(source, line, "%=\"%\" of <", attribute, words, 0U);
-    source_say(source, "%", expected, NULL, 0U);
+    descriptor_source_refuse(source, line, "%=\"%\" of <", attribute, words, 0U);
+    descriptor_source_say(source, "%", expected, NULL, 0U);
 }
 
 /// True if SUBSYSTEM.PORT is a port of this subsystem.
@@ -36,16 +37,17 @@ static void find_ports(mission_builder_t* const builder, const mission_subsystem
     }
 }
 
-status_t mission_builder_take(mission_builder_t* const builder, const uint16_t index, const char* const path,
-                              const subsystem_descriptor_t* const descriptor)
+status_t descriptor_mission_builder_take(mission_builder_t* const builder, const uint16_t index,
+                                         const char* const path,
+                                         const subsystem_descriptor_t* const descriptor)
 {
     mission_subsystem_t* const subsystem = &builder->mission->subsystems[index];
     source_t* const source               = &builder->source;
     source->line                         = subsystem->line;
     if ((strcmp(subsystem->name, descriptor->name) != 0) || (subsystem->apid != descriptor->apid)) {
-        source_refuse(source, subsystem->line, "% #: its descriptor says % ", subsystem->name,
-                      descriptor->name, subsystem->apid);
-        source_say(source, "#", NULL, NULL, descriptor->apid);
+        descriptor_source_refuse(source, subsystem->line, "% #: its descriptor says % ", subsystem->name,
+                                 descriptor->name, subsystem->apid);
+        descriptor_source_say(source, "#", NULL, NULL, descriptor->apid);
     }
     find_ports(builder, subsystem, descriptor);
     if (builder->scope != NULL) {
@@ -54,13 +56,13 @@ status_t mission_builder_take(mission_builder_t* const builder, const uint16_t i
     return source->status;
 }
 
-void mission_builder_link(source_t* const source)
+void descriptor_mission_builder_link(source_t* const source)
 {
     mission_link_t* const link = source->item;
-    const char** const words   = mission_builder_of(source)->link_words[source->order];
+    const char** const words   = descriptor_mission_builder_of(source)->link_words[source->order];
     link->number               = (uint16_t)(source->order + 1U);
-    words[0]                   = source_text(source, "from", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
-    words[1]                   = source_text(source, "to", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
+    words[0] = descriptor_source_text(source, "from", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
+    words[1] = descriptor_source_text(source, "to", SOURCE_TEXT, 2U * DESCRIPTOR_NAME_MAX);
 }
 
 /// APID of the subsystem of SUBSYSTEM.PORT; 0 if there is none.
@@ -74,7 +76,7 @@ static uint16_t apid_of_end(const mission_descriptor_t* const mission, const cha
     return 0U;
 }
 
-status_t mission_builder_resolve(mission_builder_t* const builder)
+status_t descriptor_mission_builder_resolve(mission_builder_t* const builder)
 {
     for (uint16_t i = 0U; i < builder->mission->link_count; i++) {
         mission_link_t* const link = &builder->mission->links[i];

@@ -27,7 +27,7 @@ static uint8_t number_at(const char** const text)
 /// Service and subtype of a telecommand like 8,1, or 11,* for all of a service.
 static void read_telecommand(source_t* const source, mission_rule_t* const rule)
 {
-    const char* words = source_raw(source, "tc");
+    const char* words = descriptor_source_raw(source, "tc");
     rule->service     = number_at(&words);
     bool is_right     = (rule->service != 0U) && (words[0] == ',');
     if (is_right && (strcmp(words, ",*") != 0)) {
@@ -36,7 +36,7 @@ static void read_telecommand(source_t* const source, mission_rule_t* const rule)
         is_right      = (rule->subtype != 0U) && (words[0] == '\0');
     }
     if (!is_right) {
-        source_wrong(source, "tc", "service and subtype like 8,1, or 11,*");
+        descriptor_source_wrong(source, "tc", "service and subtype like 8,1, or 11,*");
     }
 }
 
@@ -45,8 +45,8 @@ static uint8_t modes_of(source_t* const source, const mission_descriptor_t* cons
 {
     char words[MISSION_MODE_WORDS];
     text_t text = text_in(words, sizeof words);
-    source_names(source, &mission_modes, &text);
-    const uint16_t places = source_bits(source, "modes", words);
+    descriptor_source_names(source, &descriptor_mission_modes, &text);
+    const uint16_t places = descriptor_source_bits(source, "modes", words);
     uint32_t modes        = (places == UINT16_MAX) ? UINT8_MAX : 0U;
     for (uint16_t i = 0U; i < mission->mode_count; i++) {
         modes |= (((uint32_t)places >> i) & 1U) << mission->modes[i].id;
@@ -59,19 +59,19 @@ static uint8_t rest_state_of(source_t* const source, const char* const attribute
     char words[DESCRIPTOR_STATE_WORDS];
     text_t text = text_in(words, sizeof words);
     descriptor_state_words(REST_STATES, &text);
-    return rest_states[source_word(source, attribute, words)];
+    return rest_states[descriptor_source_word(source, attribute, words)];
 }
 
 /// APID of a subsystem of the mission, or one of the numbers of the words behind them.
 static uint16_t target_of(source_t* const source, const char* const attribute, const char* const behind,
                           const uint16_t* const numbers)
 {
-    const mission_descriptor_t* const mission = mission_builder_of(source)->mission;
+    const mission_descriptor_t* const mission = descriptor_mission_builder_of(source)->mission;
     char words[MISSION_SUBSYSTEM_WORDS];
     text_t text = text_in(words, sizeof words);
-    source_names(source, &mission_subsystems, &text);
+    descriptor_source_names(source, &descriptor_mission_subsystems, &text);
     text_add(&text, behind);
-    const uint32_t place = source_word(source, attribute, words);
+    const uint32_t place = descriptor_source_word(source, attribute, words);
     return (place < mission->subsystem_count) ? mission->subsystems[place].apid
                                               : numbers[place - mission->subsystem_count];
 }
@@ -79,7 +79,7 @@ static uint16_t target_of(source_t* const source, const char* const attribute, c
 /// Selector of a rule: which kind it is depends on the telecommand.
 static void read_select(source_t* const source, mission_rule_t* const rule, const char** const out_pending)
 {
-    const char* const select = source_raw(source, "select");
+    const char* const select = descriptor_source_raw(source, "select");
     const uint32_t tc        = ((uint32_t)rule->service << 8U) | rule->subtype;
     rule->is_any             = (select == NULL) || (strcmp(select, "*") == 0);
     if (rule->is_any) {
@@ -91,19 +91,21 @@ static void read_select(source_t* const source, mission_rule_t* const rule, cons
         return;
     }
     if ((tc != TC_FUNCTION) && (tc != TC_CONFIGURATION) && (rule->service != SERVICE_LINKS)) {
-        source_wrong(source, "select", "* for this telecommand");
+        descriptor_source_wrong(source, "select", "* for this telecommand");
     } else if ((tc == TC_CONFIGURATION) && (rule->target == MISSION_ANY_TARGET)) {
-        source_wrong(source, "select", "* where to is *, because each subsystem numbers its configurations");
+        descriptor_source_wrong(source, "select",
+                                "* where to is *, because each subsystem numbers its configurations");
     }
     // Links follow the permissions in the file; their names are resolved with all others.
-    *out_pending = source_text(source, "select", SOURCE_UPPER,
+    *out_pending =
+        descriptor_source_text(source, "select", SOURCE_UPPER,
                                (tc == TC_FUNCTION) ? DESCRIPTOR_FUNCTION_NAME_MAX : DESCRIPTOR_NAME_MAX);
     if (tc == TC_FUNCTION) {
         rule->select = *out_pending;
     }
 }
 
-void mission_rules_allow(source_t* const source)
+void descriptor_mission_rules_allow(source_t* const source)
 {
     static const uint16_t numbers[]  = {MISSION_ANY_TARGET};
     mission_builder_t* const builder = source->builder;
@@ -111,39 +113,39 @@ void mission_rules_allow(source_t* const source)
     read_telecommand(source, rule);
     rule->target = target_of(source, "to", " *", numbers);
     rule->modes  = modes_of(source, builder->mission);
-    rule->states = source_states(source, "states");
+    rule->states = descriptor_source_states(source, "states");
     read_select(source, rule, &builder->rule_words[source->order]);
 }
 
-void mission_rules_plan(source_t* const source)
+void descriptor_mission_rules_plan(source_t* const source)
 {
     mission_plan_t* const plan = source->item;
     plan->apid                 = MISSION_ANY_TARGET;
-    if (source_has(source, "subsystem")) {
+    if (descriptor_source_has(source, "subsystem")) {
         plan->apid = target_of(source, "subsystem", "", &plan->apid);
     }
-    if (source_has(source, "event")) {
-        mission_builder_of(source)->plan_events[source->order] =
-            source_text(source, "event", SOURCE_UPPER, DESCRIPTOR_NAME_MAX);
-        if (!source_has(source, "subsystem")) {
-            source_fail(source, source->line, "<Plan> with an event needs a subsystem");
+    if (descriptor_source_has(source, "event")) {
+        descriptor_mission_builder_of(source)->plan_events[source->order] =
+            descriptor_source_text(source, "event", SOURCE_UPPER, DESCRIPTOR_NAME_MAX);
+        if (!descriptor_source_has(source, "subsystem")) {
+            descriptor_source_fail(source, source->line, "<Plan> with an event needs a subsystem");
         }
     }
 }
 
 static void check_action_attribute(source_t* const source, const char* const attribute, const bool is_needed)
 {
-    if (source_has(source, attribute) != is_needed) {
-        source_refuse(source, source->line, "<Action do=\"%\"> % attribute ", source_raw(source, "do"),
-                      is_needed ? "needs" : "has no", 0U);
-        source_say(source, "%", attribute, NULL, 0U);
+    if (descriptor_source_has(source, attribute) != is_needed) {
+        descriptor_source_refuse(source, source->line, "<Action do=\"%\"> % attribute ",
+                                 descriptor_source_raw(source, "do"), is_needed ? "needs" : "has no", 0U);
+        descriptor_source_say(source, "%", attribute, NULL, 0U);
     }
 }
 
-void mission_rules_action(source_t* const source)
+void descriptor_mission_rules_action(source_t* const source)
 {
     static const uint16_t numbers[]           = {MISSION_SELF, MISSION_NETWORK};
-    const mission_descriptor_t* const mission = mission_builder_of(source)->mission;
+    const mission_descriptor_t* const mission = descriptor_mission_builder_of(source)->mission;
     mission_action_t* const action            = source->item;
     check_action_attribute(source, "target", action->kind == MISSION_ACTION_STATE);
     check_action_attribute(source, "state", action->kind == MISSION_ACTION_STATE);
@@ -157,7 +159,7 @@ void mission_rules_action(source_t* const source)
     } else if (action->kind == MISSION_ACTION_MODE) {
         char words[MISSION_MODE_WORDS];
         text_t text = text_in(words, sizeof words);
-        source_names(source, &mission_modes, &text);
-        action->mode = mission->modes[source_word(source, "mode", words)].id;
+        descriptor_source_names(source, &descriptor_mission_modes, &text);
+        action->mode = mission->modes[descriptor_source_word(source, "mode", words)].id;
     }
 }

@@ -63,8 +63,8 @@ static void take(mission_builder_t* const builder, mission_subsystem_t* const su
 {
     subsystem->interface_hash     = descriptor->interface_hash;
     subsystem->configuration_hash = descriptor->configuration_hash;
-    mission_copy_ports(&builder->source, subsystem, descriptor);
-    mission_check_buses(builder, subsystem, path, descriptor);
+    descriptor_mission_copy_ports(&builder->source, subsystem, descriptor);
+    descriptor_mission_check_buses(builder, subsystem, path, descriptor);
     find_rule_names(builder, subsystem, descriptor);
     find_plan_names(builder, subsystem, descriptor);
 }
@@ -83,11 +83,11 @@ static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
         rule->number = link->number;
         return;
     }
-    mission_builder_refuse(&builder->source, rule->line, "select", words,
-                           (rule->service == SERVICE_LINKS) ? "Allow>: expected a link of the mission"
-                           : (rule->service == SERVICE_FUNCTIONS)
-                               ? "Allow>: expected a function of its target"
-                               : "Allow>: expected a configuration of its target");
+    descriptor_mission_builder_refuse(
+        &builder->source, rule->line, "select", words,
+        (rule->service == SERVICE_LINKS)       ? "Allow>: expected a link of the mission"
+        : (rule->service == SERVICE_FUNCTIONS) ? "Allow>: expected a function of its target"
+                                               : "Allow>: expected a configuration of its target");
 }
 
 /// A subsystem holds a channel for each of its links. `link` is the last that may still have one.
@@ -101,8 +101,9 @@ static void check_room(mission_builder_t* const builder, const uint16_t link, co
         count += is_its ? 1U : 0U;
     }
     if (count > CAPACITY_SUBSYSTEM_LINKS) {
-        source_refuse(&builder->source, mission->links[link].line, "too many links of %, at most #",
-                      mission_find_subsystem(mission, apid)->name, NULL, CAPACITY_SUBSYSTEM_LINKS);
+        descriptor_source_refuse(
+            &builder->source, mission->links[link].line, "too many links of %, at most #",
+            descriptor_mission_find_subsystem(mission, apid)->name, NULL, CAPACITY_SUBSYSTEM_LINKS);
     }
 }
 
@@ -129,7 +130,7 @@ static void resolve(mission_builder_t* const builder)
 {
     mission_descriptor_t* const mission = builder->mission;
     for (uint16_t i = 0U; i < mission->link_count; i++) {
-        mission_check_link(builder, i);
+        descriptor_mission_check_link(builder, i);
     }
     for (uint16_t i = 0U; (i < mission->link_count) && (builder->source.status == STATUS_OK); i++) {
         check_room(builder, i, mission->links[i].producer_apid);
@@ -140,12 +141,14 @@ static void resolve(mission_builder_t* const builder)
     }
     for (uint16_t i = 0U; i < mission->plan_count; i++) {
         if (builder->plan_events[i] != NULL) {
-            mission_builder_refuse(&builder->source, mission->plans[i].line, "event", builder->plan_events[i],
-                                   "Plan>: expected an event of that severity of that subsystem");
+            descriptor_mission_builder_refuse(&builder->source, mission->plans[i].line, "event",
+                                              builder->plan_events[i],
+                                              "Plan>: expected an event of that severity of that subsystem");
         }
     }
     mission->interface_hash     = hash_subsystems(FNV64_START, mission, true);
     mission->configuration_hash = hash_subsystems(mission->configuration_hash, mission, false);
 }
 
-const mission_scope_t mission_whole = {.element = mission_check_element, .take = take, .resolve = resolve};
+const mission_scope_t descriptor_mission_whole = {
+    .element = descriptor_mission_check_element, .take = take, .resolve = resolve};

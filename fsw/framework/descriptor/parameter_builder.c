@@ -92,8 +92,8 @@ static uint32_t pass_groups(const subsystem_descriptor_t* const descriptor, cons
     return place;
 }
 
-uint32_t subsystem_builder_lay_out(subsystem_descriptor_t* const descriptor, const uint16_t first,
-                                   const uint16_t count)
+uint32_t descriptor_subsystem_builder_lay_out(subsystem_descriptor_t* const descriptor, const uint16_t first,
+                                              const uint16_t count)
 {
     uint32_t offset    = 0U;
     const char* before = "";
@@ -116,33 +116,34 @@ uint32_t subsystem_builder_lay_out(subsystem_descriptor_t* const descriptor, con
 static void complete_parameter(source_t* const source, descriptor_parameter_t* const parameter,
                                const uint32_t layout)
 {
-    subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     const uint16_t first                     = parameter->first_field;
     parameter->id          = ((uint32_t)descriptor->apid << 21U) | (layout << 16U) | parameter->number;
-    parameter->wire_size   = subsystem_builder_octets(descriptor, first, parameter->field_count);
-    parameter->memory_size = subsystem_builder_lay_out(descriptor, first, parameter->field_count);
-    source_limit(source, parameter->wire_size, PARAMETER_OCTETS_MAX, " octets in one parameter");
+    parameter->wire_size   = descriptor_subsystem_builder_octets(descriptor, first, parameter->field_count);
+    parameter->memory_size = descriptor_subsystem_builder_lay_out(descriptor, first, parameter->field_count);
+    descriptor_source_limit(source, parameter->wire_size, PARAMETER_OCTETS_MAX, " octets in one parameter");
     for (const descriptor_parameter_t* other = descriptor->parameters; other < parameter; other++) {
         if (other->id == parameter->id) {
-            source_refuse(source, source->line, "layout and id of % are those of % in line #",
-                          parameter->name, other->name, other->line);
+            descriptor_source_refuse(source, source->line, "layout and id of % are those of % in line #",
+                                     parameter->name, other->name, other->line);
         }
     }
 }
 
-void parameter_builder_scalars(source_t* const source)
+void descriptor_parameter_builder_scalars(source_t* const source)
 {
     descriptor_parameter_t* const parameter = source->item;
-    descriptor_field_t* const field         = source_item(source, &subsystem_parameter_fields, parameter,
-                                                          subsystem_field_attributes, SUBSYSTEM_FIELD_ATTRIBUTES);
+    descriptor_field_t* const field =
+        descriptor_source_item(source, &descriptor_subsystem_parameter_fields, parameter,
+                               descriptor_subsystem_field_attributes, SUBSYSTEM_FIELD_ATTRIBUTES);
     if (field != NULL) {
-        subsystem_builder_complete(source, field);
+        descriptor_subsystem_builder_complete(source, field);
         complete_parameter(source, parameter,
                            (field->count > 1U) ? (uint32_t)VALUE_ARRAY : (uint32_t)field->type);
     }
 }
 
-void parameter_builder_struct(source_t* const source)
+void descriptor_parameter_builder_struct(source_t* const source)
 {
     descriptor_parameter_t* const parameter = source->item;
     parameter->is_struct                    = true;
@@ -154,27 +155,28 @@ static text_t path_of(source_t* const source, char* const characters,
                       const descriptor_parameter_t* const parameter, const descriptor_field_t* const newest)
 {
     text_t path = text_in(characters, DESCRIPTOR_PATH_MAX + 1U);
-    text_add(&path, subsystem_builder_of(source)->group);
-    text_add(&path, source_raw(source, "name"));
+    text_add(&path, descriptor_subsystem_builder_of(source)->group);
+    text_add(&path, descriptor_source_raw(source, "name"));
     FSW_ASSERT(!path.cut);
-    const descriptor_field_t* field = &subsystem_builder_model(source)->fields[parameter->first_field];
+    const descriptor_field_t* field =
+        &descriptor_subsystem_builder_model(source)->fields[parameter->first_field];
     for (; (parameter->field_count > 0U) && (field < newest); field++) {
         if ((strncmp(field->name, characters, path.length) == 0) &&
             ((field->name[path.length] == '\0') || (field->name[path.length] == '.'))) {
-            source_taken(source, "name", characters, field->line);
+            descriptor_source_taken(source, "name", characters, field->line);
         }
     }
     return path;
 }
 
-void parameter_builder_group(source_t* const source)
+void descriptor_parameter_builder_group(source_t* const source)
 {
-    subsystem_builder_t* const builder             = subsystem_builder_of(source);
-    const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    subsystem_builder_t* const builder             = descriptor_subsystem_builder_of(source);
+    const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     char characters[DESCRIPTOR_PATH_MAX + 1U];
     if (builder->group_depth == DESCRIPTOR_NESTING_MAX) {
-        source_refuse(source, source->line, "structures nested more than # deep", NULL, NULL,
-                      DESCRIPTOR_NESTING_MAX);
+        descriptor_source_refuse(source, source->line, "structures nested more than # deep", NULL, NULL,
+                                 DESCRIPTOR_NESTING_MAX);
         return;
     }
     text_t path = path_of(source, characters, source->item, &descriptor->fields[descriptor->field_count]);
@@ -187,14 +189,14 @@ void parameter_builder_group(source_t* const source)
 static void check_filled(source_t* const source, const bool is_filled)
 {
     if (!is_filled) {
-        source_fail(source, source->line, "<StructRef> has no <ParamRef>");
+        descriptor_source_fail(source, source->line, "<StructRef> has no <ParamRef>");
     }
 }
 
-void parameter_builder_group_end(source_t* const source)
+void descriptor_parameter_builder_group_end(source_t* const source)
 {
-    subsystem_builder_t* const builder             = subsystem_builder_of(source);
-    const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    subsystem_builder_t* const builder             = descriptor_subsystem_builder_of(source);
+    const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     const descriptor_parameter_t* const parameter  = source->item;
     size_t length                                  = strlen(builder->group);
     check_filled(source, (parameter->field_count > 0U) &&
@@ -207,21 +209,21 @@ void parameter_builder_group_end(source_t* const source)
     builder->group_depth--;
 }
 
-void parameter_builder_member(source_t* const source)
+void descriptor_parameter_builder_member(source_t* const source)
 {
     descriptor_field_t* const field = source->item;
     char characters[DESCRIPTOR_PATH_MAX + 1U];
-    subsystem_builder_field(source);
-    if (source_has(source, "id")) {
-        field->id = (uint16_t)source_value(source, MEMBER_ID);
+    descriptor_subsystem_builder_field(source);
+    if (descriptor_source_has(source, "id")) {
+        field->id = (uint16_t)descriptor_source_value(source, MEMBER_ID);
     }
     (void)path_of(source, characters, source->items[source->depth - 1U], field);
-    if (subsystem_builder_of(source)->group_depth > 0U) {
-        field->name = source_keep(source, characters);
+    if (descriptor_subsystem_builder_of(source)->group_depth > 0U) {
+        field->name = descriptor_source_keep(source, characters);
     }
 }
 
-void parameter_builder_struct_end(source_t* const source)
+void descriptor_parameter_builder_struct_end(source_t* const source)
 {
     descriptor_parameter_t* const parameter = source->item;
     check_filled(source, parameter->field_count > 0U);

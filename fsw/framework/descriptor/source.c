@@ -9,8 +9,8 @@
 
 // ---- Errors ----
 
-void source_say(source_t* const source, const char* const pattern, const char* const one,
-                const char* const other, const uint32_t number)
+void descriptor_source_say(source_t* const source, const char* const pattern, const char* const one,
+                           const char* const other, const uint32_t number)
 {
     const char* next = one;
     for (const char* at = pattern; source->is_telling && (*at != '\0'); at++) {
@@ -25,64 +25,65 @@ void source_say(source_t* const source, const char* const pattern, const char* c
     }
 }
 
-void source_refuse(source_t* const source, const uint32_t line, const char* const pattern,
-                   const char* const one, const char* const other, const uint32_t number)
+void descriptor_source_refuse(source_t* const source, const uint32_t line, const char* const pattern,
+                              const char* const one, const char* const other, const uint32_t number)
 {
     source->is_telling = (source->status == STATUS_OK);
     if (source->is_telling) {
         source->status = STATUS_INVALID;
     }
-    source_say(source, "%:#: ", source->path, NULL, line);
-    source_say(source, pattern, one, other, number);
+    descriptor_source_say(source, "%:#: ", source->path, NULL, line);
+    descriptor_source_say(source, pattern, one, other, number);
 }
 
-void source_fail(source_t* const source, const uint32_t line, const char* const message)
+void descriptor_source_fail(source_t* const source, const uint32_t line, const char* const message)
 {
-    source_refuse(source, line, "%", message, NULL, 0U);
+    descriptor_source_refuse(source, line, "%", message, NULL, 0U);
 }
 
-void source_fail_as(source_t* const source, const uint32_t line, const status_t status,
-                    const char* const message)
+void descriptor_source_fail_as(source_t* const source, const uint32_t line, const status_t status,
+                               const char* const message)
 {
-    source_fail(source, line, message);
+    descriptor_source_fail(source, line, message);
     if (source->is_telling) {
         source->status = status;
     }
 }
 
-void source_wrong(source_t* const source, const char* const attribute, const char* const expected)
+void descriptor_source_wrong(source_t* const source, const char* const attribute, const char* const expected)
 {
-    const char* const value = source_raw(source, attribute);
+    const char* const value = descriptor_source_raw(source, attribute);
     FSW_ASSERT(value != NULL);
-    source_refuse(source, source->line, "%=\"%\" of <", attribute, value, 0U);
-    source_say(source, "%>: expected %", source->open[source->depth - 1U]->name, expected, 0U);
+    descriptor_source_refuse(source, source->line, "%=\"%\" of <", attribute, value, 0U);
+    descriptor_source_say(source, "%>: expected %", source->open[source->depth - 1U]->name, expected, 0U);
 }
 
-void source_taken(source_t* const source, const char* const attribute, const char* const value,
-                  const uint32_t line)
+void descriptor_source_taken(source_t* const source, const char* const attribute, const char* const value,
+                             const uint32_t line)
 {
-    source_refuse(source, source->line, "% % is taken in line #", attribute, value, line);
+    descriptor_source_refuse(source, source->line, "% % is taken in line #", attribute, value, line);
 }
 
 /// Ends an error with a limit.
 static void add_limit(source_t* const source, const char* const what, const uint32_t most)
 {
-    source_say(source, "%, at most #", what, NULL, most);
+    descriptor_source_say(source, "%, at most #", what, NULL, most);
 }
 
-void source_limit(source_t* const source, const uint32_t octets, const uint32_t most, const char* const what)
+void descriptor_source_limit(source_t* const source, const uint32_t octets, const uint32_t most,
+                             const char* const what)
 {
     if (octets > most) {
-        source_refuse(source, source->line, "#", NULL, NULL, octets);
+        descriptor_source_refuse(source, source->line, "#", NULL, NULL, octets);
         add_limit(source, what, most);
     }
 }
 
-bool source_has_room(source_t* const source, const uint32_t count, const uint32_t capacity,
-                     const char* const what)
+bool descriptor_source_has_room(source_t* const source, const uint32_t count, const uint32_t capacity,
+                                const char* const what)
 {
     if (count >= capacity) {
-        source_fail_as(source, source->line, STATUS_EXHAUSTED, "too many ");
+        descriptor_source_fail_as(source, source->line, STATUS_EXHAUSTED, "too many ");
         add_limit(source, what, capacity);
     }
     return (source->status == STATUS_OK);
@@ -126,10 +127,10 @@ static uint16_t* count_at(void* const base, const uint32_t offset)
     return (uint16_t*)(void*)((uint8_t*)base + offset);
 }
 
-void* source_add(source_t* const source, const source_list_t* const list, void* const around)
+void* descriptor_source_add(source_t* const source, const source_list_t* const list, void* const around)
 {
     uint16_t* const count = count_at(source->items[0], list->count);
-    if (!source_has_room(source, *count, list->capacity, list->what)) {
+    if (!descriptor_source_has_room(source, *count, list->capacity, list->what)) {
         return NULL;
     }
     uint8_t* const item = (uint8_t*)source->items[0] + list->items + ((size_t)*count * list->size);
@@ -150,7 +151,8 @@ void* source_add(source_t* const source, const source_list_t* const list, void* 
     return item;
 }
 
-void source_names(const source_t* const source, const source_list_t* const list, text_t* const out_words)
+void descriptor_source_names(const source_t* const source, const source_list_t* const list,
+                             text_t* const out_words)
 {
     const uint16_t count = *count_at(source->items[0], list->count);
     for (uint16_t i = 0U; i < count; i++) {
@@ -176,21 +178,22 @@ static bool is_same(const uint8_t* const one, const uint8_t* const other,
     return strcmp(name, other_name) == 0;
 }
 
-void* source_item(source_t* const source, const source_list_t* const list, void* const around,
-                  const source_attribute_t* const attributes, const size_t number)
+void* descriptor_source_item(source_t* const source, const source_list_t* const list, void* const around,
+                             const source_attribute_t* const attributes, const size_t number)
 {
-    uint8_t* const item = source_add(source, list, around);
+    uint8_t* const item = descriptor_source_add(source, list, around);
     if (item == NULL) {
         return NULL;
     }
-    source_read(source, item, attributes, number);
+    descriptor_source_read(source, item, attributes, number);
     for (size_t back = source->order; back > 0U; back--) {
         const uint8_t* const other = item - (back * list->size);
         for (size_t i = 0U; i < number; i++) {
             if (((attributes[i].form & SOURCE_UNIQUE) != 0U) && is_same(item, other, &attributes[i])) {
                 uint32_t line = 0U;
                 (void)memcpy(&line, &other[list->line], sizeof line);
-                source_taken(source, attributes[i].name, source_raw(source, attributes[i].name), line);
+                descriptor_source_taken(source, attributes[i].name,
+                                        descriptor_source_raw(source, attributes[i].name), line);
             }
         }
     }
@@ -209,37 +212,37 @@ static void check_attributes(source_t* const source, const source_row_t* const r
             i++;
         }
         if (i == row->number) {
-            source_refuse(source, source->line, "attribute % of <%>: expected ", attributes[given], row->name,
-                          0U);
-            source_say(source, (i > 0U) ? "one of" : "none", NULL, NULL, 0U);
+            descriptor_source_refuse(source, source->line, "attribute % of <%>: expected ", attributes[given],
+                                     row->name, 0U);
+            descriptor_source_say(source, (i > 0U) ? "one of" : "none", NULL, NULL, 0U);
             for (i = 0U; i < row->number; i++) {
-                source_say(source, " %", row->attributes[i].name, NULL, 0U);
+                descriptor_source_say(source, " %", row->attributes[i].name, NULL, 0U);
             }
         }
     }
     for (size_t i = 0U; i < row->number; i++) {
         if (((row->attributes[i].form & SOURCE_NEEDED) != 0U) &&
-            !source_has(source, row->attributes[i].name)) {
-            source_refuse(source, source->line, "<%> has no attribute %", row->name, row->attributes[i].name,
-                          0U);
+            !descriptor_source_has(source, row->attributes[i].name)) {
+            descriptor_source_refuse(source, source->line, "<%> has no attribute %", row->name,
+                                     row->attributes[i].name, 0U);
         }
     }
 }
 
 static void refuse_element(source_t* const source, const uint8_t parent)
 {
-    source_refuse(source, source->line, "<%>", source->element->name, NULL, 0U);
+    descriptor_source_refuse(source, source->line, "<%>", source->element->name, NULL, 0U);
     if (source->depth > 0U) {
-        source_say(source, " in <%>", source->open[source->depth - 1U]->name, NULL, 0U);
+        descriptor_source_say(source, " in <%>", source->open[source->depth - 1U]->name, NULL, 0U);
     }
     const char* before = ": expected <%>";
     for (size_t i = 0U; i < source->row_count; i++) {
         if (source->rows[i].parent == parent) {
-            source_say(source, before, source->rows[i].name, NULL, 0U);
+            descriptor_source_say(source, before, source->rows[i].name, NULL, 0U);
             before = " or <%>";
         }
     }
-    source_say(source, (before[0] == ':') ? ": expected nothing" : "", NULL, NULL, 0U);
+    descriptor_source_say(source, (before[0] == ':') ? ": expected nothing" : "", NULL, NULL, 0U);
 }
 
 static const source_row_t* row_of(const source_t* const source, const uint8_t parent, const char* const name)
@@ -257,7 +260,7 @@ static void see(source_t* const source, const source_row_t* const row)
 {
     uint64_t* const seen = &source->seen[source->depth - 1U];
     if (((seen[0] >> row->kind) & row->times & 1U) != 0U) {
-        source_refuse(source, source->line, "a second <%>", row->name, NULL, 0U);
+        descriptor_source_refuse(source, source->line, "a second <%>", row->name, NULL, 0U);
     }
     seen[0] |= (uint64_t)1U << row->kind;
     seen[1] = 0U;
@@ -270,7 +273,7 @@ static void check_seen(source_t* const source, const source_row_t* const row)
         const source_row_t* const child = &source->rows[i];
         if ((child->parent == row->kind) && (child->times >= SOURCE_SOME) &&
             (((source->seen[source->depth] >> child->kind) & 1U) == 0U)) {
-            source_refuse(source, source->line, "<%> has no <%>", row->name, child->name, 0U);
+            descriptor_source_refuse(source, source->line, "<%> has no <%>", row->name, child->name, 0U);
         }
     }
 }
@@ -280,9 +283,9 @@ static void read_element(source_t* const source, const source_row_t* const row)
     void* const around = source->items[source->depth - 1U];
     source->item       = around;
     if (row->list == NULL) {
-        source_read(source, around, row->attributes, row->number);
+        descriptor_source_read(source, around, row->attributes, row->number);
     } else {
-        source->item = source_item(source, row->list, around, row->attributes, row->number);
+        source->item = descriptor_source_item(source, row->list, around, row->attributes, row->number);
     }
     source->items[source->depth] = source->item;
     if ((source->status == STATUS_OK) && (row->start != NULL)) {
@@ -336,7 +339,7 @@ static status_t on_end(void* const context, const char* const name, const uint32
     return source->status;
 }
 
-xml_handler_t source_handler(source_t* const source)
+xml_handler_t descriptor_source_handler(source_t* const source)
 {
     source->hash = FNV64_START;
     return (xml_handler_t){.start = on_start, .end = on_end, .context = source};

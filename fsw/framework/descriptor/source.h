@@ -111,61 +111,65 @@ struct source {
 };
 
 /// Handler for xml_begin over a source, whose items[0] is the model.
-xml_handler_t source_handler(source_t* source);
+xml_handler_t descriptor_source_handler(source_t* source);
 
-/// Errors. Each begins a text, to which more is added with source_say; if it is not the first error, all of
-/// it is dropped. In a pattern the first % stands for `one`, the next for `other`, and # for `number`: one
-/// call instead of one for each piece. `fail` takes a message as it is; `wrong` names an attribute that is
-/// there, its value and what is expected; `taken` an earlier line.
-void source_refuse(source_t* source, uint32_t line, const char* pattern, const char* one, const char* other,
-                   uint32_t number);
-void source_say(source_t* source, const char* pattern, const char* one, const char* other, uint32_t number);
-void source_fail(source_t* source, uint32_t line, const char* message);
-void source_wrong(source_t* source, const char* attribute, const char* expected);
-void source_taken(source_t* source, const char* attribute, const char* value, uint32_t line);
+/// Errors. Each begins a text, to which more is added with descriptor_source_say; if it is not the first
+/// error, all of it is dropped. In a pattern the first % stands for `one`, the next for `other`, and # for
+/// `number`: one call instead of one for each piece. `fail` takes a message as it is; `wrong` names an
+/// attribute that is there, its value and what is expected; `taken` an earlier line.
+void descriptor_source_refuse(source_t* source, uint32_t line, const char* pattern, const char* one,
+                              const char* other, uint32_t number);
+void descriptor_source_say(source_t* source, const char* pattern, const char* one, const char* other,
+                           uint32_t number);
+void descriptor_source_fail(source_t* source, uint32_t line, const char* message);
+void descriptor_source_wrong(source_t* source, const char* attribute, const char* expected);
+void descriptor_source_taken(source_t* source, const char* attribute, const char* value, uint32_t line);
 /// "<octets><what>, at most <most>", if there are more.
-void source_limit(source_t* source, uint32_t octets, uint32_t most, const char* what);
+void descriptor_source_limit(source_t* source, uint32_t octets, uint32_t most, const char* what);
 /// True if a list has room for one more; else the error.
-bool source_has_room(source_t* source, uint32_t count, uint32_t capacity, const char* what);
+bool descriptor_source_has_room(source_t* source, uint32_t count, uint32_t capacity, const char* what);
 /// Other statuses than STATUS_INVALID.
-void source_fail_as(source_t* source, uint32_t line, status_t status, const char* message);
+void descriptor_source_fail_as(source_t* source, uint32_t line, status_t status, const char* message);
 
 /// New, cleared item of a list, in the range that `around` has; NULL after an error.
-void* source_add(source_t* source, const source_list_t* list, void* around);
+void* descriptor_source_add(source_t* source, const source_list_t* list, void* around);
 /// Read attributes into the members of an item.
-void source_read(source_t* source, void* item, const source_attribute_t* attributes, size_t number);
+void descriptor_source_read(source_t* source, void* item, const source_attribute_t* attributes,
+                            size_t number);
 /// Both, and what must be unique is; NULL after an error.
-void* source_item(source_t* source, const source_list_t* list, void* around,
-                  const source_attribute_t* attributes, size_t number);
+void* descriptor_source_item(source_t* source, const source_list_t* list, void* around,
+                             const source_attribute_t* attributes, size_t number);
 /// Names of the items of a list, with single spaces between, into `out_words`.
-void source_names(const source_t* source, const source_list_t* list, text_t* out_words);
+void descriptor_source_names(const source_t* source, const source_list_t* list, text_t* out_words);
 
-bool source_has(const source_t* source, const char* attribute);
+bool descriptor_source_has(const source_t* source, const char* attribute);
 /// Value as written, or NULL.
-const char* source_raw(const source_t* source, const char* attribute);
+const char* descriptor_source_raw(const source_t* source, const char* attribute);
 /// Copy into the model's strings; "" if there is an error.
-const char* source_keep(source_t* source, const char* words);
+const char* descriptor_source_keep(source_t* source, const char* words);
 /// Text of a form, of at most `longest` characters, kept; or "".
-const char* source_text(source_t* source, const char* attribute, uint8_t form, uint32_t longest);
+const char* descriptor_source_text(source_t* source, const char* attribute, uint8_t form, uint32_t longest);
 /// Value of the attribute that is number `index` in the row: a number, a time or a word.
-uint32_t source_value(source_t* source, size_t index);
+uint32_t descriptor_source_value(source_t* source, size_t index);
 /// Place of the value in a list of words.
-uint32_t source_word(source_t* source, const char* attribute, const char* words);
+uint32_t descriptor_source_word(source_t* source, const char* attribute, const char* words);
 /// Places of the words of a value, in their order; each known, none twice. Returns their number.
-uint32_t source_words(source_t* source, const char* attribute, const char* words, uint8_t* out_places);
+uint32_t descriptor_source_words(source_t* source, const char* attribute, const char* words,
+                                 uint8_t* out_places);
 /// The same as bits of the places; all sixteen for "*".
-uint16_t source_bits(source_t* source, const char* attribute, const char* words);
+uint16_t descriptor_source_bits(source_t* source, const char* attribute, const char* words);
 /// The same of states of a subsystem, by their numbers.
-uint16_t source_states(source_t* source, const char* attribute);
+uint16_t descriptor_source_states(source_t* source, const char* attribute);
 /// One number of a type as 64 bits: two's complement or IEEE 754 in the low octets; *out_real as double.
-uint64_t source_number(source_t* source, const char* attribute, value_type_t type, double* out_real);
+uint64_t descriptor_source_number(source_t* source, const char* attribute, value_type_t type,
+                                  double* out_real);
 
 /// Place in `words` of a word of `length` characters, or UINT32_MAX.
-uint32_t source_place(const char* word, size_t length, const char* words);
+uint32_t descriptor_source_place(const char* word, size_t length, const char* words);
 /// Places in `words` of those in `chosen`, in their order; 0 if one is unknown, stands twice, or there is
 /// none.
-uint32_t source_places(const char* chosen, const char* words, uint8_t* out_places);
+uint32_t descriptor_source_places(const char* chosen, const char* words, uint8_t* out_places);
 /// True if the words are separated by single spaces, with none before and behind.
-bool source_is_spaced(const char* words);
+bool descriptor_source_is_spaced(const char* words);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H

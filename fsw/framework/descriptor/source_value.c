@@ -7,23 +7,24 @@
 
 #include <string.h>
 
-const char* source_raw(const source_t* const source, const char* const attribute)
+const char* descriptor_source_raw(const source_t* const source, const char* const attribute)
 {
     return xml_attribute(source->element, attribute);
 }
 
-bool source_has(const source_t* const source, const char* const attribute)
+bool descriptor_source_has(const source_t* const source, const char* const attribute)
 {
-    return source_raw(source, attribute) != NULL;
+    return descriptor_source_raw(source, attribute) != NULL;
 }
 
 // ---- Texts ----
 
-const char* source_keep(source_t* const source, const char* const words)
+const char* descriptor_source_keep(source_t* const source, const char* const words)
 {
     const size_t size = strlen(words) + 1U;
     if (size > (source->text_capacity - *source->text_used)) {
-        source_fail_as(source, source->line, STATUS_EXHAUSTED, "the texts of the file are too long together");
+        descriptor_source_fail_as(source, source->line, STATUS_EXHAUSTED,
+                                  "the texts of the file are too long together");
     }
     if (source->status != STATUS_OK) {
         return "";
@@ -53,22 +54,22 @@ static bool is_identifier(const char* const name, const bool is_upper)
     return i > 0U;
 }
 
-const char* source_text(source_t* const source, const char* const attribute, const uint8_t form,
-                        const uint32_t longest)
+const char* descriptor_source_text(source_t* const source, const char* const attribute, const uint8_t form,
+                                   const uint32_t longest)
 {
-    const char* const value = source_raw(source, attribute);
+    const char* const value = descriptor_source_raw(source, attribute);
     if (value == NULL) {
         return "";
     }
     const bool is_right = (form == SOURCE_TEXT) || is_identifier(value, form == SOURCE_UPPER);
     if (!is_right || (strlen(value) > longest)) {
-        source_wrong(source, attribute,
-                     (form == SOURCE_TEXT)    ? "a text"
-                     : (form == SOURCE_UPPER) ? "an upper-case identifier"
-                                              : "a lower-case identifier");
-        source_say(source, " of at most # characters", NULL, NULL, longest);
+        descriptor_source_wrong(source, attribute,
+                                (form == SOURCE_TEXT)    ? "a text"
+                                : (form == SOURCE_UPPER) ? "an upper-case identifier"
+                                                         : "a lower-case identifier");
+        descriptor_source_say(source, " of at most # characters", NULL, NULL, longest);
     }
-    return source_keep(source, value);
+    return descriptor_source_keep(source, value);
 }
 
 // ---- Numbers ----
@@ -96,10 +97,10 @@ static uint64_t time_of(const char* const value)
 
 static uint64_t unsigned_of(const char* const value)
 {
-    const char* at  = value;
-    uint64_t number = 0U;
-    const bool is_right =
-        source_is_spaced(value) && (number_read_unsigned(&at, &number) == STATUS_OK) && number_is_end(at);
+    const char* at      = value;
+    uint64_t number     = 0U;
+    const bool is_right = descriptor_source_is_spaced(value) &&
+                          (number_read_unsigned(&at, &number) == STATUS_OK) && number_is_end(at);
     return is_right ? number : UINT64_MAX;
 }
 
@@ -111,10 +112,10 @@ static uint32_t bounded(source_t* const source, const source_attribute_t* const 
     const uint64_t number  = is_time ? time_of(value) : unsigned_of(value);
     const char* const unit = is_time ? "us" : "";
     if ((number < attribute->low) || (number > attribute->high)) {
-        source_wrong(source, attribute->name,
-                     is_time ? "a time like 500us, 2ms or 1s, from " : "a number from ");
-        source_say(source, "#% to ", unit, NULL, attribute->low);
-        source_say(source, "#%", unit, NULL, attribute->high);
+        descriptor_source_wrong(source, attribute->name,
+                                is_time ? "a time like 500us, 2ms or 1s, from " : "a number from ");
+        descriptor_source_say(source, "#% to ", unit, NULL, attribute->low);
+        descriptor_source_say(source, "#%", unit, NULL, attribute->high);
     }
     return (uint32_t)number;
 }
@@ -123,25 +124,25 @@ static value_type_t type_of(source_t* const source, const char* const attribute,
 {
     value_type_t type = VALUE_UINT8;
     if (value_type_of(value, &type) != STATUS_OK) {
-        source_wrong(source, attribute, "UINT8..UINT64, INT8..INT64, FLOAT, DOUBLE or BOOL");
+        descriptor_source_wrong(source, attribute, "UINT8..UINT64, INT8..INT64, FLOAT, DOUBLE or BOOL");
     }
     return type;
 }
 
 static uint32_t value_of(source_t* const source, const source_attribute_t* const attribute)
 {
-    const char* const value = source_raw(source, attribute->name);
+    const char* const value = descriptor_source_raw(source, attribute->name);
     const uint8_t form      = attribute->form & SOURCE_FORMS;
     if (value == NULL) {
         return attribute->otherwise;
     }
     if (form == SOURCE_WORD) {
-        return attribute->low + source_word(source, attribute->name, attribute->words);
+        return attribute->low + descriptor_source_word(source, attribute->name, attribute->words);
     }
     if (form == SOURCE_FLAG) {
         const bool is_true = (strcmp(value, "true") == 0);
         if (!is_true && (strcmp(value, "false") != 0)) {
-            source_wrong(source, attribute->name, "true or false");
+            descriptor_source_wrong(source, attribute->name, "true or false");
         }
         return is_true ? 1U : 0U;
     }
@@ -149,20 +150,20 @@ static uint32_t value_of(source_t* const source, const source_attribute_t* const
                                  : bounded(source, attribute, value);
 }
 
-uint32_t source_value(source_t* const source, const size_t index)
+uint32_t descriptor_source_value(source_t* const source, const size_t index)
 {
     return value_of(source, &source->open[source->depth - 1U]->attributes[index]);
 }
 
-void source_read(source_t* const source, void* const item, const source_attribute_t* const attributes,
-                 const size_t number)
+void descriptor_source_read(source_t* const source, void* const item,
+                            const source_attribute_t* const attributes, const size_t number)
 {
     for (size_t i = 0U; i < number; i++) {
         const source_attribute_t* const attribute = &attributes[i];
         const uint8_t form                        = attribute->form & SOURCE_FORMS;
         uint8_t* const member                     = (uint8_t*)item + attribute->member;
         if ((form >= SOURCE_UPPER) && (form <= SOURCE_TEXT)) {
-            const char* const kept = source_text(source, attribute->name, form, attribute->high);
+            const char* const kept = descriptor_source_text(source, attribute->name, form, attribute->high);
             (void)memcpy(member, &kept, attribute->width);
         } else if (form != SOURCE_FREE) {
             const uint32_t value   = value_of(source, attribute);
@@ -176,16 +177,16 @@ void source_read(source_t* const source, void* const item, const source_attribut
     }
 }
 
-uint64_t source_number(source_t* const source, const char* const attribute, const value_type_t type,
-                       double* const out_real)
+uint64_t descriptor_source_number(source_t* const source, const char* const attribute,
+                                  const value_type_t type, double* const out_real)
 {
-    const char* const value = source_raw(source, attribute);
+    const char* const value = descriptor_source_raw(source, attribute);
     const char* at          = value;
     uint64_t scalar         = 0U;
-    if (!source_is_spaced(value) || (number_read_value(&at, type, &scalar) != STATUS_OK) ||
+    if (!descriptor_source_is_spaced(value) || (number_read_value(&at, type, &scalar) != STATUS_OK) ||
         !number_is_end(at)) {
-        source_wrong(source, attribute, "a number of type ");
-        source_say(source, "%", value_type_name(type), NULL, 0U);
+        descriptor_source_wrong(source, attribute, "a number of type ");
+        descriptor_source_say(source, "%", value_type_name(type), NULL, 0U);
         return 0U;
     }
     *out_real = value_as_double(type, &scalar);
@@ -194,7 +195,7 @@ uint64_t source_number(source_t* const source, const char* const attribute, cons
 
 // ---- Words ----
 
-uint32_t source_place(const char* const word, const size_t length, const char* const words)
+uint32_t descriptor_source_place(const char* const word, const size_t length, const char* const words)
 {
     uint32_t place = 0U;
     for (const char* at = words; *at != '\0'; place++) {
@@ -207,26 +208,27 @@ uint32_t source_place(const char* const word, const size_t length, const char* c
     return UINT32_MAX;
 }
 
-uint32_t source_word(source_t* const source, const char* const attribute, const char* const words)
+uint32_t descriptor_source_word(source_t* const source, const char* const attribute, const char* const words)
 {
-    const char* const value = source_raw(source, attribute);
-    const uint32_t place    = source_place(value, strlen(value), words);
+    const char* const value = descriptor_source_raw(source, attribute);
+    const uint32_t place    = descriptor_source_place(value, strlen(value), words);
     if (place == UINT32_MAX) {
-        source_wrong(source, attribute, "one of ");
-        source_say(source, "%", words, NULL, 0U);
+        descriptor_source_wrong(source, attribute, "one of ");
+        descriptor_source_say(source, "%", words, NULL, 0U);
         return 0U;
     }
     return place;
 }
 
-uint32_t source_places(const char* const chosen, const char* const words, uint8_t* const out_places)
+uint32_t descriptor_source_places(const char* const chosen, const char* const words,
+                                  uint8_t* const out_places)
 {
     uint32_t seen   = 0U;
     uint32_t number = 0U;
     const char* at  = chosen;
     for (;;) {
         const size_t length  = strcspn(at, " ");
-        const uint32_t place = source_place(at, length, words);
+        const uint32_t place = descriptor_source_place(at, length, words);
         if ((place == UINT32_MAX) || (((seen >> place) & 1U) != 0U)) {
             return 0U;
         }
@@ -240,39 +242,40 @@ uint32_t source_places(const char* const chosen, const char* const words, uint8_
     }
 }
 
-uint32_t source_words(source_t* const source, const char* const attribute, const char* const words,
-                      uint8_t* const out_places)
+uint32_t descriptor_source_words(source_t* const source, const char* const attribute, const char* const words,
+                                 uint8_t* const out_places)
 {
-    const uint32_t number = source_places(source_raw(source, attribute), words, out_places);
+    const uint32_t number =
+        descriptor_source_places(descriptor_source_raw(source, attribute), words, out_places);
     if (number == 0U) {
-        source_wrong(source, attribute, "some, each once, with one space between, of ");
-        source_say(source, "%", words, NULL, 0U);
+        descriptor_source_wrong(source, attribute, "some, each once, with one space between, of ");
+        descriptor_source_say(source, "%", words, NULL, 0U);
     }
     return number;
 }
 
-uint16_t source_bits(source_t* const source, const char* const attribute, const char* const words)
+uint16_t descriptor_source_bits(source_t* const source, const char* const attribute, const char* const words)
 {
     uint8_t places[16];
     uint32_t bits = 0U;
-    if (strcmp(source_raw(source, attribute), "*") == 0) {
+    if (strcmp(descriptor_source_raw(source, attribute), "*") == 0) {
         return UINT16_MAX;
     }
-    for (uint32_t i = source_words(source, attribute, words, places); i > 0U; i--) {
+    for (uint32_t i = descriptor_source_words(source, attribute, words, places); i > 0U; i--) {
         bits |= (uint32_t)1U << places[i - 1U];
     }
     return (uint16_t)bits;
 }
 
-uint16_t source_states(source_t* const source, const char* const attribute)
+uint16_t descriptor_source_states(source_t* const source, const char* const attribute)
 {
     char words[DESCRIPTOR_STATE_WORDS];
     text_t text = text_in(words, sizeof words);
     descriptor_state_words(UINT16_MAX, &text);
-    return source_bits(source, attribute, words);
+    return descriptor_source_bits(source, attribute, words);
 }
 
-bool source_is_spaced(const char* const words)
+bool descriptor_source_is_spaced(const char* const words)
 {
     bool is_space = true; // A space before the first word is one too many.
     for (size_t i = 0U; words[i] != '\0'; i++) {

@@ -13,24 +13,24 @@
 #define RATE_MAX 1000U   // Of an event [1/s].
 #define RATE_DEFAULT 10U // [1/s]
 
-void subsystem_builder_resources(source_t* const source)
+void descriptor_subsystem_builder_resources(source_t* const source)
 {
     const subsystem_descriptor_t* const descriptor = source->item;
     if (descriptor->pool_clear_percent >= descriptor->pool_warn_percent) {
-        source_fail(source, source->line, "poolClear is not below poolWarning");
+        descriptor_source_fail(source, source->line, "poolClear is not below poolWarning");
     }
 }
 
-void subsystem_builder_state(source_t* const source)
+void descriptor_subsystem_builder_state(source_t* const source)
 {
     subsystem_descriptor_t* const descriptor = source->item;
     uint8_t state                            = 0U;
-    if (descriptor_state_of(source_raw(source, "name"), &state) != STATUS_OK) {
-        source_wrong(source, "name", "the name of a state");
+    if (descriptor_state_of(descriptor_source_raw(source, "name"), &state) != STATUS_OK) {
+        descriptor_source_wrong(source, "name", "the name of a state");
     } else if (descriptor->timeout_us[state] != 0U) {
-        source_fail(source, source->line, "this state has a time-out already");
+        descriptor_source_fail(source, source->line, "this state has a time-out already");
     } else {
-        descriptor->timeout_us[state] = source_value(source, 1U);
+        descriptor->timeout_us[state] = descriptor_source_value(source, 1U);
     }
 }
 
@@ -40,16 +40,16 @@ static void read_bound(source_t* const source, const char* const attribute, cons
                        const double otherwise, double* const out_bound)
 {
     *out_bound = otherwise;
-    if (source_has(source, attribute)) {
-        (void)source_number(source, attribute, type, out_bound);
+    if (descriptor_source_has(source, attribute)) {
+        (void)descriptor_source_number(source, attribute, type, out_bound);
     }
 }
 
-void subsystem_builder_check_values(source_t* const source, const char* const attribute,
-                                    const descriptor_field_t* const field)
+void descriptor_subsystem_builder_check_values(source_t* const source, const char* const attribute,
+                                               const descriptor_field_t* const field)
 {
-    const char* at = source_raw(source, attribute);
-    bool is_right  = source_is_spaced(at);
+    const char* at = descriptor_source_raw(source, attribute);
+    bool is_right  = descriptor_source_is_spaced(at);
     bool is_within = true;
     for (uint16_t i = 0U; is_right && (i < field->count); i++) {
         uint64_t scalar    = 0U;
@@ -58,36 +58,36 @@ void subsystem_builder_check_values(source_t* const source, const char* const at
         is_within          = is_within && (value >= field->min) && (value <= field->max);
     }
     if (!is_right || !number_is_end(at)) {
-        source_wrong(source, attribute, "");
-        source_say(source, "# number(s) of type %, one space between", value_type_name(field->type), NULL,
-                   field->count);
+        descriptor_source_wrong(source, attribute, "");
+        descriptor_source_say(source, "# number(s) of type %, one space between",
+                              value_type_name(field->type), NULL, field->count);
     } else if (!is_within) {
-        source_wrong(source, attribute, "numbers within min and max");
+        descriptor_source_wrong(source, attribute, "numbers within min and max");
     }
 }
 
-void subsystem_builder_complete(source_t* const source, descriptor_field_t* const field)
+void descriptor_subsystem_builder_complete(source_t* const source, descriptor_field_t* const field)
 {
     read_bound(source, "min", field->type, -DBL_MAX, &field->min);
     read_bound(source, "max", field->type, DBL_MAX, &field->max);
     if (field->min > field->max) {
-        source_wrong(source, "min", "at most max");
+        descriptor_source_wrong(source, "min", "at most max");
     }
-    if (source_has(source, "init")) {
-        subsystem_builder_check_values(source, "init", field);
-        field->init = source_keep(source, source_raw(source, "init"));
+    if (descriptor_source_has(source, "init")) {
+        descriptor_subsystem_builder_check_values(source, "init", field);
+        field->init = descriptor_source_keep(source, descriptor_source_raw(source, "init"));
     }
 }
 
-void subsystem_builder_field(source_t* const source)
+void descriptor_subsystem_builder_field(source_t* const source)
 {
     descriptor_field_t* const field = source->item;
     field->id                       = source->order;
-    subsystem_builder_complete(source, field);
+    descriptor_subsystem_builder_complete(source, field);
 }
 
-uint32_t subsystem_builder_octets(const subsystem_descriptor_t* const descriptor, const uint16_t first,
-                                  const uint16_t count)
+uint32_t descriptor_subsystem_builder_octets(const subsystem_descriptor_t* const descriptor,
+                                             const uint16_t first, const uint16_t count)
 {
     uint32_t octets = 0U;
     for (uint16_t i = first; i < (first + count); i++) {
@@ -98,35 +98,37 @@ uint32_t subsystem_builder_octets(const subsystem_descriptor_t* const descriptor
 
 // ---- References to parameters ----
 
-const descriptor_parameter_t* subsystem_builder_parameter(source_t* const source, const char* const attribute)
+const descriptor_parameter_t* descriptor_subsystem_builder_parameter(source_t* const source,
+                                                                     const char* const attribute)
 {
-    const descriptor_parameter_t* const parameter =
-        descriptor_find_parameter(subsystem_builder_model(source), source_raw(source, attribute));
+    const descriptor_parameter_t* const parameter = descriptor_find_parameter(
+        descriptor_subsystem_builder_model(source), descriptor_source_raw(source, attribute));
     if (parameter == NULL) {
-        source_wrong(source, attribute, "the name of a parameter of this subsystem");
+        descriptor_source_wrong(source, attribute, "the name of a parameter of this subsystem");
     }
     return parameter;
 }
 
-void subsystem_builder_refer(source_t* const source, const source_list_t* const list)
+void descriptor_subsystem_builder_refer(source_t* const source, const source_list_t* const list)
 {
-    subsystem_descriptor_t* const descriptor      = subsystem_builder_model(source);
-    const descriptor_parameter_t* const parameter = subsystem_builder_parameter(source, "name");
-    uint16_t* const reference = (parameter != NULL) ? source_add(source, list, source->item) : NULL;
+    subsystem_descriptor_t* const descriptor      = descriptor_subsystem_builder_model(source);
+    const descriptor_parameter_t* const parameter = descriptor_subsystem_builder_parameter(source, "name");
+    uint16_t* const reference =
+        (parameter != NULL) ? descriptor_source_add(source, list, source->item) : NULL;
     if (reference == NULL) {
         return;
     }
     *reference            = (uint16_t)(parameter - descriptor->parameters);
-    const uint16_t* other = &descriptor->references[subsystem_builder_of(source)->first_reference];
+    const uint16_t* other = &descriptor->references[descriptor_subsystem_builder_of(source)->first_reference];
     for (; other < reference; other++) {
         if (*other == *reference) {
-            source_wrong(source, "name", "each parameter once in a report");
+            descriptor_source_wrong(source, "name", "each parameter once in a report");
         }
     }
 }
 
-uint32_t subsystem_builder_referred(const subsystem_descriptor_t* const descriptor, const uint16_t first,
-                                    const uint16_t count)
+uint32_t descriptor_subsystem_builder_referred(const subsystem_descriptor_t* const descriptor,
+                                               const uint16_t first, const uint16_t count)
 {
     uint32_t octets = 0U;
     for (uint16_t i = first; i < (first + count); i++) {
@@ -149,19 +151,20 @@ static uint16_t rate_of(const char* const words)
     return ((words[0] != '0') && (rate <= RATE_MAX) && (strcmp(&words[at], "/s") == 0)) ? rate : 0U;
 }
 
-void subsystem_builder_event(source_t* const source)
+void descriptor_subsystem_builder_event(source_t* const source)
 {
-    descriptor_event_t* const event               = source->item;
-    const char* const rate                        = source_raw(source, "rate");
-    const bool is_high                            = (event->severity == DESCRIPTOR_HIGH);
-    subsystem_builder_of(source)->first_reference = subsystem_builder_model(source)->reference_count;
-    event->per_second                             = is_high ? 0U : RATE_DEFAULT;
-    if (is_high && ((rate != NULL) || source_has(source, "burst"))) {
-        source_fail(source, source->line, "an <Event> of severity HIGH has no rate and no burst");
+    descriptor_event_t* const event = source->item;
+    const char* const rate          = descriptor_source_raw(source, "rate");
+    const bool is_high              = (event->severity == DESCRIPTOR_HIGH);
+    descriptor_subsystem_builder_of(source)->first_reference =
+        descriptor_subsystem_builder_model(source)->reference_count;
+    event->per_second = is_high ? 0U : RATE_DEFAULT;
+    if (is_high && ((rate != NULL) || descriptor_source_has(source, "burst"))) {
+        descriptor_source_fail(source, source->line, "an <Event> of severity HIGH has no rate and no burst");
     } else if (rate != NULL) {
         event->per_second = rate_of(rate);
         if (event->per_second == 0U) {
-            source_wrong(source, "rate", "a rate like 10/s, from 1/s to 1000/s");
+            descriptor_source_wrong(source, "rate", "a rate like 10/s, from 1/s to 1000/s");
         }
     } else {
         // As its severity has it.
@@ -180,61 +183,70 @@ static uint32_t high_octets(const subsystem_descriptor_t* const descriptor)
     return octets;
 }
 
-void subsystem_builder_event_value(source_t* const source)
+void descriptor_subsystem_builder_event_value(source_t* const source)
 {
     const descriptor_event_t* const event = source->item;
-    const bool has_type                   = source_has(source, "type");
+    const bool has_type                   = descriptor_source_has(source, "type");
     if ((has_type ? event->reference_count : event->field_count) > 0U) {
-        source_fail(source, source->line, "either all <ParamRef> of an <Event> have a type, or none has");
+        descriptor_source_fail(source, source->line,
+                               "either all <ParamRef> of an <Event> have a type, or none has");
     } else if (has_type) {
-        source->item = source_item(source, &subsystem_event_fields, source->item, subsystem_field_attributes,
-                                   SUBSYSTEM_FIELD_ATTRIBUTES);
+        source->item =
+            descriptor_source_item(source, &descriptor_subsystem_event_fields, source->item,
+                                   descriptor_subsystem_field_attributes, SUBSYSTEM_FIELD_ATTRIBUTES);
         if (source->item != NULL) {
-            subsystem_builder_field(source);
+            descriptor_subsystem_builder_field(source);
         }
-    } else if (source_has(source, "count") || source_has(source, "unit")) {
-        source_fail(source, source->line, "<ParamRef> without type has no count and no unit");
+    } else if (descriptor_source_has(source, "count") || descriptor_source_has(source, "unit")) {
+        descriptor_source_fail(source, source->line, "<ParamRef> without type has no count and no unit");
     } else {
-        subsystem_builder_refer(source, &subsystem_event_references);
+        descriptor_subsystem_builder_refer(source, &descriptor_subsystem_event_references);
     }
 }
 
-void subsystem_builder_event_end(source_t* const source)
+void descriptor_subsystem_builder_event_end(source_t* const source)
 {
-    const subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    const subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     descriptor_event_t* const event                = source->item;
-    event->octets = subsystem_builder_octets(descriptor, event->first_field, event->field_count) +
-                    subsystem_builder_referred(descriptor, event->first_reference, event->reference_count);
-    source_limit(source, event->octets, AUXILIARY_OCTETS_MAX, " octets of auxiliary data");
-    source_limit(source, high_octets(descriptor), CAPACITY_HIGH_EVENTS, " octets of reports of HIGH events");
+    event->octets =
+        descriptor_subsystem_builder_octets(descriptor, event->first_field, event->field_count) +
+        descriptor_subsystem_builder_referred(descriptor, event->first_reference, event->reference_count);
+    descriptor_source_limit(source, event->octets, AUXILIARY_OCTETS_MAX, " octets of auxiliary data");
+    descriptor_source_limit(source, high_octets(descriptor), CAPACITY_HIGH_EVENTS,
+                            " octets of reports of HIGH events");
 }
 
 // ---- Functions ----
 
-void subsystem_builder_function(source_t* const source)
+void descriptor_subsystem_builder_function(source_t* const source)
 {
     descriptor_function_t* const function = source->item;
-    function->states = (uint16_t)(source_states(source, "states") & ((1U << DESCRIPTOR_STATES) - 1U));
-    subsystem_builder_of(source)->function_configurations[source->order] =
-        source_has(source, "configurations") ? source_text(source, "configurations", SOURCE_TEXT, UINT32_MAX)
-                                             : "*";
+    function->states =
+        (uint16_t)(descriptor_source_states(source, "states") & ((1U << DESCRIPTOR_STATES) - 1U));
+    descriptor_subsystem_builder_of(source)->function_configurations[source->order] =
+        descriptor_source_has(source, "configurations")
+            ? descriptor_source_text(source, "configurations", SOURCE_TEXT, UINT32_MAX)
+            : "*";
 }
 
-void subsystem_builder_argument(source_t* const source)
+void descriptor_subsystem_builder_argument(source_t* const source)
 {
-    subsystem_builder_complete(source, source->item);
+    descriptor_subsystem_builder_complete(source, source->item);
 }
 
-void subsystem_builder_function_end(source_t* const source)
+void descriptor_subsystem_builder_function_end(source_t* const source)
 {
-    subsystem_descriptor_t* const descriptor = subsystem_builder_model(source);
+    subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     descriptor_function_t* const function    = source->item;
     const uint16_t count                     = function->argument_count;
     if (count > 0U) {
-        function->memory_size = subsystem_builder_lay_out(descriptor, function->first_argument, count);
+        function->memory_size =
+            descriptor_subsystem_builder_lay_out(descriptor, function->first_argument, count);
     }
-    source_limit(source, subsystem_builder_octets(descriptor, function->first_argument, count) + (2U * count),
-                 AUXILIARY_OCTETS_MAX, " octets of arguments");
+    descriptor_source_limit(source,
+                            descriptor_subsystem_builder_octets(descriptor, function->first_argument, count) +
+                                (2U * count),
+                            AUXILIARY_OCTETS_MAX, " octets of arguments");
 }
 
 // ---- Services ----
@@ -265,18 +277,18 @@ static uint16_t capacity_of(source_t* const source, const char* const attribute,
                                      .otherwise = otherwise,
                                      .width     = sizeof(uint16_t)};
     uint16_t capacity             = 0U;
-    if ((most == 0U) && source_has(source, attribute)) {
-        source_refuse(source, source->line, "service % has no attribute %", source_raw(source, "type"),
-                      attribute, 0U);
+    if ((most == 0U) && descriptor_source_has(source, attribute)) {
+        descriptor_source_refuse(source, source->line, "service % has no attribute %",
+                                 descriptor_source_raw(source, "type"), attribute, 0U);
     } else if (most > 0U) {
-        source_read(source, &capacity, &form, 1U);
+        descriptor_source_read(source, &capacity, &form, 1U);
     } else {
         // It is not there, as it should be.
     }
     return capacity;
 }
 
-void subsystem_builder_service(source_t* const source)
+void descriptor_subsystem_builder_service(source_t* const source)
 {
     static const offer_t offers[]       = {{2U, 16U, 4U, 0U, 0U, false}, // As OFFERED.
                                            {4U, 256U, 16U, 0U, 0U, false},
@@ -290,14 +302,15 @@ void subsystem_builder_service(source_t* const source)
                                            OF_SPACECRAFT(22U, DESCRIPTOR_POSITION_ACTIVITIES_MAX),
                                            OF_SPACECRAFT(23U, DESCRIPTOR_FILE_LOCKS_MAX)};
     descriptor_service_t* const service = source->item;
-    const uint32_t place                = source_word(source, "type", OFFERED);
+    const uint32_t place                = descriptor_source_word(source, "type", OFFERED);
     if (source->status != STATUS_OK) {
         return;
     }
     const offer_t* const offer = &offers[place];
-    if (offer->is_of_spacecraft && (subsystem_builder_model(source)->apid != DESCRIPTOR_SUPERVISOR_APID)) {
-        source_refuse(source, source->line, "service % is the supervisor's, which has id 1",
-                      source_raw(source, "type"), "", 0U);
+    if (offer->is_of_spacecraft &&
+        (descriptor_subsystem_builder_model(source)->apid != DESCRIPTOR_SUPERVISOR_APID)) {
+        descriptor_source_refuse(source, source->line, "service % is the supervisor's, which has id 1",
+                                 descriptor_source_raw(source, "type"), "", 0U);
         return;
     }
     service->type             = offer->type;
@@ -306,12 +319,12 @@ void subsystem_builder_service(source_t* const source)
     service->functional       = capacity_of(source, "functional", offer->functional_max, offer->functional);
     for (const descriptor_service_t* other = service - source->order; other < service; other++) {
         if (other->type == service->type) {
-            source_taken(source, "type", source_raw(source, "type"), other->line);
+            descriptor_source_taken(source, "type", descriptor_source_raw(source, "type"), other->line);
         }
     }
 }
 
-void subsystem_builder_end(source_t* const source)
+void descriptor_subsystem_builder_end(source_t* const source)
 {
     subsystem_descriptor_t* const descriptor = source->item;
     for (uint32_t i = 0U; i < DESCRIPTOR_STATES; i++) {
@@ -319,6 +332,6 @@ void subsystem_builder_end(source_t* const source)
             descriptor->timeout_us[i] = SUBSYSTEM_TIMEOUT_US;
         }
     }
-    configuration_builder_resolve(source);
+    descriptor_configuration_builder_resolve(source);
     descriptor->configuration_hash = source->hash;
 }

@@ -19,86 +19,91 @@ typedef struct {
 } subsystem_builder_t;
 
 /// Empty the model and begin. The builder outlives the document.
-void subsystem_builder_begin(subsystem_builder_t* builder, subsystem_descriptor_t* descriptor,
-                             const char* path, text_t* error);
+void descriptor_subsystem_builder_begin(subsystem_builder_t* builder, subsystem_descriptor_t* descriptor,
+                                        const char* path, text_t* error);
 
 // Lists and attributes that handlers add to: subsystem_elements.c
-extern const source_list_t subsystem_configurations;
-extern const source_list_t subsystem_parameter_fields;
-extern const source_list_t subsystem_event_fields;
-extern const source_list_t subsystem_event_references;
-extern const source_list_t subsystem_structure_references;
-extern const source_list_t subsystem_sampled_references;
+extern const source_list_t descriptor_subsystem_configurations;
+extern const source_list_t descriptor_subsystem_parameter_fields;
+extern const source_list_t descriptor_subsystem_event_fields;
+extern const source_list_t descriptor_subsystem_event_references;
+extern const source_list_t descriptor_subsystem_structure_references;
+extern const source_list_t descriptor_subsystem_sampled_references;
 #define SUBSYSTEM_FIELD_ATTRIBUTES 4U
-extern const source_attribute_t subsystem_field_attributes[SUBSYSTEM_FIELD_ATTRIBUTES];
+extern const source_attribute_t descriptor_subsystem_field_attributes[SUBSYSTEM_FIELD_ATTRIBUTES];
 
-static inline subsystem_builder_t* subsystem_builder_of(const source_t* const source)
+static inline subsystem_builder_t* descriptor_subsystem_builder_of(const source_t* const source)
 {
     return source->builder;
 }
 
-static inline subsystem_descriptor_t* subsystem_builder_model(const source_t* const source)
+static inline subsystem_descriptor_t* descriptor_subsystem_builder_model(const source_t* const source)
 {
     return source->items[0];
 }
 
 /// Bounds and initial values of a field, whose other attributes are read.
-void subsystem_builder_complete(source_t* source, descriptor_field_t* field);
+void descriptor_subsystem_builder_complete(source_t* source, descriptor_field_t* field);
 /// Check `count` numbers of a field's type within its bounds.
-void subsystem_builder_check_values(source_t* source, const char* attribute, const descriptor_field_t* field);
+void descriptor_subsystem_builder_check_values(source_t* source, const char* attribute,
+                                               const descriptor_field_t* field);
 /// Offsets of a range of fields as the compiler lays out the structure of them; returns its size.
-uint32_t subsystem_builder_lay_out(subsystem_descriptor_t* descriptor, uint16_t first, uint16_t count);
+uint32_t descriptor_subsystem_builder_lay_out(subsystem_descriptor_t* descriptor, uint16_t first,
+                                              uint16_t count);
 /// Octets of a range of fields on the wire.
-uint32_t subsystem_builder_octets(const subsystem_descriptor_t* descriptor, uint16_t first, uint16_t count);
+uint32_t descriptor_subsystem_builder_octets(const subsystem_descriptor_t* descriptor, uint16_t first,
+                                             uint16_t count);
 /// The same of a range of references.
-uint32_t subsystem_builder_referred(const subsystem_descriptor_t* descriptor, uint16_t first, uint16_t count);
+uint32_t descriptor_subsystem_builder_referred(const subsystem_descriptor_t* descriptor, uint16_t first,
+                                               uint16_t count);
 /// The parameter that an attribute names; NULL after an error.
-const descriptor_parameter_t* subsystem_builder_parameter(source_t* source, const char* attribute);
+const descriptor_parameter_t* descriptor_subsystem_builder_parameter(source_t* source, const char* attribute);
 /// Append a reference to the parameter of the element's name to the range of the element's item.
-void subsystem_builder_refer(source_t* source, const source_list_t* list);
+void descriptor_subsystem_builder_refer(source_t* source, const source_list_t* list);
 
 // Handlers: subsystem_builder.c
-void subsystem_builder_resources(source_t* source);
-void subsystem_builder_state(source_t* source);
-void subsystem_builder_field(source_t* source); ///< An item that is a field and is known by its order.
-void subsystem_builder_event(source_t* source);
-void subsystem_builder_event_value(source_t* source);
-void subsystem_builder_event_end(source_t* source);
-void subsystem_builder_function(source_t* source);
-void subsystem_builder_argument(source_t* source);
-void subsystem_builder_function_end(source_t* source);
-void subsystem_builder_service(source_t* source);
-void subsystem_builder_end(source_t* source);
+void descriptor_subsystem_builder_resources(source_t* source);
+void descriptor_subsystem_builder_state(source_t* source);
+void descriptor_subsystem_builder_field(
+    source_t* source); ///< An item that is a field and is known by its order.
+void descriptor_subsystem_builder_event(source_t* source);
+void descriptor_subsystem_builder_event_value(source_t* source);
+void descriptor_subsystem_builder_event_end(source_t* source);
+void descriptor_subsystem_builder_function(source_t* source);
+void descriptor_subsystem_builder_argument(source_t* source);
+void descriptor_subsystem_builder_function_end(source_t* source);
+void descriptor_subsystem_builder_service(source_t* source);
+void descriptor_subsystem_builder_end(source_t* source);
 
 // Handlers of what <Parameters> holds: parameter_builder.c
-void parameter_builder_scalars(source_t* source);
-void parameter_builder_struct(source_t* source);
-void parameter_builder_struct_end(source_t* source);
-void parameter_builder_group(source_t* source);
-void parameter_builder_group_end(source_t* source);
-void parameter_builder_member(source_t* source);
+void descriptor_parameter_builder_scalars(source_t* source);
+void descriptor_parameter_builder_struct(source_t* source);
+void descriptor_parameter_builder_struct_end(source_t* source);
+void descriptor_parameter_builder_group(source_t* source);
+void descriptor_parameter_builder_group_end(source_t* source);
+void descriptor_parameter_builder_member(source_t* source);
 
 // Handlers of what a <Configuration> holds: configuration_builder.c
-void configuration_builder_initial(source_t* source);
-void configuration_builder_loop(source_t* source);
-void configuration_builder_structure(source_t* source);
-void configuration_builder_structure_end(source_t* source);
-void configuration_builder_once_reference(source_t* source);
-void configuration_builder_sampled(source_t* source);
-void configuration_builder_sampled_reference(source_t* source);
-void configuration_builder_provides(source_t* source);
-void configuration_builder_requires(source_t* source);
-void configuration_builder_port_end(source_t* source);
-void configuration_builder_setting(source_t* source);
-void configuration_builder_quantity(source_t* source);
-void configuration_builder_supply(source_t* source);
+void descriptor_configuration_builder_initial(source_t* source);
+void descriptor_configuration_builder_loop(source_t* source);
+void descriptor_configuration_builder_structure(source_t* source);
+void descriptor_configuration_builder_structure_end(source_t* source);
+void descriptor_configuration_builder_once_reference(source_t* source);
+void descriptor_configuration_builder_sampled(source_t* source);
+void descriptor_configuration_builder_sampled_reference(source_t* source);
+void descriptor_configuration_builder_provides(source_t* source);
+void descriptor_configuration_builder_requires(source_t* source);
+void descriptor_configuration_builder_port_end(source_t* source);
+void descriptor_configuration_builder_setting(source_t* source);
+void descriptor_configuration_builder_quantity(source_t* source);
+void descriptor_configuration_builder_supply(source_t* source);
 // End nodes: endnode_builder.c
-void endnode_builder_start(source_t* source);
+void descriptor_endnode_builder_start(source_t* source);
 
 /// End of the document: functions' configurations, ports that several configurations share, interface hash.
-void configuration_builder_resolve(source_t* source);
+void descriptor_configuration_builder_resolve(source_t* source);
 
 /// FNV-1a over the interface part, one line per thing; gse/generator hashes the same text.
-uint64_t subsystem_interface_hash(const subsystem_descriptor_t* descriptor);
+uint64_t descriptor_subsystem_interface_hash(const subsystem_descriptor_t* descriptor);
 
 #endif // FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_BUILDER_H

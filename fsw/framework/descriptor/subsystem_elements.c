@@ -60,13 +60,14 @@ static const source_list_t parameters = {
     .what = "parameters",
     LIST(parameters, parameter_count, DESCRIPTOR_PARAMETERS_MAX, descriptor_parameter_t),
     .line = offsetof(descriptor_parameter_t, line)};
-const source_list_t subsystem_parameter_fields = {FIELDS,
-                                                  RANGE(descriptor_parameter_t, first_field, field_count)};
-static const source_list_t events              = {.what = "events",
-                                                  LIST(events, event_count, DESCRIPTOR_EVENTS_MAX, descriptor_event_t),
-                                                  .line = offsetof(descriptor_event_t, line)};
-const source_list_t subsystem_event_fields = {FIELDS, RANGE(descriptor_event_t, first_field, field_count)};
-const source_list_t subsystem_event_references = {
+const source_list_t descriptor_subsystem_parameter_fields = {
+    FIELDS, RANGE(descriptor_parameter_t, first_field, field_count)};
+static const source_list_t events                         = {.what = "events",
+                                                             LIST(events, event_count, DESCRIPTOR_EVENTS_MAX, descriptor_event_t),
+                                                             .line = offsetof(descriptor_event_t, line)};
+const source_list_t descriptor_subsystem_event_fields     = {FIELDS,
+                                                             RANGE(descriptor_event_t, first_field, field_count)};
+const source_list_t descriptor_subsystem_event_references = {
     REFERENCES, RANGE(descriptor_event_t, first_reference, reference_count)};
 static const source_list_t functions = {
     .what = "functions",
@@ -77,7 +78,7 @@ static const source_list_t services  = {
      .what = "services",
      LIST(services, service_count, DESCRIPTOR_SERVICES_MAX, descriptor_service_t),
      .line = offsetof(descriptor_service_t, line)};
-const source_list_t subsystem_configurations = {
+const source_list_t descriptor_subsystem_configurations = {
     .what = "configurations",
     LIST(configurations, configuration_count, DESCRIPTOR_CONFIGURATIONS_MAX, descriptor_configuration_t),
     .line = offsetof(descriptor_configuration_t, line)};
@@ -95,13 +96,13 @@ static const source_list_t structures = {
     LIST(structures, structure_count, DESCRIPTOR_STRUCTURES_MAX, descriptor_structure_t),
     .line = offsetof(descriptor_structure_t, line),
     RANGE(descriptor_configuration_t, first_structure, structure_count)};
-const source_list_t subsystem_structure_references = {
+const source_list_t descriptor_subsystem_structure_references = {
     REFERENCES, RANGE(descriptor_structure_t, first_reference, reference_count)};
 static const source_list_t sampled = {
     .what = "<SampledNREPTimes>",
     LIST(sampled, sampled_count, DESCRIPTOR_SAMPLED_MAX, descriptor_sampled_t),
     RANGE(descriptor_structure_t, first_sampled, sampled_count)};
-const source_list_t subsystem_sampled_references = {
+const source_list_t descriptor_subsystem_sampled_references = {
     REFERENCES, RANGE(descriptor_sampled_t, first_reference, reference_count)};
 static const source_list_t ports    = {.what = "ports",
                                        LIST(ports, port_count, DESCRIPTOR_PORTS_MAX, descriptor_port_t),
@@ -267,7 +268,7 @@ static const source_attribute_t parameter_attributes[] = {
     FREE("max"),
     SETTABLE,
 };
-const source_attribute_t subsystem_field_attributes[SUBSYSTEM_FIELD_ATTRIBUTES] = {
+const source_attribute_t descriptor_subsystem_field_attributes[SUBSYSTEM_FIELD_ATTRIBUTES] = {
     NAMED(descriptor_field_t), TYPE(descriptor_field_t), COUNT, UNIT};
 static const source_attribute_t event_attributes[] = {
     NAMED(descriptor_event_t),
@@ -436,76 +437,77 @@ static const source_attribute_t endnode_attributes[] = {
 // Parent, kind, how often, name with attributes, list, start, end.
 static const source_row_t rows[] = {
     {SOURCE_ROOT, KIND_SUBSYSTEM, SOURCE_ANY, WITH("Subsystem", subsystem_attributes), NULL, NULL,
-     subsystem_builder_end},
+     descriptor_subsystem_builder_end},
     {KIND_SUBSYSTEM, KIND_RESOURCES, SOURCE_ONCE, WITH("Resources", resources_attributes), NULL,
-     subsystem_builder_resources, NULL},
+     descriptor_subsystem_builder_resources, NULL},
     {KIND_SUBSYSTEM, KIND_STATES, SOURCE_ONCE, PLAIN("States"), NULL, NULL, NULL},
-    {KIND_STATES, KIND_STATE, SOURCE_ANY, WITH("State", state_attributes), NULL, subsystem_builder_state,
-     NULL},
+    {KIND_STATES, KIND_STATE, SOURCE_ANY, WITH("State", state_attributes), NULL,
+     descriptor_subsystem_builder_state, NULL},
     {KIND_SUBSYSTEM, KIND_PARAMETERS, SOURCE_ONCE, PLAIN("Parameters"), NULL, NULL, NULL},
     {KIND_PARAMETERS, KIND_STRUCT, SOURCE_ANY, WITH("StructRef", struct_attributes), &parameters,
-     parameter_builder_struct, parameter_builder_struct_end},
-    {KIND_STRUCT, KIND_MEMBER, SOURCE_ANY, WITH("ParamRef", member_attributes), &subsystem_parameter_fields,
-     parameter_builder_member, NULL},
-    {KIND_STRUCT, KIND_GROUP, SOURCE_ANY, WITH("StructRef", group_attributes), NULL, parameter_builder_group,
-     parameter_builder_group_end},
-    {KIND_GROUP, KIND_MEMBER, SOURCE_ANY, WITH("ParamRef", member_attributes), &subsystem_parameter_fields,
-     parameter_builder_member, NULL},
-    {KIND_GROUP, KIND_GROUP, SOURCE_ANY, WITH("StructRef", group_attributes), NULL, parameter_builder_group,
-     parameter_builder_group_end},
+     descriptor_parameter_builder_struct, descriptor_parameter_builder_struct_end},
+    {KIND_STRUCT, KIND_MEMBER, SOURCE_ANY, WITH("ParamRef", member_attributes),
+     &descriptor_subsystem_parameter_fields, descriptor_parameter_builder_member, NULL},
+    {KIND_STRUCT, KIND_GROUP, SOURCE_ANY, WITH("StructRef", group_attributes), NULL,
+     descriptor_parameter_builder_group, descriptor_parameter_builder_group_end},
+    {KIND_GROUP, KIND_MEMBER, SOURCE_ANY, WITH("ParamRef", member_attributes),
+     &descriptor_subsystem_parameter_fields, descriptor_parameter_builder_member, NULL},
+    {KIND_GROUP, KIND_GROUP, SOURCE_ANY, WITH("StructRef", group_attributes), NULL,
+     descriptor_parameter_builder_group, descriptor_parameter_builder_group_end},
     {KIND_PARAMETERS, KIND_PARAMETER, SOURCE_ANY, WITH("ParamRef", parameter_attributes), &parameters,
-     parameter_builder_scalars, NULL},
+     descriptor_parameter_builder_scalars, NULL},
     {KIND_SUBSYSTEM, KIND_EVENTS, SOURCE_ONCE, PLAIN("Events"), NULL, NULL, NULL},
-    {KIND_EVENTS, KIND_EVENT, SOURCE_ANY, WITH("Event", event_attributes), &events, subsystem_builder_event,
-     subsystem_builder_event_end},
+    {KIND_EVENTS, KIND_EVENT, SOURCE_ANY, WITH("Event", event_attributes), &events,
+     descriptor_subsystem_builder_event, descriptor_subsystem_builder_event_end},
     {KIND_EVENT, KIND_EVENT_VALUE, SOURCE_ANY, WITH("ParamRef", event_value_attributes), NULL,
-     subsystem_builder_event_value, NULL},
+     descriptor_subsystem_builder_event_value, NULL},
     {KIND_SUBSYSTEM, KIND_FUNCTIONS, SOURCE_ONCE, PLAIN("Functions"), NULL, NULL, NULL},
     {KIND_FUNCTIONS, KIND_FUNCTION, SOURCE_ANY, WITH("Function", function_attributes), &functions,
-     subsystem_builder_function, subsystem_builder_function_end},
+     descriptor_subsystem_builder_function, descriptor_subsystem_builder_function_end},
     {KIND_FUNCTION, KIND_ARGUMENT, SOURCE_ANY, WITH("Argument", argument_attributes), &arguments,
-     subsystem_builder_argument, NULL},
+     descriptor_subsystem_builder_argument, NULL},
     {KIND_SUBSYSTEM, KIND_SERVICES, SOURCE_ONCE, PLAIN("Services"), NULL, NULL, NULL},
     {KIND_SERVICES, KIND_SERVICE, SOURCE_ANY, WITH("Service", service_attributes), &services,
-     subsystem_builder_service, NULL},
+     descriptor_subsystem_builder_service, NULL},
     {KIND_SUBSYSTEM, KIND_CONFIGURATION, SOURCE_ANY, WITH("Configuration", configuration_attributes),
-     &subsystem_configurations, NULL, NULL},
+     &descriptor_subsystem_configurations, NULL, NULL},
     {KIND_CONFIGURATION, KIND_INITIAL, SOURCE_ANY, WITH("Initial", initial_attributes), &initials,
-     configuration_builder_initial, NULL},
+     descriptor_configuration_builder_initial, NULL},
     {KIND_CONFIGURATION, KIND_LOOP, SOURCE_ANY, WITH("Loop", loop_attributes), &loops,
-     configuration_builder_loop, NULL},
+     descriptor_configuration_builder_loop, NULL},
     {KIND_CONFIGURATION, KIND_STRUCTURE, SOURCE_ANY, WITH("HKService", structure_attributes), &structures,
-     configuration_builder_structure, configuration_builder_structure_end},
+     descriptor_configuration_builder_structure, descriptor_configuration_builder_structure_end},
     {KIND_STRUCTURE, KIND_ONCE, SOURCE_ONCE, PLAIN("SampledOnce"), NULL, NULL, NULL},
     {KIND_ONCE, KIND_ONCE_REFERENCE, SOURCE_SOME, WITH("ParamRef", reference_attributes), NULL,
-     configuration_builder_once_reference, NULL},
+     descriptor_configuration_builder_once_reference, NULL},
     {KIND_STRUCTURE, KIND_SAMPLED, SOURCE_ANY, WITH("SampledNREPTimes", sampled_attributes), &sampled,
-     configuration_builder_sampled, NULL},
+     descriptor_configuration_builder_sampled, NULL},
     {KIND_SAMPLED, KIND_SAMPLED_REFERENCE, SOURCE_SOME, WITH("ParamRef", reference_attributes), NULL,
-     configuration_builder_sampled_reference, NULL},
+     descriptor_configuration_builder_sampled_reference, NULL},
     {KIND_CONFIGURATION, KIND_LINKS, SOURCE_ONCE, PLAIN("RTLinkService"), NULL, NULL, NULL},
     {KIND_LINKS, KIND_PROVIDES, SOURCE_ANY, PROVIDES_ATTRIBUTES, "Provides", port_attributes, &ports,
-     configuration_builder_provides, configuration_builder_port_end},
+     descriptor_configuration_builder_provides, descriptor_configuration_builder_port_end},
     {KIND_LINKS, KIND_REQUIRES, SOURCE_ANY, WITH("Requires", port_attributes), &ports,
-     configuration_builder_requires, configuration_builder_port_end},
-    {KIND_PROVIDES, KIND_ELEMENT, SOURCE_SOME, WITH("ParamRef", subsystem_field_attributes), &elements,
-     subsystem_builder_field, NULL},
-    {KIND_REQUIRES, KIND_ELEMENT, SOURCE_SOME, WITH("ParamRef", subsystem_field_attributes), &elements,
-     subsystem_builder_field, NULL},
+     descriptor_configuration_builder_requires, descriptor_configuration_builder_port_end},
+    {KIND_PROVIDES, KIND_ELEMENT, SOURCE_SOME, WITH("ParamRef", descriptor_subsystem_field_attributes),
+     &elements, descriptor_subsystem_builder_field, NULL},
+    {KIND_REQUIRES, KIND_ELEMENT, SOURCE_SOME, WITH("ParamRef", descriptor_subsystem_field_attributes),
+     &elements, descriptor_subsystem_builder_field, NULL},
     {KIND_CONFIGURATION, KIND_DEVICES, SOURCE_ONCE, PLAIN("Devices"), NULL, NULL, NULL},
     {KIND_DEVICES, KIND_DEVICE, SOURCE_ANY, WITH("Device", device_attributes), &devices, NULL, NULL},
     {KIND_DEVICE, KIND_SETTING, SOURCE_ANY, WITH("Setting", setting_attributes), &settings,
-     configuration_builder_setting, NULL},
+     descriptor_configuration_builder_setting, NULL},
     {KIND_DEVICE, KIND_QUANTITY, SOURCE_ANY, WITH("Quantity", quantity_attributes), &quantities,
-     configuration_builder_quantity, NULL},
+     descriptor_configuration_builder_quantity, NULL},
     {KIND_DEVICE, KIND_SUPPLY, SOURCE_ANY, WITH("Supply", supply_attributes), &supplies,
-     configuration_builder_supply, NULL},
+     descriptor_configuration_builder_supply, NULL},
     {KIND_DEVICE, KIND_ENDNODE, SOURCE_ANY, WITH("Endnode", endnode_attributes), &endnodes,
-     endnode_builder_start, NULL},
+     descriptor_endnode_builder_start, NULL},
 };
 
-void subsystem_builder_begin(subsystem_builder_t* const builder, subsystem_descriptor_t* const descriptor,
-                             const char* const path, text_t* const error)
+void descriptor_subsystem_builder_begin(subsystem_builder_t* const builder,
+                                        subsystem_descriptor_t* const descriptor, const char* const path,
+                                        text_t* const error)
 {
     (void)memset(descriptor, 0, sizeof *descriptor);
     (void)memset(builder, 0, sizeof *builder);

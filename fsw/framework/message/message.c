@@ -556,8 +556,8 @@ status_t message_next(message_endpoint_t* const endpoint, const message_filter_t
         return_all_credit(endpoint);
         return STATUS_EMPTY;
     }
-    (void)octet_ring_look(&channel->inbox.blocks, 0U, endpoint->frame,
-                          MESSAGE_HEADER_OCTETS + MESSAGE_HEAD_OCTETS, out_size);
+    (void)message_ring_look(&channel->inbox.blocks, 0U, endpoint->frame,
+                            MESSAGE_HEADER_OCTETS + MESSAGE_HEAD_OCTETS, out_size);
     *out_from = channel->peer;
     *out_head = &endpoint->frame[MESSAGE_HEADER_OCTETS];
     *out_size -= MESSAGE_HEADER_OCTETS;

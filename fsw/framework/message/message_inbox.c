@@ -16,7 +16,7 @@ void message_inbox_init(message_inbox_t* const inbox, uint8_t* const storage, co
 {
     FSW_ASSERT(inbox != NULL);
     (void)memset(inbox, 0, sizeof *inbox);
-    octet_ring_init(&inbox->blocks, storage, octets);
+    message_ring_init(&inbox->blocks, storage, octets);
 }
 
 status_t message_inbox_put(message_inbox_t* const inbox, const uint8_t kind, const uint32_t stamp,
@@ -37,8 +37,8 @@ status_t message_inbox_put(message_inbox_t* const inbox, const uint8_t kind, con
     (void)memcpy(header, frame, sizeof header);
     octets_put_u32(&header[AT_STAMP], stamp);
     header[AT_DROPPED]    = 0U;
-    const status_t status = octet_ring_put_parts(&inbox->blocks, header, sizeof header, &frame[sizeof header],
-                                                 size - sizeof header);
+    const status_t status = message_ring_put_parts(&inbox->blocks, header, sizeof header,
+                                                   &frame[sizeof header], size - sizeof header);
     inbox->arrived += (status == STATUS_OK) ? 1U : 0U;
     return status;
 }
@@ -78,7 +78,7 @@ bool message_inbox_next(message_inbox_t* const inbox, uint8_t header[MESSAGE_INB
         return false;
     }
     inbox->last  = inbox->place;
-    inbox->place = octet_ring_look(&inbox->blocks, inbox->place, header, MESSAGE_INBOX_HEADER, out_size);
+    inbox->place = message_ring_look(&inbox->blocks, inbox->place, header, MESSAGE_INBOX_HEADER, out_size);
     inbox->judged++;
     *out_kind = KIND_DATA;
     return true;
@@ -89,9 +89,9 @@ void message_inbox_drop(message_inbox_t* const inbox)
     FSW_ASSERT(inbox != NULL);
     uint8_t mark[AT_DROPPED + 1U];
     size_t size = 0U;
-    (void)octet_ring_look(&inbox->blocks, inbox->last, mark, sizeof mark, &size);
+    (void)message_ring_look(&inbox->blocks, inbox->last, mark, sizeof mark, &size);
     mark[AT_DROPPED] = 1U;
-    octet_ring_overwrite(&inbox->blocks, inbox->last, mark, sizeof mark);
+    message_ring_overwrite(&inbox->blocks, inbox->last, mark, sizeof mark);
 }
 
 /// Take the first block of the ring away.
@@ -100,7 +100,7 @@ static void remove_first(message_inbox_t* const inbox)
     uint8_t none          = 0U;
     size_t size           = 0U;
     const size_t before   = inbox->blocks.used;
-    const status_t status = octet_ring_take(&inbox->blocks, &none, 0U, &size);
+    const status_t status = message_ring_take(&inbox->blocks, &none, 0U, &size);
     (void)status; // Capacity 0: the block is removed without a copy.
     const size_t gone = before - inbox->blocks.used;
     if (inbox->place >= gone) {
@@ -118,7 +118,7 @@ bool message_inbox_forget(message_inbox_t* const inbox, const uint32_t life)
     if (inbox->blocks.blocks == 0U) {
         return false;
     }
-    (void)octet_ring_look(&inbox->blocks, 0U, head, sizeof head, &size);
+    (void)message_ring_look(&inbox->blocks, 0U, head, sizeof head, &size);
     if (octets_u32_at(&head[AT_LIFE]) >= life) {
         return false;
     }
@@ -132,7 +132,7 @@ bool message_inbox_oldest(message_inbox_t* const inbox, uint32_t* const out_stam
     while (inbox->place > 0U) {
         uint8_t mark[AT_DROPPED + 2U];
         size_t size = 0U;
-        (void)octet_ring_look(&inbox->blocks, 0U, mark, sizeof mark, &size);
+        (void)message_ring_look(&inbox->blocks, 0U, mark, sizeof mark, &size);
         if (mark[AT_DROPPED] == 0U) {
             *out_stamp = octets_u32_at(&mark[AT_STAMP]);
             return true;
@@ -148,7 +148,7 @@ status_t message_inbox_take(message_inbox_t* const inbox, uint8_t header[MESSAGE
     FSW_ASSERT((inbox != NULL) && (inbox->place > 0U)); // message_inbox_oldest has found it.
     const size_t before = inbox->blocks.used;
     const status_t status =
-        octet_ring_take_parts(&inbox->blocks, header, MESSAGE_INBOX_HEADER, octets, capacity, out_size);
+        message_ring_take_parts(&inbox->blocks, header, MESSAGE_INBOX_HEADER, octets, capacity, out_size);
     inbox->place -= before - inbox->blocks.used;
     return status;
 }

@@ -14,7 +14,7 @@
 #define FSW_FRAMEWORK_MESSAGE_MESSAGE_INBOX_H
 
 #include "base/status.h"
-#include "fsw/framework/message/octet_ring.h"
+#include "fsw/framework/message/message_ring.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -30,13 +30,13 @@ typedef struct { // Private. A frame without data.
     bool is_set;
 } message_note_t;
 
-typedef struct {         // Private, except `blocks`, to be read.
-    octet_ring_t blocks; ///< Frames with data, the checked ones first.
-    uint32_t arrived;    // Frames with data so far.
-    uint32_t judged;     // Of these, checked.
-    size_t place;        // Of the next frame to check, from the first octet of the ring.
-    size_t last;         // Place of the frame that was checked last.
-    uint32_t notes_set;  // Number of notes that are set.
+typedef struct {           // Private, except `blocks`, to be read.
+    message_ring_t blocks; ///< Frames with data, the checked ones first.
+    uint32_t arrived;      // Frames with data so far.
+    uint32_t judged;       // Of these, checked.
+    size_t place;          // Of the next frame to check, from the first octet of the ring.
+    size_t last;           // Place of the frame that was checked last.
+    uint32_t notes_set;    // Number of notes that are set.
     message_note_t notes[MESSAGE_INBOX_NOTES];
 } message_inbox_t;
 

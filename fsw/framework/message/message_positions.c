@@ -72,7 +72,7 @@ void message_resume(message_endpoint_t* const endpoint, const message_position_t
     }
 }
 
-octet_ring_t* message_waiting(message_endpoint_t* const endpoint, const size_t index)
+message_ring_t* message_waiting(message_endpoint_t* const endpoint, const size_t index)
 {
     FSW_ASSERT(endpoint != NULL);
     return (index < endpoint->channel_count) ? &endpoint->places[index].channel.inbox.blocks : NULL;

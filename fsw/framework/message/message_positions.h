@@ -38,7 +38,7 @@ void message_resume(message_endpoint_t* endpoint, const message_position_t* posi
 /// The blocks that wait in the inbox of the channel with that index. All of them must have been checked,
 /// which is true when message_receive has just returned STATUS_EMPTY or left blocks to wait. Refill it before
 /// message_resume. Null: no such channel.
-octet_ring_t* message_waiting(message_endpoint_t* endpoint, size_t index);
+message_ring_t* message_waiting(message_endpoint_t* endpoint, size_t index);
 /// Life of the endpoint as its peers know it, and the stamp of the next frame.
 void message_clock(const message_endpoint_t* endpoint, uint32_t* out_life, uint32_t* out_stamp);
 void message_resume_clock(message_endpoint_t* endpoint, uint32_t life, uint32_t stamp);

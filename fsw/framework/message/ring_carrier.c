@@ -3,13 +3,13 @@
 
 #include "base/assertion.h"
 
-void ring_carrier_init(ring_carrier_t* const hub, const delivery_notice_t notice)
+void message_ring_carrier_init(message_ring_carrier_t* const hub, const message_delivery_notice_t notice)
 {
     FSW_ASSERT((hub != NULL) && (notice.delivered != NULL));
-    *hub = (ring_carrier_t){.notice = notice};
+    *hub = (message_ring_carrier_t){.notice = notice};
 }
 
-status_t ring_carrier_attach(ring_carrier_t* const hub, message_endpoint_t* const endpoint)
+status_t message_ring_carrier_attach(message_ring_carrier_t* const hub, message_endpoint_t* const endpoint)
 {
     FSW_ASSERT((hub != NULL) && (endpoint != NULL));
     for (size_t i = 0U; i < hub->endpoint_count; i++) {
@@ -28,7 +28,7 @@ status_t ring_carrier_attach(ring_carrier_t* const hub, message_endpoint_t* cons
 static status_t put_into_inbox(void* const context, const uint16_t to, const uint8_t* const frame,
                                const size_t size)
 {
-    ring_carrier_t* const hub = (ring_carrier_t*)context;
+    message_ring_carrier_t* const hub = (message_ring_carrier_t*)context;
     for (size_t i = 0U; i < hub->endpoint_count; i++) {
         if (hub->endpoints[i]->self == to) {
             const status_t status = message_deliver(hub->endpoints[i], frame, size);
@@ -41,7 +41,7 @@ static status_t put_into_inbox(void* const context, const uint16_t to, const uin
     return STATUS_NOT_FOUND;
 }
 
-message_carrier_t ring_carrier_port(ring_carrier_t* const hub)
+message_carrier_t message_ring_carrier_port(message_ring_carrier_t* const hub)
 {
     FSW_ASSERT(hub != NULL);
     return (message_carrier_t){.context = hub, .send = put_into_inbox};

@@ -16,13 +16,13 @@
 typedef struct { // Private.
     message_endpoint_t* endpoints[MESSAGE_PEERS_MAX];
     size_t endpoint_count;
-    delivery_notice_t notice;
-} ring_carrier_t;
+    message_delivery_notice_t notice;
+} message_ring_carrier_t;
 
-void ring_carrier_init(ring_carrier_t* hub, delivery_notice_t notice);
+void message_ring_carrier_init(message_ring_carrier_t* hub, message_delivery_notice_t notice);
 /// Make an opened endpoint reachable. STATUS_OK, STATUS_EXHAUSTED.
-MUST_USE status_t ring_carrier_attach(ring_carrier_t* hub, message_endpoint_t* endpoint);
+MUST_USE status_t message_ring_carrier_attach(message_ring_carrier_t* hub, message_endpoint_t* endpoint);
 /// The carrier in the form an endpoint takes.
-message_carrier_t ring_carrier_port(ring_carrier_t* hub);
+message_carrier_t message_ring_carrier_port(message_ring_carrier_t* hub);
 
 #endif // FSW_FRAMEWORK_MESSAGE_RING_CARRIER_H

@@ -3,15 +3,16 @@
 
 #include "base/assertion.h"
 
-void tipc_carrier_init(tipc_carrier_t* const carrier, osal_socket_t* const socket, osal_socket_t* const watch,
-                       const uint32_t type, const delivery_notice_t notice)
+void message_tipc_carrier_init(message_tipc_carrier_t* const carrier, osal_socket_t* const socket,
+                               osal_socket_t* const watch, const uint32_t type,
+                               const message_delivery_notice_t notice)
 {
     FSW_ASSERT((carrier != NULL) && (socket != NULL) && (notice.delivered != NULL));
-    *carrier = (tipc_carrier_t){.socket = socket, .watch = watch, .type = type, .notice = notice};
+    *carrier = (message_tipc_carrier_t){.socket = socket, .watch = watch, .type = type, .notice = notice};
 }
 
-status_t tipc_carrier_add_peer(tipc_carrier_t* const carrier, const uint16_t component,
-                               const uint64_t identity)
+status_t message_tipc_carrier_add_peer(message_tipc_carrier_t* const carrier, const uint16_t component,
+                                       const uint64_t identity)
 {
     FSW_ASSERT(carrier != NULL);
     if (carrier->peer_count == MESSAGE_PEERS_MAX) {
@@ -27,22 +28,22 @@ status_t tipc_carrier_add_peer(tipc_carrier_t* const carrier, const uint16_t com
 static status_t send_datagram(void* const context, const uint16_t to, const uint8_t* const frame,
                               const size_t size)
 {
-    tipc_carrier_t* const carrier = (tipc_carrier_t*)context;
-    const osal_tipc_name_t name   = {carrier->type, to};
-    const status_t status         = osal_tipc_send(carrier->socket, name, frame, size);
+    message_tipc_carrier_t* const carrier = (message_tipc_carrier_t*)context;
+    const osal_tipc_name_t name           = {carrier->type, to};
+    const status_t status                 = osal_tipc_send(carrier->socket, name, frame, size);
     if (status == STATUS_OK) {
         carrier->notice.delivered(carrier->notice.context, to);
     }
     return status;
 }
 
-message_carrier_t tipc_carrier_port(tipc_carrier_t* const carrier)
+message_carrier_t message_tipc_carrier_port(message_tipc_carrier_t* const carrier)
 {
     FSW_ASSERT(carrier != NULL);
     return (message_carrier_t){.context = carrier, .send = send_datagram};
 }
 
-static bool is_peer(const tipc_carrier_t* const carrier, const uint64_t identity)
+static bool is_peer(const message_tipc_carrier_t* const carrier, const uint64_t identity)
 {
     for (size_t i = 0U; i < carrier->peer_count; i++) {
         if (carrier->peers[i].identity == identity) {
@@ -52,7 +53,7 @@ static bool is_peer(const tipc_carrier_t* const carrier, const uint64_t identity
     return false;
 }
 
-status_t tipc_carrier_pump(tipc_carrier_t* const carrier, message_endpoint_t* const endpoint)
+status_t message_tipc_carrier_pump(message_tipc_carrier_t* const carrier, message_endpoint_t* const endpoint)
 {
     FSW_ASSERT((carrier != NULL) && (endpoint != NULL));
     uint64_t from   = 0U;
@@ -72,7 +73,8 @@ status_t tipc_carrier_pump(tipc_carrier_t* const carrier, message_endpoint_t* co
     return message_accept(endpoint, STATUS_OK, size);
 }
 
-void tipc_carrier_take_hints(tipc_carrier_t* const carrier, message_endpoint_t* const endpoint)
+void message_tipc_carrier_take_hints(message_tipc_carrier_t* const carrier,
+                                     message_endpoint_t* const endpoint)
 {
     FSW_ASSERT((carrier != NULL) && (endpoint != NULL));
     osal_tipc_event_t event = {false, 0U};

@@ -31,24 +31,25 @@ typedef struct { // Private, except the counters.
         uint64_t identity;
     } peers[MESSAGE_PEERS_MAX];
     size_t peer_count;
-    delivery_notice_t notice;
+    message_delivery_notice_t notice;
     uint32_t foreign;   ///< Datagrams of a socket that is no peer's, dropped.
     uint32_t returned;  ///< Frames that came back: no room at the receiver, or it is gone.
     uint32_t withdrawn; ///< Times a peer's name went away.
-} tipc_carrier_t;
+} message_tipc_carrier_t;
 
 /// `type`: service type of the mission instance. `watch` of that type (osal_tipc_watch_open), or null: no
 /// hints.
-void tipc_carrier_init(tipc_carrier_t* carrier, osal_socket_t* socket, osal_socket_t* watch, uint32_t type,
-                       delivery_notice_t notice);
+void message_tipc_carrier_init(message_tipc_carrier_t* carrier, osal_socket_t* socket, osal_socket_t* watch,
+                               uint32_t type, message_delivery_notice_t notice);
 /// `identity` of the peer's socket. STATUS_OK, STATUS_EXHAUSTED.
-MUST_USE status_t tipc_carrier_add_peer(tipc_carrier_t* carrier, uint16_t component, uint64_t identity);
+MUST_USE status_t message_tipc_carrier_add_peer(message_tipc_carrier_t* carrier, uint16_t component,
+                                                uint64_t identity);
 /// The carrier in the form an endpoint takes.
-message_carrier_t tipc_carrier_port(tipc_carrier_t* carrier);
+message_carrier_t message_tipc_carrier_port(message_tipc_carrier_t* carrier);
 /// Deliver one received datagram to the endpoint, whose inboxes hold the full windows of its real peers.
 /// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (dropped: not from a peer, or to another life), STATUS_IO.
-MUST_USE status_t tipc_carrier_pump(tipc_carrier_t* carrier, message_endpoint_t* endpoint);
+MUST_USE status_t message_tipc_carrier_pump(message_tipc_carrier_t* carrier, message_endpoint_t* endpoint);
 /// Process the notices of the topology service; send a SYNC to peers that appear again.
-void tipc_carrier_take_hints(tipc_carrier_t* carrier, message_endpoint_t* endpoint);
+void message_tipc_carrier_take_hints(message_tipc_carrier_t* carrier, message_endpoint_t* endpoint);
 
 #endif // FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H

@@ -3,15 +3,15 @@
 
 #include "base/assertion.h"
 
-void udp_carrier_init(udp_carrier_t* const carrier, osal_socket_t* const socket,
-                      const delivery_notice_t notice)
+void message_udp_carrier_init(message_udp_carrier_t* const carrier, osal_socket_t* const socket,
+                              const message_delivery_notice_t notice)
 {
     FSW_ASSERT((carrier != NULL) && (socket != NULL) && (notice.delivered != NULL));
-    *carrier = (udp_carrier_t){.socket = socket, .notice = notice};
+    *carrier = (message_udp_carrier_t){.socket = socket, .notice = notice};
 }
 
-status_t udp_carrier_add_peer(udp_carrier_t* const carrier, const uint16_t component,
-                              const osal_address_t address)
+status_t message_udp_carrier_add_peer(message_udp_carrier_t* const carrier, const uint16_t component,
+                                      const osal_address_t address)
 {
     FSW_ASSERT(carrier != NULL);
     if (carrier->peer_count == MESSAGE_PEERS_MAX) {
@@ -26,7 +26,7 @@ status_t udp_carrier_add_peer(udp_carrier_t* const carrier, const uint16_t compo
 static status_t send_datagram(void* const context, const uint16_t to, const uint8_t* const frame,
                               const size_t size)
 {
-    udp_carrier_t* const carrier = (udp_carrier_t*)context;
+    message_udp_carrier_t* const carrier = (message_udp_carrier_t*)context;
     for (size_t i = 0U; i < carrier->peer_count; i++) {
         if (carrier->peers[i].component == to) {
             const status_t status = osal_udp_send(carrier->socket, carrier->peers[i].address, frame, size);
@@ -39,13 +39,13 @@ static status_t send_datagram(void* const context, const uint16_t to, const uint
     return STATUS_NOT_FOUND;
 }
 
-message_carrier_t udp_carrier_port(udp_carrier_t* const carrier)
+message_carrier_t message_udp_carrier_port(message_udp_carrier_t* const carrier)
 {
     FSW_ASSERT(carrier != NULL);
     return (message_carrier_t){.context = carrier, .send = send_datagram};
 }
 
-static bool is_peer(const udp_carrier_t* const carrier, const osal_address_t from)
+static bool is_peer(const message_udp_carrier_t* const carrier, const osal_address_t from)
 {
     for (size_t i = 0U; i < carrier->peer_count; i++) {
         const osal_address_t peer = carrier->peers[i].address;
@@ -56,7 +56,7 @@ static bool is_peer(const udp_carrier_t* const carrier, const osal_address_t fro
     return false;
 }
 
-status_t udp_carrier_pump(udp_carrier_t* const carrier, message_endpoint_t* const endpoint)
+status_t message_udp_carrier_pump(message_udp_carrier_t* const carrier, message_endpoint_t* const endpoint)
 {
     FSW_ASSERT((carrier != NULL) && (endpoint != NULL));
     osal_address_t from = {0U, 0U};

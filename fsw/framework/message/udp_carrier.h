@@ -13,11 +13,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Called after each frame sent to a component, so that the program can announce it to the calendar.
+/// Called after each frame sent to a component, so that the program can announce it to the scheduler.
 typedef struct {
     void* context;
     void (*delivered)(void* context, uint16_t to);
-} delivery_notice_t;
+} message_delivery_notice_t;
 
 typedef struct { // Private, except the counters.
     osal_socket_t* socket;
@@ -26,17 +26,19 @@ typedef struct { // Private, except the counters.
         osal_address_t address;
     } peers[MESSAGE_PEERS_MAX];
     size_t peer_count;
-    delivery_notice_t notice;
+    message_delivery_notice_t notice;
     uint32_t foreign; ///< Datagrams from an address that is no peer's, dropped.
-} udp_carrier_t;
+} message_udp_carrier_t;
 
-void udp_carrier_init(udp_carrier_t* carrier, osal_socket_t* socket, delivery_notice_t notice);
+void message_udp_carrier_init(message_udp_carrier_t* carrier, osal_socket_t* socket,
+                              message_delivery_notice_t notice);
 /// STATUS_OK, STATUS_EXHAUSTED.
-MUST_USE status_t udp_carrier_add_peer(udp_carrier_t* carrier, uint16_t component, osal_address_t address);
+MUST_USE status_t message_udp_carrier_add_peer(message_udp_carrier_t* carrier, uint16_t component,
+                                               osal_address_t address);
 /// The carrier in the form an endpoint takes.
-message_carrier_t udp_carrier_port(udp_carrier_t* carrier);
+message_carrier_t message_udp_carrier_port(message_udp_carrier_t* carrier);
 /// Deliver one received datagram to the endpoint, whose inboxes hold the full windows of its real peers.
 /// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (dropped: not from a peer, or to another life), STATUS_IO.
-MUST_USE status_t udp_carrier_pump(udp_carrier_t* carrier, message_endpoint_t* endpoint);
+MUST_USE status_t message_udp_carrier_pump(message_udp_carrier_t* carrier, message_endpoint_t* endpoint);
 
 #endif // FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H

@@ -32,7 +32,7 @@ static bool comes_by_datagram(const rtlink_terms_t* const terms)
     return uses(terms, RTLINK_METHOD_UDP) || uses(terms, RTLINK_METHOD_TIPC);
 }
 
-static status_t create_slot(link_producer_t* const producer)
+static status_t create_slot(rtlink_producer_t* const producer)
 {
     char name[NAME_MAX_OCTETS];
     if (!producer->resolver->shm_name(producer->resolver->context, producer->link, name, sizeof name)) {
@@ -44,9 +44,9 @@ static status_t create_slot(link_producer_t* const producer)
     return ((status == STATUS_INVALID) || (status == STATUS_EXISTS)) ? STATUS_IO : status;
 }
 
-static bool find_route(link_producer_t* const producer)
+static bool find_route(rtlink_producer_t* const producer)
 {
-    const link_resolver_t* const resolver = producer->resolver;
+    const rtlink_resolver_t* const resolver = producer->resolver;
     if (uses(&producer->terms, RTLINK_METHOD_UDP)) {
         return resolver->udp_route(resolver->context, producer->link, &producer->socket, &producer->consumer);
     }
@@ -55,11 +55,11 @@ static bool find_route(link_producer_t* const producer)
                                 &producer->consumer_name);
 }
 
-status_t link_producer_open(link_producer_t* const producer, const link_resolver_t* const resolver,
-                            const uint16_t link, const rtlink_terms_t* const agreed, const uint32_t epoch)
+status_t rtlink_producer_open(rtlink_producer_t* const producer, const rtlink_resolver_t* const resolver,
+                              const uint16_t link, const rtlink_terms_t* const agreed, const uint32_t epoch)
 {
     FSW_ASSERT((producer != NULL) && (resolver != NULL) && (agreed != NULL));
-    *producer = (link_producer_t){.terms = *agreed, .link = link, .epoch = epoch, .resolver = resolver};
+    *producer = (rtlink_producer_t){.terms = *agreed, .link = link, .epoch = epoch, .resolver = resolver};
     if (uses(agreed, RTLINK_METHOD_SHARED_MEMORY)) {
         const status_t status = create_slot(producer);
         producer->is_open     = (status == STATUS_OK);
@@ -84,14 +84,14 @@ static void store_words(uint64_t* const words, const uint8_t* const octets, cons
     }
 }
 
-static void write_slot(link_slot_t* const slot, const link_frame_header_t* const header,
+static void write_slot(link_slot_t* const slot, const rtlink_frame_header_t* const header,
                        const uint8_t* const payload, const size_t size)
 {
     uint64_t words[HEADER_WORDS];
     for (size_t i = 0U; i < (HEADER_WORDS + WORDS_OF(size)); i += LINE_WORDS) {
         __builtin_prefetch(&slot->words[i], 1); // All lines come at once from the reader's processor.
     }
-    link_frame_pack(header, words);
+    rtlink_frame_pack(header, words);
     const uint32_t guard = __atomic_load_n(&slot->guard, __ATOMIC_RELAXED);
     __atomic_store_n(&slot->guard, guard + 1U, __ATOMIC_RELAXED);
     __atomic_thread_fence(__ATOMIC_RELEASE);
@@ -103,11 +103,11 @@ static void write_slot(link_slot_t* const slot, const link_frame_header_t* const
     osal_doorbell_ring(&slot->doorbell);
 }
 
-static status_t send_datagram(link_producer_t* const producer, const link_frame_header_t* const header,
+static status_t send_datagram(rtlink_producer_t* const producer, const rtlink_frame_header_t* const header,
                               const uint8_t* const payload)
 {
     uint8_t frame[LINK_FRAME_MAX];
-    const size_t size     = link_frame_encode(header, payload, producer->terms.layout_octets, true, frame);
+    const size_t size     = rtlink_frame_encode(header, payload, producer->terms.layout_octets, true, frame);
     const status_t status = uses(&producer->terms, RTLINK_METHOD_TIPC)
                                 ? osal_tipc_send(producer->socket, producer->consumer_name, frame, size)
                                 : osal_udp_send(producer->socket, producer->consumer, frame, size);
@@ -117,19 +117,19 @@ static status_t send_datagram(link_producer_t* const producer, const link_frame_
     return status;
 }
 
-status_t link_producer_write(link_producer_t* const producer, const uint8_t state, const uint64_t now_ns,
-                             const uint8_t* const payload)
+status_t rtlink_producer_write(rtlink_producer_t* const producer, const uint8_t state, const uint64_t now_ns,
+                               const uint8_t* const payload)
 {
     FSW_ASSERT((producer != NULL) && (payload != NULL));
     if (!producer->is_open) {
         return STATUS_CLOSED;
     }
-    const link_frame_header_t header = {.producer_state = state,
-                                        .link           = producer->link,
-                                        .epoch          = producer->epoch,
-                                        .sequence       = producer->sequence,
-                                        .time_ns        = now_ns};
-    status_t status                  = STATUS_OK;
+    const rtlink_frame_header_t header = {.producer_state = state,
+                                          .link           = producer->link,
+                                          .epoch          = producer->epoch,
+                                          .sequence       = producer->sequence,
+                                          .time_ns        = now_ns};
+    status_t status                    = STATUS_OK;
     if (producer->slot != NULL) {
         write_slot(producer->slot, &header, payload, producer->terms.layout_octets);
     } else {
@@ -145,7 +145,7 @@ status_t link_producer_write(link_producer_t* const producer, const uint8_t stat
     return (status == STATUS_FULL) ? STATUS_FULL : STATUS_IO;
 }
 
-void link_producer_close(link_producer_t* const producer)
+void rtlink_producer_close(rtlink_producer_t* const producer)
 {
     FSW_ASSERT(producer != NULL);
     if (producer->slot != NULL) {
@@ -159,8 +159,8 @@ void link_producer_close(link_producer_t* const producer)
     producer->is_open = false;
 }
 
-status_t link_consumer_open(link_consumer_t* const consumer, const link_resolver_t* const resolver,
-                            const uint16_t link, const rtlink_terms_t* const agreed, const uint32_t epoch)
+status_t rtlink_consumer_open(rtlink_consumer_t* const consumer, const rtlink_resolver_t* const resolver,
+                              const uint16_t link, const rtlink_terms_t* const agreed, const uint32_t epoch)
 {
     FSW_ASSERT((consumer != NULL) && (resolver != NULL) && (agreed != NULL));
     (void)memset(consumer, 0, sizeof *consumer);
@@ -195,8 +195,8 @@ static uint32_t missing(const uint32_t ahead, const uint32_t decimation)
 
 /// Take a sample over if it belongs to this opening of the link and is newer than the last. `decoded` tells
 /// whether its header and checksum are in order.
-static status_t accept(link_consumer_t* const consumer, const status_t decoded,
-                       const link_frame_header_t* const header, const uint8_t* const payload)
+static status_t accept(rtlink_consumer_t* const consumer, const status_t decoded,
+                       const rtlink_frame_header_t* const header, const uint8_t* const payload)
 {
     const bool is_ours =
         (decoded == STATUS_OK) && (header->link == consumer->link) && (header->epoch == consumer->epoch);
@@ -244,7 +244,7 @@ static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_
     return true;
 }
 
-static void take_from_slot(link_consumer_t* const consumer)
+static void take_from_slot(rtlink_consumer_t* const consumer)
 {
     const size_t count   = HEADER_WORDS + WORDS_OF(consumer->terms.layout_octets);
     const uint32_t taken = consumer->guard;
@@ -252,8 +252,8 @@ static void take_from_slot(link_consumer_t* const consumer)
     for (unsigned attempt = 0U; attempt < LINK_READ_ATTEMPTS; attempt++) {
         if (copy_slot(consumer->slot, count, &consumer->guard, words)) {
             if (consumer->guard != taken) {
-                link_frame_header_t header;
-                const status_t status = link_frame_unpack(words, &header);
+                rtlink_frame_header_t header;
+                const status_t status = rtlink_frame_unpack(words, &header);
                 (void)accept(consumer, status, &header, (const uint8_t*)&words[HEADER_WORDS]);
             }
             return;
@@ -262,13 +262,13 @@ static void take_from_slot(link_consumer_t* const consumer)
     consumer->counters.torn++;
 }
 
-osal_doorbell_t* link_consumer_doorbell(const link_consumer_t* const consumer)
+osal_doorbell_t* rtlink_consumer_doorbell(const rtlink_consumer_t* const consumer)
 {
     FSW_ASSERT(consumer != NULL);
     return (consumer->slot != NULL) ? &consumer->slot->doorbell : NULL;
 }
 
-status_t link_consumer_read(link_consumer_t* const consumer, const uint64_t now_ns)
+status_t rtlink_consumer_read(rtlink_consumer_t* const consumer, const uint64_t now_ns)
 {
     FSW_ASSERT(consumer != NULL);
     if (!consumer->is_open) {
@@ -288,7 +288,8 @@ status_t link_consumer_read(link_consumer_t* const consumer, const uint64_t now_
     return STATUS_OK;
 }
 
-status_t link_consumer_deliver(link_consumer_t* const consumer, const uint8_t* const frame, const size_t size)
+status_t rtlink_consumer_deliver(rtlink_consumer_t* const consumer, const uint8_t* const frame,
+                                 const size_t size)
 {
     FSW_ASSERT((consumer != NULL) && (frame != NULL));
     if (!consumer->is_open) {
@@ -298,14 +299,14 @@ status_t link_consumer_deliver(link_consumer_t* const consumer, const uint8_t* c
         consumer->counters.refused++;
         return STATUS_INVALID;
     }
-    link_frame_header_t header = {0};
-    const uint8_t* payload     = NULL;
+    rtlink_frame_header_t header = {0};
+    const uint8_t* payload       = NULL;
     const status_t status =
-        link_frame_decode(frame, size, consumer->terms.layout_octets, true, &header, &payload);
+        rtlink_frame_decode(frame, size, consumer->terms.layout_octets, true, &header, &payload);
     return accept(consumer, status, &header, payload);
 }
 
-void link_consumer_close(link_consumer_t* const consumer)
+void rtlink_consumer_close(rtlink_consumer_t* const consumer)
 {
     FSW_ASSERT(consumer != NULL);
     if (consumer->slot != NULL) {

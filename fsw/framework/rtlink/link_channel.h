@@ -2,7 +2,7 @@
 /// Data plane of one real-time link: one producer, the latest sample always whole, staleness by age.
 ///
 /// Shared memory: a sequence lock around one frame; any number of readers, wait-free for the writer. UDP and
-/// TIPC: the program pumps datagrams into link_consumer_deliver. Frames of an old producer are refused by
+/// TIPC: the program pumps datagrams into rtlink_consumer_deliver. Frames of an old producer are refused by
 /// their epoch; sequence numbers show losses. A consumer whose period is a multiple of the producer's sees
 /// every n-th sample.
 ///
@@ -35,7 +35,7 @@ typedef enum { // On the wire (TM[130,9] and TM[130,10]).
     LINK_OPEN      = 3,
     LINK_STALE     = 4,
     LINK_FAILED    = 5
-} link_state_t;
+} rtlink_state_t;
 
 /// Resolves a logical link number to a name or address; these are never put into a packet.
 typedef struct {
@@ -45,7 +45,7 @@ typedef struct {
     /// Where to send, and through which socket, frames of a link over UDP. False if there is none.
     bool (*udp_route)(void* context, uint16_t link, osal_socket_t** out_socket, osal_address_t* out_consumer);
     /// Called after each frame of that epoch sent by UDP or TIPC, so the program can announce it to the
-    /// calendar. May be null.
+    /// scheduler. May be null.
     void (*delivered)(void* context, uint16_t link, uint32_t epoch);
     /// As udp_route, over TIPC. May be null: there is none.
     bool (*tipc_route)(void* context, uint16_t link, osal_socket_t** out_socket,
@@ -53,7 +53,7 @@ typedef struct {
     /// Methods by which the partner of a port can be reached over a link, or any of its partners (link 0):
     /// bit set of 1 << rtlink_method_t. May be null: all.
     uint8_t (*methods)(void* context, uint16_t port, uint16_t link);
-} link_resolver_t;
+} rtlink_resolver_t;
 
 typedef struct {
     uint32_t frames;  ///< Sent, or received and used.
@@ -62,7 +62,7 @@ typedef struct {
     uint32_t torn;    ///< Reads given up because the writer was always busy.
     uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
     uint32_t last_sequence;
-} link_counters_t;
+} rtlink_counters_t;
 
 typedef struct { // Private, except counters.
     rtlink_terms_t terms;
@@ -72,12 +72,12 @@ typedef struct { // Private, except counters.
     bool is_open;
     osal_shm_t shm;
     struct link_slot* slot; // In the shared memory; null: it sends datagrams.
-    const link_resolver_t* resolver;
+    const rtlink_resolver_t* resolver;
     osal_socket_t* socket;
     osal_address_t consumer;
     osal_tipc_name_t consumer_name;
-    link_counters_t counters;
-} link_producer_t;
+    rtlink_counters_t counters;
+} rtlink_producer_t;
 
 typedef struct { // Private, except counters, peer_state and sample_time_ns.
     rtlink_terms_t terms;
@@ -91,33 +91,33 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
     uint32_t sequence;
     uint8_t peer_state;      ///< State number of the producer in its last frame.
     uint64_t sample_time_ns; ///< Time of the last sample [ns of the run].
-    link_counters_t counters;
+    rtlink_counters_t counters;
     uint8_t payload[RTLINK_PAYLOAD_MAX]; // Producer's byte order.
-} link_consumer_t;
+} rtlink_consumer_t;
 
 /// Make the shared memory of a link (producer's side), before the consumer opens. A left-over of an earlier
 /// opening is replaced. STATUS_OK, STATUS_NOT_FOUND (no name or route), STATUS_EXHAUSTED, STATUS_DENIED,
 /// STATUS_IO.
-MUST_USE status_t link_producer_open(link_producer_t* producer, const link_resolver_t* resolver,
-                                     uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
+MUST_USE status_t rtlink_producer_open(rtlink_producer_t* producer, const rtlink_resolver_t* resolver,
+                                       uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
 /// Publish a sample. STATUS_OK, STATUS_CLOSED (not open), STATUS_FULL or STATUS_IO (UDP, TIPC; the sample is
 /// lost and counted).
-status_t link_producer_write(link_producer_t* producer, uint8_t state, uint64_t now_ns,
-                             const uint8_t* payload);
-void link_producer_close(link_producer_t* producer);
+status_t rtlink_producer_write(rtlink_producer_t* producer, uint8_t state, uint64_t now_ns,
+                               const uint8_t* payload);
+void rtlink_producer_close(rtlink_producer_t* producer);
 
 /// STATUS_OK, STATUS_NOT_FOUND (nothing there to open, or a method this build has not), STATUS_DENIED,
 /// STATUS_IO.
-MUST_USE status_t link_consumer_open(link_consumer_t* consumer, const link_resolver_t* resolver,
-                                     uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
+MUST_USE status_t rtlink_consumer_open(rtlink_consumer_t* consumer, const rtlink_resolver_t* resolver,
+                                       uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
 /// Read the newest sample. STATUS_OK (sample in payload, not stale), STATUS_EMPTY (none yet), STATUS_STALE,
 /// STATUS_CLOSED (not open).
-status_t link_consumer_read(link_consumer_t* consumer, uint64_t now_ns);
+status_t rtlink_consumer_read(rtlink_consumer_t* consumer, uint64_t now_ns);
 /// A datagram for this link has arrived. STATUS_OK, STATUS_INVALID (refused and counted), STATUS_CLOSED.
-status_t link_consumer_deliver(link_consumer_t* consumer, const uint8_t* frame, size_t size);
+status_t rtlink_consumer_deliver(rtlink_consumer_t* consumer, const uint8_t* frame, size_t size);
 /// What the producer rings after each sample in shared memory; null if not open, or another method. For an
 /// executive that lets a sample start its cycle, in place of a look at each cycle; see osal/doorbell.h.
-osal_doorbell_t* link_consumer_doorbell(const link_consumer_t* consumer);
-void link_consumer_close(link_consumer_t* consumer);
+osal_doorbell_t* rtlink_consumer_doorbell(const rtlink_consumer_t* consumer);
+void rtlink_consumer_close(rtlink_consumer_t* consumer);
 
 #endif // FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H

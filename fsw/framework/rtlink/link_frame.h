@@ -25,22 +25,22 @@ typedef struct {
     uint32_t epoch;
     uint32_t sequence;
     uint64_t time_ns;
-} link_frame_header_t;
+} rtlink_frame_header_t;
 
 /// The header as numbers, for memory that both sides share: nothing of it depends on the order of octets.
-void link_frame_pack(const link_frame_header_t* header, uint64_t out_words[LINK_FRAME_HEADER_WORDS]);
+void rtlink_frame_pack(const rtlink_frame_header_t* header, uint64_t out_words[LINK_FRAME_HEADER_WORDS]);
 /// STATUS_OK, STATUS_INVALID (magic, version or flags).
-MUST_USE status_t link_frame_unpack(const uint64_t words[LINK_FRAME_HEADER_WORDS],
-                                    link_frame_header_t* out_header);
+MUST_USE status_t rtlink_frame_unpack(const uint64_t words[LINK_FRAME_HEADER_WORDS],
+                                      rtlink_frame_header_t* out_header);
 /// Encode header, payload and, if asked, CRC. Returns the frame's size [octets].
 /// payload_size 1..RTLINK_PAYLOAD_MAX.
-size_t link_frame_encode(const link_frame_header_t* header, const uint8_t* payload, size_t payload_size,
-                         bool with_crc, uint8_t out_frame[LINK_FRAME_MAX]);
+size_t rtlink_frame_encode(const rtlink_frame_header_t* header, const uint8_t* payload, size_t payload_size,
+                           bool with_crc, uint8_t out_frame[LINK_FRAME_MAX]);
 /// Epoch of a frame; 0 for octets that are no frame. It can be read before the payload layout is known.
-uint32_t link_frame_epoch(const uint8_t* frame, size_t size);
+uint32_t rtlink_frame_epoch(const uint8_t* frame, size_t size);
 /// Decode. *out_payload points into `frame`. STATUS_OK; STATUS_INVALID: magic, version or flags;
 /// STATUS_TRUNCATED: size differs from the agreed payload's; STATUS_CHECKSUM.
-MUST_USE status_t link_frame_decode(const uint8_t* frame, size_t size, size_t payload_size, bool with_crc,
-                                    link_frame_header_t* out_header, const uint8_t** out_payload);
+MUST_USE status_t rtlink_frame_decode(const uint8_t* frame, size_t size, size_t payload_size, bool with_crc,
+                                      rtlink_frame_header_t* out_header, const uint8_t** out_payload);
 
 #endif // FSW_FRAMEWORK_RTLINK_LINK_FRAME_H

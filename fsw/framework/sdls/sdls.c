@@ -59,7 +59,7 @@ status_t sdls_open(sdls_receiver_t* const self, const uint8_t key[SDLS_KEY_OCTET
     sdls_close(self);
     gcm_aes256_set_key(&self->cipher, key);
     take_check(&self->cipher, check);
-    const status_t status = session_mark_open(&self->mark, medium, check);
+    const status_t status = sdls_session_mark_open(&self->mark, medium, check);
     self->is_open         = (status == STATUS_OK);
     return status;
 }
@@ -133,7 +133,7 @@ static bool bind_session(sdls_receiver_t* const self, sdls_session_t* const sess
     if (session->is_bound) {
         return true;
     }
-    session->is_bound = (session_mark_advance(&self->mark, number) == STATUS_OK);
+    session->is_bound = (sdls_session_mark_advance(&self->mark, number) == STATUS_OK);
     session->session  = number;
     return session->is_bound;
 }

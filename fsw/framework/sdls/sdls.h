@@ -46,7 +46,7 @@ typedef enum {
 typedef struct { // Private, except the counters.
     struct gcm_aes256_ctx cipher;
     bool is_open; // Else every frame is refused.
-    session_mark_t mark;
+    sdls_session_mark_t mark;
     uint32_t accepted;               ///< Frames [wraps].
     uint32_t refused[SDLS_REFUSALS]; ///< Frames, by reason [wraps].
 } sdls_receiver_t;
@@ -71,7 +71,7 @@ typedef struct {
 /// A receiver without a key: it refuses every frame (SDLS_REFUSED_NOT_KEPT).
 void sdls_close(sdls_receiver_t* receiver);
 /// Set the key, which the caller wipes afterwards, and open its mark.
-/// STATUS_OK; STATUS_INVALID, STATUS_FULL, STATUS_IO as session_mark_open: it stays closed.
+/// STATUS_OK; STATUS_INVALID, STATUS_FULL, STATUS_IO as sdls_session_mark_open: it stays closed.
 MUST_USE status_t sdls_open(sdls_receiver_t* receiver, const uint8_t key[SDLS_KEY_OCTETS],
                             const medium_t* medium);
 /// A new connection.

@@ -16,7 +16,8 @@
 static const uint8_t heading[SESSION_OFFSET] = {'S', 'D', 'L', 'S', 1U, 0U, 0U, 0U};
 
 /// STATUS_OK, STATUS_INVALID (not whole, or of another key), STATUS_IO.
-static status_t read_copy(const session_mark_t* const mark, const unsigned copy, uint32_t* const out_session)
+static status_t read_copy(const sdls_session_mark_t* const mark, const unsigned copy,
+                          uint32_t* const out_session)
 {
     uint8_t record[SESSION_MARK_RECORD];
     const status_t status =
@@ -34,7 +35,7 @@ static status_t read_copy(const session_mark_t* const mark, const unsigned copy,
 }
 
 /// STATUS_OK (on the disk), STATUS_FULL, STATUS_IO.
-static status_t write_copy(const session_mark_t* const mark, const unsigned copy, const uint32_t session)
+static status_t write_copy(const sdls_session_mark_t* const mark, const unsigned copy, const uint32_t session)
 {
     uint8_t record[SESSION_MARK_RECORD] = {0};
     (void)memcpy(record, heading, sizeof heading);
@@ -46,8 +47,8 @@ static status_t write_copy(const session_mark_t* const mark, const unsigned copy
     return (status == STATUS_OK) ? mark->medium.sync(mark->medium.context) : status;
 }
 
-status_t session_mark_open(session_mark_t* const mark, const medium_t* const medium,
-                           const uint8_t check[SESSION_MARK_CHECK])
+status_t sdls_session_mark_open(sdls_session_mark_t* const mark, const medium_t* const medium,
+                                const uint8_t check[SESSION_MARK_CHECK])
 {
     FSW_ASSERT((mark != NULL) && (medium != NULL) && (check != NULL));
     uint32_t sessions[COPIES] = {0U, 0U};
@@ -73,7 +74,7 @@ status_t session_mark_open(session_mark_t* const mark, const medium_t* const med
     return write_copy(mark, 1U - mark->whole, mark->session); // The power was cut between the two.
 }
 
-status_t session_mark_advance(session_mark_t* const mark, const uint32_t session)
+status_t sdls_session_mark_advance(sdls_session_mark_t* const mark, const uint32_t session)
 {
     FSW_ASSERT((mark != NULL) && (session > mark->session));
     status_t status = write_copy(mark, 1U - mark->whole, session);

@@ -25,14 +25,14 @@ typedef struct { // Private, except `session`.
     uint8_t check[SESSION_MARK_CHECK];
     uint32_t session; ///< Highest number in use.
     unsigned whole;   // The copy that is known to be whole; the other is written first.
-} session_mark_t;
+} sdls_session_mark_t;
 
 /// Read the mark of the key with this check, and repair a damaged copy. STATUS_OK; STATUS_INVALID (no copy is
 /// intact and of this key), STATUS_FULL, STATUS_IO: no frame may be accepted.
-MUST_USE status_t session_mark_open(session_mark_t* mark, const medium_t* medium,
-                                    const uint8_t check[SESSION_MARK_CHECK]);
+MUST_USE status_t sdls_session_mark_open(sdls_session_mark_t* mark, const medium_t* medium,
+                                         const uint8_t check[SESSION_MARK_CHECK]);
 /// Write a higher number to the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the number does not count; a later
 /// attempt with a higher number may succeed.
-MUST_USE status_t session_mark_advance(session_mark_t* mark, uint32_t session);
+MUST_USE status_t sdls_session_mark_advance(sdls_session_mark_t* mark, uint32_t session);
 
 #endif // FSW_FRAMEWORK_SDLS_SESSION_MARK_H

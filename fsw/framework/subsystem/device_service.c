@@ -4,18 +4,18 @@
 #include "base/assertion.h"
 #include "fsw/framework/subsystem/optional_services.h"
 
-void device_service_add(component_t* const component, device_service_t* const service,
-                        pus_device_operation_t* const operations, const uint8_t count)
+void subsystem_device_service_add(subsystem_t* const subsystem, device_service_t* const service,
+                                  pus_device_operation_t* const operations, const uint8_t count)
 {
-    FSW_ASSERT((component != NULL) && (service != NULL) && (operations != NULL));
-    const subsystem_callbacks_t* const callbacks = component->config.callbacks;
+    FSW_ASSERT((subsystem != NULL) && (service != NULL) && (operations != NULL));
+    const subsystem_callbacks_t* const callbacks = subsystem->config.callbacks;
     FSW_ASSERT(callbacks->device_port != NULL); // A descriptor that lists the service is of such a subsystem.
-    const pus_device_config_t config = {.process         = component_process(component),
-                                        .port            = callbacks->device_port(component->config.self),
+    const pus_device_config_t config = {.process         = subsystem_process(subsystem),
+                                        .port            = callbacks->device_port(subsystem->config.self),
                                         .operations      = operations,
                                         .operation_count = count,
                                         .timeout_ns      = DEVICE_SERVICE_TIMEOUT_NS};
     pus_device_access_init(&service->access, &config);
     const pus_service_t entry = pus_device_access_service(&service->access);
-    component_add_service(component, &entry, NULL);
+    subsystem_add_service(subsystem, &entry, NULL);
 }

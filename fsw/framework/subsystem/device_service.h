@@ -7,7 +7,7 @@
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
 
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "pus/st02/st02_device_access.h"
 
 #define DEVICE_SERVICE_TIMEOUT_NS 1000000000ULL
@@ -17,7 +17,7 @@ typedef struct { // Private, except `access.counters`.
 } device_service_t;
 
 /// Add the service to a component, with room for `count` requests at once.
-void device_service_add(component_t* component, device_service_t* service, pus_device_operation_t* operations,
-                        uint8_t count);
+void subsystem_device_service_add(subsystem_t* subsystem, device_service_t* service,
+                                  pus_device_operation_t* operations, uint8_t count);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H

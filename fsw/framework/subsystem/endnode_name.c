@@ -4,10 +4,10 @@
 #include "base/assertion.h"
 #include "base/text.h"
 
-status_t endnode_name(const descriptor_endnode_t* const endnode, endnode_kind_t* const out_kind,
-                      char out_name[ENDNODE_ADDRESS_MAX])
+status_t subsystem_endnode_name(const descriptor_endnode_t* const endnode,
+                                flow_endnode_kind_t* const out_kind, char out_name[ENDNODE_ADDRESS_MAX])
 {
-    static const endnode_kind_t kinds[] = {
+    static const flow_endnode_kind_t kinds[] = {
         [DESCRIPTOR_ENDNODE_CAN] = ENDNODE_CAN,       [DESCRIPTOR_ENDNODE_SHM] = ENDNODE_SHM,
         [DESCRIPTOR_ENDNODE_MQUEUE] = ENDNODE_MQUEUE, [DESCRIPTOR_ENDNODE_UDP] = ENDNODE_UDP,
         [DESCRIPTOR_ENDNODE_TCP] = ENDNODE_TCP,       [DESCRIPTOR_ENDNODE_SERIAL] = ENDNODE_SERIAL,

@@ -13,7 +13,7 @@
 
 /// CAN: the bus; UDP and TCP: "ADDRESS:PORT"; else the name. STATUS_OK, STATUS_TOO_LARGE (no flow takes a
 /// name that long; out_name is then empty).
-MUST_USE status_t endnode_name(const descriptor_endnode_t* endnode, endnode_kind_t* out_kind,
-                               char out_name[ENDNODE_ADDRESS_MAX]);
+MUST_USE status_t subsystem_endnode_name(const descriptor_endnode_t* endnode, flow_endnode_kind_t* out_kind,
+                                         char out_name[ENDNODE_ADDRESS_MAX]);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_ENDNODE_NAME_H

@@ -2,7 +2,7 @@
 #include "fsw/framework/subsystem/fitting.h"
 
 #include "base/assertion.h"
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 
 #include <stddef.h>
 
@@ -34,10 +34,10 @@ static bool functions_fit(const subsystem_descriptor_t* const descriptor,
     for (uint16_t i = 0U; i < descriptor->function_count; i++) {
         const descriptor_function_t* const function = &descriptor->functions[i];
         count += function->argument_count;
-        if (count > COMPONENT_ARGUMENTS) {
+        if (count > SUBSYSTEM_ARGUMENTS) {
             return refuse(out_misfit, function->line, "too many <Argument> in one descriptor, at most 96");
         }
-        if (function->memory_size > (COMPONENT_ARGUMENT_WORDS * sizeof(uint64_t))) {
+        if (function->memory_size > (SUBSYSTEM_ARGUMENT_WORDS * sizeof(uint64_t))) {
             return refuse(out_misfit, function->line, "too many octets of arguments in memory, at most 512");
         }
     }
@@ -51,7 +51,7 @@ static bool structure_fits(const descriptor_structure_t* const structure,
         return refuse(out_misfit, structure->line,
                       "too many <SampledNREPTimes> in one <HKService>, at most 8");
     }
-    if (structure->octets > COMPONENT_SAMPLE_OCTETS) {
+    if (structure->octets > SUBSYSTEM_SAMPLE_OCTETS) {
         return refuse(out_misfit, structure->line, "too many octets in one <HKService>, at most 1024");
     }
     return true;
@@ -63,7 +63,7 @@ static bool housekeeping_fits(const subsystem_descriptor_t* const descriptor,
     bool fits = true;
     for (uint16_t c = 0U; fits && (c < descriptor->configuration_count); c++) {
         const descriptor_configuration_t* const configuration = &descriptor->configurations[c];
-        if (configuration->structure_count > COMPONENT_STRUCTURES) {
+        if (configuration->structure_count > SUBSYSTEM_STRUCTURES) {
             return refuse(out_misfit, configuration->line,
                           "too many <HKService> in one <Configuration>, at most 16");
         }

@@ -18,12 +18,12 @@ static uint32_t occupied(const parameter_entry_t* const entry)
 
 /// Octets of parameters from *address on, at most `size`, which lie together: where, and how many. Null:
 /// there are none.
-static uint8_t* parameter_at(const component_t* const component, const uint32_t address, const size_t size,
+static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t address, const size_t size,
                              size_t* const out_size)
 {
     uint32_t begin = 0U;
-    for (uint16_t i = 0U; i < component->dictionary.count; i++) {
-        const parameter_entry_t* const entry = &component->entries[i];
+    for (uint16_t i = 0U; i < subsystem->dictionary.count; i++) {
+        const parameter_entry_t* const entry = &subsystem->entries[i];
         const uint32_t octets                = entry->definition->memory_size;
         if ((address - begin) < octets) { // Far more where the address lies before it.
             const size_t rest = octets - (address - begin);
@@ -37,16 +37,16 @@ static uint8_t* parameter_at(const component_t* const component, const uint32_t 
 
 /// Copy out of parameters, or into them where `from` is given. Nothing lies between two of them, but what
 /// fills up to their alignment: an access may not touch that.
-static status_t copy_parameters(component_t* const component, const uint32_t address,
+static status_t copy_parameters(subsystem_t* const subsystem, const uint32_t address,
                                 const uint8_t* const from, uint8_t* const into, const size_t size)
 {
     status_t status = STATUS_OK;
     size_t done     = 0U;
     FSW_ASSERT((from != NULL) || (into != NULL));
-    parameter_lock(&component->dictionary);
+    parameter_lock(&subsystem->dictionary);
     while ((done < size) && (status == STATUS_OK)) {
         size_t piece         = 0U;
-        uint8_t* const place = parameter_at(component, address + (uint32_t)done, size - done, &piece);
+        uint8_t* const place = parameter_at(subsystem, address + (uint32_t)done, size - done, &piece);
         if (place == NULL) {
             status = STATUS_NOT_FOUND;
         } else if (from != NULL) {
@@ -56,7 +56,7 @@ static status_t copy_parameters(component_t* const component, const uint32_t add
         }
         done += piece;
     }
-    parameter_unlock(&component->dictionary);
+    parameter_unlock(&subsystem->dictionary);
     return status;
 }
 
@@ -75,10 +75,10 @@ static status_t write_parameters(void* const context, const uint32_t address, co
 static status_t find_parameter_object(void* const context, const uint32_t base_id,
                                       uint32_t* const out_address, uint32_t* const out_size)
 {
-    const component_t* const component = context;
+    const subsystem_t* const subsystem = context;
     uint32_t begin                     = 0U;
-    for (uint16_t i = 0U; i < component->dictionary.count; i++) {
-        const parameter_entry_t* const entry = &component->entries[i];
+    for (uint16_t i = 0U; i < subsystem->dictionary.count; i++) {
+        const parameter_entry_t* const entry = &subsystem->entries[i];
         if (entry->definition->id == base_id) {
             *out_address = begin;
             *out_size    = entry->definition->memory_size;
@@ -101,15 +101,15 @@ static status_t read_component(void* const context, const uint32_t address, uint
 static status_t find_component_object(void* const context, const uint32_t base_id,
                                       uint32_t* const out_address, uint32_t* const out_size)
 {
-    const component_t* const component = context;
-    if (base_id == MEMORY_OBJECT_TICKETS) {
-        *out_address = (uint32_t)offsetof(component_t, ticket_storage);
-        *out_size    = (uint32_t)sizeof component->ticket_storage;
+    const subsystem_t* const subsystem = context;
+    if (base_id == MEMORY_OBJECT_CALL_TOKENS) {
+        *out_address = (uint32_t)offsetof(subsystem_t, call_token_storage);
+        *out_size    = (uint32_t)sizeof subsystem->call_token_storage;
         return STATUS_OK;
     }
     if (base_id == MEMORY_OBJECT_SAMPLES) {
-        *out_address = (uint32_t)offsetof(component_t, samples);
-        *out_size    = (uint32_t)sizeof component->samples;
+        *out_address = (uint32_t)offsetof(subsystem_t, samples);
+        *out_size    = (uint32_t)sizeof subsystem->samples;
         return STATUS_OK;
     }
     return STATUS_NOT_FOUND;
@@ -125,66 +125,66 @@ static void scrub_component(void* const context, const uint32_t address, const s
 }
 
 /// The memories of every subsystem.
-static void describe_memories(component_t* const component, pus_memory_t* const memories)
+static void describe_memories(subsystem_t* const subsystem, pus_memory_t* const memories)
 {
     memories[0] = (pus_memory_t){.id      = MEMORY_PARAMETERS,
                                  .access  = 1U,
                                  .size    = MEMORY_PARAMETERS_OCTETS,
-                                 .context = component,
+                                 .context = subsystem,
                                  .read    = read_parameters,
                                  .write   = write_parameters,
                                  .object  = find_parameter_object};
     memories[1] = (pus_memory_t){.id      = MEMORY_COMPONENT,
                                  .access  = 1U,
-                                 .size    = (uint32_t)sizeof *component,
-                                 .context = component,
+                                 .size    = (uint32_t)sizeof *subsystem,
+                                 .context = subsystem,
                                  .read    = read_component,
                                  .scrub   = scrub_component,
                                  .object  = find_component_object};
 }
 
 /// Let ST[20] define parameters by their place in these memories.
-static void define_parameters(component_t* const component, memory_service_t* const service,
+static void define_parameters(subsystem_t* const subsystem, memory_service_t* const service,
                               const uint8_t memory_count)
 {
-    const pus_parameter_definitions_config_t definitions = {.apid     = component_process(component)->apid,
-                                                            .port     = component_parameter_port(component),
+    const pus_parameter_definitions_config_t definitions = {.apid     = subsystem_process(subsystem)->apid,
+                                                            .port     = subsystem_parameter_port(subsystem),
                                                             .memories = service->memories,
                                                             .states   = service->states,
                                                             .memory_count = memory_count,
                                                             .places       = service->places,
                                                             .capacity     = MEMORY_DEFINITIONS,
-                                                            .persistence  = component_persistence(component),
-                                                            .guard        = &component->loop_guard};
+                                                            .persistence  = subsystem_persistence(subsystem),
+                                                            .guard        = &subsystem->loop_guard};
     pus_parameter_definitions_init(&service->definitions, &definitions);
-    pus_parameters_define(&component->parameters, &service->definitions);
+    pus_parameters_define(&subsystem->parameters, &service->definitions);
 }
 
-void memory_service_add(component_t* const component, memory_service_t* const service,
-                        pus_memory_operation_t* const operations, const uint8_t count)
+void subsystem_memory_service_add(subsystem_t* const subsystem, memory_service_t* const service,
+                                  pus_memory_operation_t* const operations, const uint8_t count)
 {
-    FSW_ASSERT((component != NULL) && (service != NULL) && (operations != NULL));
-    const subsystem_callbacks_t* const callbacks = component->config.callbacks;
+    FSW_ASSERT((subsystem != NULL) && (service != NULL) && (operations != NULL));
+    const subsystem_callbacks_t* const callbacks = subsystem->config.callbacks;
     subsystem_memories_t further                 = {NULL, 0U, NULL};
     if (callbacks->memories != NULL) {
-        further = callbacks->memories(component->config.self);
+        further = callbacks->memories(subsystem->config.self);
     }
     FSW_ASSERT(further.count <= MEMORY_FURTHER);
-    describe_memories(component, service->memories);
+    describe_memories(subsystem, service->memories);
     for (uint8_t i = 0U; i < further.count; i++) {
         service->memories[MEMORY_COUNT + i] = further.memories[i];
     }
     const uint8_t memory_count       = (uint8_t)(MEMORY_COUNT + further.count);
-    const pus_memory_config_t config = {.process         = component_process(component),
+    const pus_memory_config_t config = {.process         = subsystem_process(subsystem),
                                         .memories        = service->memories,
                                         .states          = service->states,
                                         .memory_count    = memory_count,
                                         .operations      = operations,
                                         .operation_count = count,
                                         .files           = further.files,
-                                        .persistence     = component_persistence(component)};
+                                        .persistence     = subsystem_persistence(subsystem)};
     pus_memory_init(&service->memory, &config);
     const pus_service_t entry = pus_memory_service(&service->memory);
-    component_add_service(component, &entry, pus_memory_restore);
-    define_parameters(component, service, memory_count);
+    subsystem_add_service(subsystem, &entry, pus_memory_restore);
+    define_parameters(subsystem, service, memory_count);
 }

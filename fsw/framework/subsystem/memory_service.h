@@ -12,13 +12,13 @@
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "pus/st06/st06_memory.h"
 #include "pus/st20/st20_definitions.h"
 
 #define MEMORY_PARAMETERS 1U
 #define MEMORY_COMPONENT 2U
-#define MEMORY_OBJECT_TICKETS 0U
+#define MEMORY_OBJECT_CALL_TOKENS 0U
 #define MEMORY_OBJECT_SAMPLES 1U
 #define MEMORY_PARAMETERS_OCTETS 0x10000U ///< Addresses of memory 1.
 #define MEMORY_COUNT 2U                   ///< Of every subsystem.
@@ -34,7 +34,7 @@ typedef struct { // Private, except `memory.counters`.
 } memory_service_t;
 
 /// Add the service to a component, with room for `count` operations at once.
-void memory_service_add(component_t* component, memory_service_t* service, pus_memory_operation_t* operations,
-                        uint8_t count);
+void subsystem_memory_service_add(subsystem_t* subsystem, memory_service_t* service,
+                                  pus_memory_operation_t* operations, uint8_t count);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H

@@ -6,15 +6,15 @@
 
 static bool is_event(void* const context, const uint16_t event_id)
 {
-    const component_t* const component = context;
-    return descriptor_find_event(component->descriptor, event_id) != NULL;
+    const subsystem_t* const subsystem = context;
+    return descriptor_find_event(subsystem->descriptor, event_id) != NULL;
 }
 
 /// Only the caller that raises an event can supply its own values; parameters are sampled.
 static bool can_fill(void* const context, const uint16_t event_id, const size_t size)
 {
-    const component_t* const component    = context;
-    const descriptor_event_t* const event = descriptor_find_event(component->descriptor, event_id);
+    const subsystem_t* const subsystem    = context;
+    const descriptor_event_t* const event = descriptor_find_event(subsystem->descriptor, event_id);
     FSW_ASSERT(event != NULL); // Asked about events that are known.
     return (event->field_count == 0U) || (event->octets == size);
 }
@@ -22,11 +22,11 @@ static bool can_fill(void* const context, const uint16_t event_id, const size_t 
 static void raise_event(void* const context, const uint16_t event_id, const uint8_t* const auxiliary,
                         const size_t size, const uint64_t now_ns)
 {
-    component_t* const component          = context;
-    const descriptor_event_t* const event = descriptor_find_event(component->descriptor, event_id);
+    subsystem_t* const subsystem          = context;
+    const descriptor_event_t* const event = descriptor_find_event(subsystem->descriptor, event_id);
     const bool is_theirs                  = (event != NULL) && (event->octets == size);
     (void)now_ns; // The component's own time.
-    (void)subsystem_raise(component, event_id, is_theirs ? auxiliary : NULL, is_theirs ? size : 0U);
+    (void)subsystem_raise(subsystem, event_id, is_theirs ? auxiliary : NULL, is_theirs ? size : 0U);
 }
 
 static status_t restore(void* const self, const uint32_t key, const uint8_t* const octets, const size_t size)
@@ -34,18 +34,18 @@ static status_t restore(void* const self, const uint32_t key, const uint8_t* con
     return pus_monitoring_restore(self, key, octets, size);
 }
 
-void monitoring_service_add(component_t* const component, monitoring_service_t* const service,
-                            const monitoring_room_t* const room)
+void subsystem_monitoring_service_add(subsystem_t* const subsystem, monitoring_service_t* const service,
+                                      const monitoring_room_t* const room)
 {
-    FSW_ASSERT((component != NULL) && (service != NULL) && (room != NULL));
-    const subsystem_callbacks_t* const callbacks = component->config.callbacks;
+    FSW_ASSERT((subsystem != NULL) && (service != NULL) && (room != NULL));
+    const subsystem_callbacks_t* const callbacks = subsystem->config.callbacks;
     const pus_parameter_port_t watched           = (callbacks->watched != NULL)
-                                                       ? callbacks->watched(component->config.self)
-                                                       : component_parameter_port(component);
-    const pus_monitoring_config_t config         = {.process       = component_process(component),
+                                                       ? callbacks->watched(subsystem->config.self)
+                                                       : subsystem_parameter_port(subsystem);
+    const pus_monitoring_config_t config         = {.process       = subsystem_process(subsystem),
                                                     .parameters    = watched,
-                                                    .events        = {component, is_event, can_fill, raise_event},
-                                                    .persistence   = component_persistence(component),
+                                                    .events        = {subsystem, is_event, can_fill, raise_event},
+                                                    .persistence   = subsystem_persistence(subsystem),
                                                     .pmons         = room->pmons,
                                                     .pmon_order    = room->order,
                                                     .pmon_places   = room->places,
@@ -61,5 +61,5 @@ void monitoring_service_add(component_t* const component, monitoring_service_t* 
                                                     .reporting_delay     = MONITORING_DELAY_CYCLES};
     pus_monitoring_init(&service->monitoring, &config);
     const pus_service_t entry = pus_monitoring_service(&service->monitoring);
-    component_add_service(component, &entry, restore);
+    subsystem_add_service(subsystem, &entry, restore);
 }

@@ -10,7 +10,7 @@
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
 
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "pus/st12/st12_monitoring.h"
 
 #define MONITORING_FMON_MEMBERS 16U ///< Parameter monitoring definitions that a functional one names.
@@ -36,7 +36,7 @@ typedef struct {
 } monitoring_room_t;
 
 /// Add the service to a component. `room` is read during the call only.
-void monitoring_service_add(component_t* component, monitoring_service_t* service,
-                            const monitoring_room_t* room);
+void subsystem_monitoring_service_add(subsystem_t* subsystem, monitoring_service_t* service,
+                                      const monitoring_room_t* room);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H

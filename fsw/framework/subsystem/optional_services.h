@@ -13,14 +13,14 @@
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_OPTIONAL_SERVICES_H
 #define FSW_FRAMEWORK_SUBSYSTEM_OPTIONAL_SERVICES_H
 
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 
-/// Put a service into the component's list, during component_init. `restore` takes back one record that the
-/// service has put (table = its type); null: it keeps none. At most COMPONENT_OPTIONAL_SERVICES.
-void component_add_service(component_t* component, const pus_service_t* service, component_restore_t restore);
+/// Put a service into the component's list, during subsystem_init. `restore` takes back one record that the
+/// service has put (table = its type); null: it keeps none. At most SUBSYSTEM_OPTIONAL_SERVICES.
+void subsystem_add_service(subsystem_t* subsystem, const pus_service_t* service, subsystem_restore_t restore);
 /// The port to the component's parameters; a parameter is known from SOFTWARE_INIT to SOFTWARE_DEINIT.
-pus_parameter_port_t component_parameter_port(component_t* component);
+pus_parameter_port_t subsystem_parameter_port(subsystem_t* subsystem);
 /// Where records are kept, or null.
-const pus_persistence_t* component_persistence(const component_t* component);
+const pus_persistence_t* subsystem_persistence(const subsystem_t* subsystem);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_OPTIONAL_SERVICES_H

@@ -173,7 +173,7 @@ static void turn_back(state_machine_t* const machine)
     take_hop(machine, (machine->state == STATE_SOFTWARE_INIT) ? HOP_SOFTWARE_DEINIT : HOP_HARDWARE_DEINIT);
 }
 
-void state_machine_init(state_machine_t* const machine, const bool is_descriptor_valid)
+void subsystem_state_machine_init(state_machine_t* const machine, const bool is_descriptor_valid)
 {
     FSW_ASSERT(machine != NULL);
     *machine = (state_machine_t){.state  = STATE_OFFLINE,
@@ -182,7 +182,7 @@ void state_machine_init(state_machine_t* const machine, const bool is_descriptor
                                  .action = ACTION_NONE};
 }
 
-void state_machine_validate(state_machine_t* const machine)
+void subsystem_state_machine_validate(state_machine_t* const machine)
 {
     FSW_ASSERT(machine != NULL);
     machine->transition_count = 0U;
@@ -205,7 +205,7 @@ static bool is_preempting(const state_t target)
     return (target == STATE_OFFLINE) || (target == STATE_ERROR_OPERATIONAL);
 }
 
-state_answer_t state_machine_verdict(const state_machine_t* const machine, const state_t target)
+state_answer_t subsystem_state_machine_verdict(const state_machine_t* const machine, const state_t target)
 {
     FSW_ASSERT(machine != NULL);
     const unsigned column = column_of(target);
@@ -225,10 +225,10 @@ state_answer_t state_machine_verdict(const state_machine_t* const machine, const
     return ((verdict == DONE) && (is_at_rest || is_on_the_way)) ? ANSWER_DONE : ANSWER_STARTED;
 }
 
-state_answer_t state_machine_request(state_machine_t* const machine, const state_t target,
-                                     const state_cause_t cause)
+state_answer_t subsystem_state_machine_request(state_machine_t* const machine, const state_t target,
+                                               const state_cause_t cause)
 {
-    const state_answer_t answer = state_machine_verdict(machine, target);
+    const state_answer_t answer = subsystem_state_machine_verdict(machine, target);
     machine->transition_count   = 0U;
     machine->is_superseded      = false;
     if (answer != ANSWER_STARTED) {
@@ -244,7 +244,7 @@ state_answer_t state_machine_request(state_machine_t* const machine, const state
     return ANSWER_STARTED;
 }
 
-state_answer_t state_machine_configure(state_machine_t* const machine)
+state_answer_t subsystem_state_machine_configure(state_machine_t* const machine)
 {
     FSW_ASSERT(machine != NULL);
     machine->transition_count = 0U;
@@ -261,7 +261,8 @@ state_answer_t state_machine_configure(state_machine_t* const machine)
     return ANSWER_STARTED;
 }
 
-bool state_machine_event(state_machine_t* const machine, const state_event_t event, const state_cause_t cause)
+bool subsystem_state_machine_event(state_machine_t* const machine, const state_event_t event,
+                                   const state_cause_t cause)
 {
     FSW_ASSERT((machine != NULL) && ((unsigned)event < (unsigned)STATE_EVENT_COUNT));
     machine->transition_count = 0U;
@@ -372,7 +373,7 @@ static void follow_failed(state_machine_t* const machine)
     }
 }
 
-void state_machine_outcome(state_machine_t* const machine, const state_outcome_t outcome)
+void subsystem_state_machine_outcome(state_machine_t* const machine, const state_outcome_t outcome)
 {
     FSW_ASSERT((machine != NULL) && (machine->action != ACTION_NONE));
     machine->transition_count = 0U;

@@ -112,18 +112,18 @@ typedef struct { // Read-only outside; changed by the functions below.
 
 /// OFFLINE, at rest; or OFFLINE / PHASE_INVALID if the descriptor was refused (nothing but requests for 0 is
 /// accepted).
-void state_machine_init(state_machine_t* machine, bool is_descriptor_valid);
+void subsystem_state_machine_init(state_machine_t* machine, bool is_descriptor_valid);
 /// A valid descriptor replaces the refused one: OFFLINE / PHASE_INVALID becomes stable.
-void state_machine_validate(state_machine_t* machine);
+void subsystem_state_machine_validate(state_machine_t* machine);
 /// Ask for a rest state (0, 3, 4, 5, 6) with a cause. Other targets: ANSWER_NO.
-state_answer_t state_machine_request(state_machine_t* machine, state_t target, state_cause_t cause);
+state_answer_t subsystem_state_machine_request(state_machine_t* machine, state_t target, state_cause_t cause);
 /// What a request would be answered, without making it.
-state_answer_t state_machine_verdict(const state_machine_t* machine, state_t target);
+state_answer_t subsystem_state_machine_verdict(const state_machine_t* machine, state_t target);
 /// Ask for (re)configuration in PRE_OPERATIONAL. ANSWER_STARTED, ANSWER_BUSY, ANSWER_NO.
-state_answer_t state_machine_configure(state_machine_t* machine);
+state_answer_t subsystem_state_machine_configure(state_machine_t* machine);
 /// An event of the second table. Returns true if it changed anything.
-bool state_machine_event(state_machine_t* machine, state_event_t event, state_cause_t cause);
+bool subsystem_state_machine_event(state_machine_t* machine, state_event_t event, state_cause_t cause);
 /// The running action has ended. The next action, if any, is in machine->action.
-void state_machine_outcome(state_machine_t* machine, state_outcome_t outcome);
+void subsystem_state_machine_outcome(state_machine_t* machine, state_outcome_t outcome);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_STATE_MACHINE_H

@@ -18,13 +18,13 @@ static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
     pus_statistics_step(self, now_ns, (uint32_t)(now_ns / SAMPLING_NS));
 }
 
-void statistics_service_add(component_t* const component, statistics_service_t* const service,
-                            const statistics_room_t* const room)
+void subsystem_statistics_service_add(subsystem_t* const subsystem, statistics_service_t* const service,
+                                      const statistics_room_t* const room)
 {
-    FSW_ASSERT((component != NULL) && (service != NULL) && (room != NULL));
-    const pus_statistics_config_t config = {.process     = component_process(component),
-                                            .parameters  = component_parameter_port(component),
-                                            .persistence = component_persistence(component),
+    FSW_ASSERT((subsystem != NULL) && (service != NULL) && (room != NULL));
+    const pus_statistics_config_t config = {.process     = subsystem_process(subsystem),
+                                            .parameters  = subsystem_parameter_port(subsystem),
+                                            .persistence = subsystem_persistence(subsystem),
                                             .statistics  = room->statistics,
                                             .due         = room->due,
                                             .places      = room->places,
@@ -33,5 +33,5 @@ void statistics_service_add(component_t* const component, statistics_service_t* 
     pus_statistics_init(&service->statistics, &config);
     pus_service_t entry = pus_statistics_service(&service->statistics);
     entry.step          = step;
-    component_add_service(component, &entry, restore);
+    subsystem_add_service(subsystem, &entry, restore);
 }

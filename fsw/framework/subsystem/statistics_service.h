@@ -8,7 +8,7 @@
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
 
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "pus/st04/st04_statistics.h"
 
 typedef struct { // Private, except `statistics.counters`.
@@ -23,7 +23,7 @@ typedef struct { // The arrays, as the generator places them: `capacity` of each
 } statistics_room_t;
 
 /// Add the service to a component. `room` is read during the call only.
-void statistics_service_add(component_t* component, statistics_service_t* service,
-                            const statistics_room_t* room);
+void subsystem_statistics_service_add(subsystem_t* subsystem, statistics_service_t* service,
+                                      const statistics_room_t* room);
 
 #endif // FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H

@@ -35,7 +35,7 @@ typedef struct subsystem subsystem_t;
 typedef struct {
     uint16_t function_id;  ///< As in the descriptor (generated enum).
     const void* arguments; ///< Generated argument struct of that function; valid during the call.
-    uint32_t ticket;       ///< For subsystem_function_done when perform returns STATUS_BUSY.
+    uint32_t call_token;   ///< For subsystem_function_done when perform returns STATUS_BUSY.
 } subsystem_function_t;
 
 /// Memories of the subsystem itself, each with its own id, and the files from which memories are loaded and
@@ -70,8 +70,8 @@ typedef struct {
     void (*sense)(void* self);               ///< Start of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
     void (*control)(void* self);             ///< Each cycle in states 3 (CONFIGURED), 4, 5 and 6.
     void (*emit)(void* self);                ///< End of each cycle from HARDWARE_INIT to HARDWARE_DEINIT.
-    /// STATUS_OK done; STATUS_BUSY continues (ticket); STATUS_FORBIDDEN wrong state; STATUS_OUT_OF_RANGE bad
-    /// argument; anything else failed.
+    /// STATUS_OK done; STATUS_BUSY continues (call token); STATUS_FORBIDDEN wrong state; STATUS_OUT_OF_RANGE
+    /// bad argument; anything else failed.
     status_t (*perform)(void* self, const subsystem_function_t* function);
     /// A parameter was set by telecommand; `parameter_id` as in the generated header. May be null.
     void (*parameter_set)(void* self, uint32_t parameter_id);
@@ -124,7 +124,8 @@ MUST_USE status_t subsystem_publish(subsystem_t* subsystem, const parameter_defi
 status_t subsystem_raise(subsystem_t* subsystem, uint16_t event_id, const uint8_t* auxiliary, size_t size);
 
 /// End a function command that perform left running: code 0 is success, else a failure code and detail.
-void subsystem_function_done(subsystem_t* subsystem, uint32_t ticket, uint16_t failure_code, uint32_t detail);
+void subsystem_function_done(subsystem_t* subsystem, uint32_t call_token, uint16_t failure_code,
+                             uint32_t detail);
 
 /// Latest sample of a required port into `payload` (generated struct, its exact size).
 /// STATUS_OK, STATUS_EMPTY (nothing yet), STATUS_STALE (sample delivered, but older than allowed),

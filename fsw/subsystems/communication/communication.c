@@ -32,8 +32,8 @@ static bool is_participant(const communication_t* const self, const unsigned cli
 static void connected(void* const context, const unsigned client)
 {
     communication_t* const self = (communication_t*)context;
-    ground_queue_init(&self->queues[client]);
-    ground_security_connected(&self->security, client);
+    communication_ground_queue_init(&self->queues[client]);
+    communication_ground_security_connected(&self->security, client);
     self->heard_ns[client] = subsystem_now_ns(self->generic);
     self->counters.connected++;
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_CONNECTED, NULL, 0U);
@@ -55,7 +55,7 @@ static void disconnected(void* const context, const unsigned client)
 }
 
 /// The client to replace by a new one: the one silent longest, and long enough; never the participant of the
-/// calendar, on which others rely.
+/// scheduler, on which others rely.
 static unsigned idle_client(const communication_t* const self)
 {
     const uint64_t now_ns = subsystem_now_ns(self->generic);
@@ -127,8 +127,8 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
                     const size_t size)
 {
     communication_t* const self = (communication_t*)context;
-    ground_unit_t unit;
-    const status_t status = ground_security_next(&self->security, client, octets, size, &unit);
+    communication_ground_unit_t unit;
+    const status_t status = communication_ground_security_next(&self->security, client, octets, size, &unit);
     if (status == STATUS_TRUNCATED) {
         return 0U;
     }
@@ -139,11 +139,11 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
         return unit.taken; // A part of one, or nothing to be looked at.
     }
     if (!pus_packet_is_tc(unit.packet, unit.size)) {
-        ground_security_accept(&self->security, client);
+        communication_ground_security_accept(&self->security, client);
         self->not_requests++; // Reports from the ground are invalid.
         return unit.taken;
     }
-    if (ground_queue_room(&self->queues[client]) < ANSWERS_ROOM) {
+    if (communication_ground_queue_room(&self->queues[client]) < ANSWERS_ROOM) {
         self->is_uplink_full = true; // It has to read its answers first.
         return FLOW_TCP_BUSY;
     }
@@ -151,7 +151,7 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
         self->is_uplink_full = true; // The supervisor's mailbox: the packet stays in the buffer.
         return FLOW_TCP_BUSY;
     }
-    ground_security_accept(&self->security, client);
+    communication_ground_security_accept(&self->security, client);
     self->counters.tc_received++;
     if (is_valid(unit.packet, unit.size)) {
         self->heard_ns[client] = subsystem_now_ns(self->generic);
@@ -184,7 +184,8 @@ static unsigned participant_client(const communication_t* const self)
 static unsigned make_room(void* const context)
 {
     const communication_t* const self = (const communication_t*)context;
-    const unsigned stranger           = ground_security_stranger(&self->security, participant_client(self));
+    const unsigned stranger =
+        communication_ground_security_stranger(&self->security, participant_client(self));
     return (stranger < COMMUNICATION_CLIENTS) ? stranger : idle_client(self);
 }
 
@@ -198,7 +199,7 @@ static flow_tcp_user_t user_of(communication_t* const self)
                              .allowance    = allowance};
 }
 
-/// True while the connection of a participant that has left the calendar is open. It disconnects before it
+/// True while the connection of a participant that has left the scheduler is open. It disconnects before it
 /// leaves, but the kernel may report that later, and our reports about it have a defined simulated time.
 static bool is_hanging_up(communication_t* const self)
 {
@@ -269,7 +270,7 @@ static void queue_for(communication_t* const self, const unsigned client, const 
         return;
     }
     const uint32_t dropped_before = self->queues[client].dropped;
-    const status_t status         = ground_queue_put(&self->queues[client], packet, size);
+    const status_t status         = communication_ground_queue_put(&self->queues[client], packet, size);
     self->counters.tm_dropped += self->queues[client].dropped - dropped_before;
     if (status != STATUS_OK) { // It reads nothing at all: end the connection instead of dropping reports.
         const flow_tcp_user_t user = user_of(self);
@@ -304,16 +305,16 @@ static void send_to(communication_t* const self, const unsigned client)
 {
     uint32_t total      = 0U;
     size_t size         = 0U;
-    const uint8_t* next = ground_queue_next(&self->queues[client], &size);
+    const uint8_t* next = communication_ground_queue_next(&self->queues[client], &size);
     while (next != NULL) {
         size_t sent = 0U;
         if (flow_tcp_send(&self->flow, client, next, size, &sent) != STATUS_OK) {
             break;
         }
-        ground_queue_sent(&self->queues[client], sent);
+        communication_ground_queue_sent(&self->queues[client], sent);
         total += (uint32_t)sent;
         self->counters.tm_sent += (sent == size) ? 1U : 0U;
-        next = ground_queue_next(&self->queues[client], &size);
+        next = communication_ground_queue_next(&self->queues[client], &size);
     }
     osal_address_t peer = {0U, 0U};
     if ((total > 0U) && (flow_tcp_peer(&self->flow, client, &peer) == STATUS_OK)) {
@@ -395,7 +396,7 @@ static void update_status(void* const context)
     for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
         if (flow_tcp_is_connected(&self->flow, client)) {
             connections++;
-            queued += ground_queue_count(&self->queues[client]);
+            queued += communication_ground_queue_count(&self->queues[client]);
         }
     }
     subsystem_health_t health;
@@ -416,11 +417,11 @@ static void update_status(void* const context)
                                                                  .evicted        = self->flow.counters.evicted,
                                                                  .malformed      = self->flow.counters.malformed,
                                                                  .no_telecommand = self->not_requests};
-    ground_security_publish(&self->security, &self->secured);
+    communication_ground_security_publish(&self->security, &self->secured);
     self->status.queued = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
     parameter_unlock(dictionary);
     self->is_drop_told = self->is_drop_told && (queued > 0U);
-    ground_security_tell(&self->security, self->generic);
+    communication_ground_security_tell(&self->security, self->generic);
     tell_misuse(self);
 }
 
@@ -451,7 +452,7 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
 {
     FSW_ASSERT((self != NULL) && (generic != NULL) && (uplink != NULL) && (hooks != NULL));
     (void)memset(self, 0, offsetof(communication_t, queues));
-    ground_security_init(&self->security, NULL);
+    communication_ground_security_init(&self->security, NULL);
     self->generic  = generic;
     self->uplink   = *uplink;
     self->hooks    = *hooks;
@@ -460,7 +461,7 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
     quota_init(&self->sockets, COMMUNICATION_CLIENTS + 1U);
     flow_tcp_set_quota(&self->flow, &self->sockets);
     for (size_t i = 0U; i < COMMUNICATION_CLIENTS; i++) {
-        ground_queue_init(&self->queues[i]);
+        communication_ground_queue_init(&self->queues[i]);
     }
     for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
         self->users[i].client = NO_CLIENT;
@@ -470,5 +471,5 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
 void communication_secure(communication_t* const self, sdls_receiver_t* const receiver)
 {
     FSW_ASSERT((self != NULL) && (receiver != NULL));
-    ground_security_init(&self->security, receiver);
+    communication_ground_security_init(&self->security, receiver);
 }

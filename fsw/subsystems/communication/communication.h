@@ -3,8 +3,8 @@
 /// check them: requests go to the supervisor unchanged, reports go to the connection that their user last
 /// used, or, unsolicited, to every connection.
 ///
-/// Stepped time: one client may be a participant of the calendar. Its connection is expected as soon as the
-/// calendar names its port, and exactly the octets that were announced are taken in. The participant is
+/// Stepped time: one client may be a participant of the scheduler. Its connection is expected as soon as the
+/// scheduler names its port, and exactly the octets that were announced are taken in. The participant is
 /// informed in simulated time when its connection is served, and when it has ended. Other clients are
 /// accepted at any time and make the run irreproducible, since they show in events and counters.
 ///
@@ -14,7 +14,7 @@
 #define FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_H
 
 #include "fsw/framework/dataflow/flow_tcp.h"
-#include "fsw/framework/subsystem/component.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/subsystems/communication/ground_queue.h"
 #include "fsw/subsystems/communication/ground_security.h"
 #include "generated/communication_descriptor.h"
@@ -33,7 +33,7 @@ typedef struct {
     void* context;
     /// Octets have been sent to the client with this local port at its end.
     void (*sent)(void* context, uint16_t peer_port, uint32_t octets);
-    /// Port of the participant of the calendar, 0 if there is none.
+    /// Port of the participant of the scheduler, 0 if there is none.
     uint16_t (*participant_port)(void* context);
     /// The connection of the participant with this port is served from now on.
     void (*served)(void* context, uint16_t port);
@@ -67,8 +67,8 @@ typedef struct { // Private.
     communication_status_t status;     // Published.
     communication_counters_t counters; // Published.
     communication_security_t secured;  // Published.
-    ground_security_t security;
-    ground_queue_t queues[COMMUNICATION_CLIENTS];
+    communication_ground_security_t security;
+    communication_ground_queue_t queues[COMMUNICATION_CLIENTS];
     uint8_t buffers[COMMUNICATION_CLIENTS * COMMUNICATION_BUFFER]; // Not cleared.
 } communication_t;
 
@@ -81,7 +81,7 @@ void communication_secure(communication_t* communication, sdls_receiver_t* recei
 const subsystem_callbacks_t* communication_callbacks(void);
 /// Take in octets from the ground; `octets_due` more were announced for the participant. Call before the
 /// component's step. True if something of the participant is on its way, its connection, announced octets or,
-/// when it has left the calendar, the end of its connection: wait and call again.
+/// when it has left the scheduler, the end of its connection: wait and call again.
 bool communication_take_in(communication_t* communication, uint32_t octets_due);
 /// No longer expect a connection of the present participant, or the end of the connection of one that has
 /// left.

@@ -11,12 +11,12 @@
 #define SUBTYPE_OFFSET 8U
 #define SUBTYPE_HK_REPORT 25U
 
-void ground_queue_init(ground_queue_t* const queue)
+void communication_ground_queue_init(communication_ground_queue_t* const queue)
 {
     FSW_ASSERT(queue != NULL);
-    (void)memset(queue, 0, offsetof(ground_queue_t, sending));
-    octet_ring_init(&queue->housekeeping, queue->housekeeping_storage, sizeof queue->housekeeping_storage);
-    octet_ring_init(&queue->firm, queue->firm_storage, sizeof queue->firm_storage);
+    (void)memset(queue, 0, offsetof(communication_ground_queue_t, sending));
+    message_ring_init(&queue->housekeeping, queue->housekeeping_storage, sizeof queue->housekeeping_storage);
+    message_ring_init(&queue->firm, queue->firm_storage, sizeof queue->firm_storage);
 }
 
 static bool is_housekeeping(const uint8_t* const packet, const size_t size)
@@ -25,16 +25,17 @@ static bool is_housekeeping(const uint8_t* const packet, const size_t size)
            (packet[SUBTYPE_OFFSET] == SUBTYPE_HK_REPORT);
 }
 
-static void drop_oldest_housekeeping(ground_queue_t* const queue)
+static void drop_oldest_housekeeping(communication_ground_queue_t* const queue)
 {
     uint8_t block[GROUND_STAMP_OCTETS + PUS_PACKET_MAX];
     size_t size           = 0U;
-    const status_t status = octet_ring_take(&queue->housekeeping, block, sizeof block, &size);
+    const status_t status = message_ring_take(&queue->housekeeping, block, sizeof block, &size);
     FSW_ASSERT(status == STATUS_OK);
     queue->dropped++;
 }
 
-status_t ground_queue_put(ground_queue_t* const queue, const uint8_t* const packet, const size_t size)
+status_t communication_ground_queue_put(communication_ground_queue_t* const queue,
+                                        const uint8_t* const packet, const size_t size)
 {
     FSW_ASSERT((queue != NULL) && (packet != NULL) && (size >= 1U) && (size <= PUS_PACKET_MAX));
     uint8_t block[GROUND_STAMP_OCTETS + PUS_PACKET_MAX];
@@ -44,27 +45,27 @@ status_t ground_queue_put(ground_queue_t* const queue, const uint8_t* const pack
     FSW_ASSERT(!writer.failed);
     queue->next_stamp++;
     if (!is_housekeeping(packet, size)) {
-        return octet_ring_put(&queue->firm, block, writer.position);
+        return message_ring_put(&queue->firm, block, writer.position);
     }
-    while (octet_ring_room(&queue->housekeeping) < writer.position) {
+    while (message_ring_room(&queue->housekeeping) < writer.position) {
         drop_oldest_housekeeping(queue);
     }
-    return octet_ring_put(&queue->housekeeping, block, writer.position);
+    return message_ring_put(&queue->housekeeping, block, writer.position);
 }
 
 /// Stamp of the oldest block of a ring. False if there is none.
-static bool oldest_stamp(const octet_ring_t* const ring, uint32_t* const out_stamp)
+static bool oldest_stamp(const message_ring_t* const ring, uint32_t* const out_stamp)
 {
     uint8_t octets[GROUND_STAMP_OCTETS];
     size_t size           = 0U;
-    const bool has_block  = (octet_ring_peek(ring, octets, sizeof octets, &size) == STATUS_OK);
+    const bool has_block  = (message_ring_peek(ring, octets, sizeof octets, &size) == STATUS_OK);
     octet_reader_t reader = octet_reader(octets, sizeof octets);
     *out_stamp            = has_block ? octet_read_u32(&reader) : 0U;
     return has_block;
 }
 
 /// The ring whose oldest report came first; null if both are empty.
-static octet_ring_t* next_ring(ground_queue_t* const queue)
+static message_ring_t* next_ring(communication_ground_queue_t* const queue)
 {
     uint32_t firm               = 0U;
     uint32_t housekeeping       = 0U;
@@ -76,17 +77,18 @@ static octet_ring_t* next_ring(ground_queue_t* const queue)
     return has_housekeeping ? &queue->housekeeping : NULL;
 }
 
-const uint8_t* ground_queue_next(ground_queue_t* const queue, size_t* const out_size)
+const uint8_t* communication_ground_queue_next(communication_ground_queue_t* const queue,
+                                               size_t* const out_size)
 {
     FSW_ASSERT((queue != NULL) && (out_size != NULL));
     *out_size = 0U;
     if (queue->sending_size == 0U) {
-        octet_ring_t* const ring = next_ring(queue);
+        message_ring_t* const ring = next_ring(queue);
         if (ring == NULL) {
             return NULL;
         }
         const status_t status =
-            octet_ring_take(ring, queue->sending, sizeof queue->sending, &queue->sending_size);
+            message_ring_take(ring, queue->sending, sizeof queue->sending, &queue->sending_size);
         FSW_ASSERT(status == STATUS_OK);
         queue->sent = GROUND_STAMP_OCTETS;
     }
@@ -94,7 +96,7 @@ const uint8_t* ground_queue_next(ground_queue_t* const queue, size_t* const out_
     return &queue->sending[queue->sent];
 }
 
-void ground_queue_sent(ground_queue_t* const queue, const size_t size)
+void communication_ground_queue_sent(communication_ground_queue_t* const queue, const size_t size)
 {
     FSW_ASSERT((queue != NULL) && (size <= (queue->sending_size - queue->sent)));
     queue->sent += size;
@@ -104,14 +106,14 @@ void ground_queue_sent(ground_queue_t* const queue, const size_t size)
     }
 }
 
-uint32_t ground_queue_count(const ground_queue_t* const queue)
+uint32_t communication_ground_queue_count(const communication_ground_queue_t* const queue)
 {
     FSW_ASSERT(queue != NULL);
     return queue->housekeeping.blocks + queue->firm.blocks + ((queue->sending_size > 0U) ? 1U : 0U);
 }
 
-size_t ground_queue_room(const ground_queue_t* const queue)
+size_t communication_ground_queue_room(const communication_ground_queue_t* const queue)
 {
     FSW_ASSERT(queue != NULL);
-    return octet_ring_room(&queue->firm);
+    return message_ring_room(&queue->firm);
 }

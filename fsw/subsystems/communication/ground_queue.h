@@ -9,7 +9,7 @@
 #define FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H
 
 #include "base/status.h"
-#include "fsw/framework/message/octet_ring.h"
+#include "fsw/framework/message/message_ring.h"
 #include "pus/core/tailoring.h"
 
 #include <stdbool.h>
@@ -20,28 +20,30 @@
 #define GROUND_STAMP_OCTETS 4U
 
 typedef struct { // Private, except `dropped`.
-    octet_ring_t housekeeping;
-    octet_ring_t firm; // Everything that must not be lost.
+    message_ring_t housekeeping;
+    message_ring_t firm; // Everything that must not be lost.
     uint32_t next_stamp;
     size_t sending_size; // Of the block under way; 0: none.
     size_t sent;         // How much of it has left.
     uint32_t dropped;    ///< Housekeeping reports dropped [wraps].
-    // The octets below are written before they are read, so ground_queue_init does not clear them.
+    // The octets below are written before they are read, so communication_ground_queue_init does not clear
+    // them.
     uint8_t sending[GROUND_STAMP_OCTETS + PUS_PACKET_MAX];
     uint8_t housekeeping_storage[GROUND_QUEUE_OCTETS];
     uint8_t firm_storage[GROUND_QUEUE_OCTETS];
-} ground_queue_t;
+} communication_ground_queue_t;
 
-void ground_queue_init(ground_queue_t* queue);
+void communication_ground_queue_init(communication_ground_queue_t* queue);
 /// STATUS_OK (kept; old housekeeping may have gone for it), STATUS_FULL (a firm report has no room: the
 /// client does not read at all).
-MUST_USE status_t ground_queue_put(ground_queue_t* queue, const uint8_t* packet, size_t size);
-/// Octets to send next, or null if nothing waits. They stay until ground_queue_sent.
-const uint8_t* ground_queue_next(ground_queue_t* queue, size_t* out_size);
-void ground_queue_sent(ground_queue_t* queue, size_t size);
+MUST_USE status_t communication_ground_queue_put(communication_ground_queue_t* queue, const uint8_t* packet,
+                                                 size_t size);
+/// Octets to send next, or null if nothing waits. They stay until communication_ground_queue_sent.
+const uint8_t* communication_ground_queue_next(communication_ground_queue_t* queue, size_t* out_size);
+void communication_ground_queue_sent(communication_ground_queue_t* queue, size_t size);
 /// Octets of room left for reports that must not be lost.
-size_t ground_queue_room(const ground_queue_t* queue);
+size_t communication_ground_queue_room(const communication_ground_queue_t* queue);
 /// Reports waiting.
-uint32_t ground_queue_count(const ground_queue_t* queue);
+uint32_t communication_ground_queue_count(const communication_ground_queue_t* queue);
 
 #endif // FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H

@@ -6,14 +6,16 @@
 
 #include <string.h>
 
-void ground_security_init(ground_security_t* const self, sdls_receiver_t* const receiver)
+void communication_ground_security_init(communication_ground_security_t* const self,
+                                        sdls_receiver_t* const receiver)
 {
     FSW_ASSERT(self != NULL);
     (void)memset(self, 0, sizeof *self);
     self->receiver = receiver;
 }
 
-void ground_security_connected(ground_security_t* const self, const unsigned client)
+void communication_ground_security_connected(communication_ground_security_t* const self,
+                                             const unsigned client)
 {
     FSW_ASSERT((self != NULL) && (client < GROUND_CLIENTS));
     sdls_begin(&self->sessions[client]);
@@ -21,7 +23,8 @@ void ground_security_connected(ground_security_t* const self, const unsigned cli
     self->since[client]    = self->cycle;
 }
 
-unsigned ground_security_stranger(const ground_security_t* const self, const unsigned spared)
+unsigned communication_ground_security_stranger(const communication_ground_security_t* const self,
+                                                const unsigned spared)
 {
     FSW_ASSERT(self != NULL);
     unsigned stranger = GROUND_CLIENTS;
@@ -36,27 +39,30 @@ unsigned ground_security_stranger(const ground_security_t* const self, const uns
     return stranger;
 }
 
-static status_t next_packet(const uint8_t* const octets, const size_t size, ground_unit_t* const out_unit)
+static status_t next_packet(const uint8_t* const octets, const size_t size,
+                            communication_ground_unit_t* const out_unit)
 {
     size_t packet_size    = 0U;
     const status_t status = pus_packet_frame(octets, size, &packet_size);
-    *out_unit             = (ground_unit_t){octets, packet_size, packet_size};
+    *out_unit             = (communication_ground_unit_t){octets, packet_size, packet_size};
     return ((status == STATUS_OK) || (status == STATUS_TRUNCATED)) ? status : STATUS_CLOSED;
 }
 
-static status_t refused(ground_security_t* const self, const unsigned client, const size_t taken)
+static status_t refused(communication_ground_security_t* const self, const unsigned client,
+                        const size_t taken)
 {
     self->refusals[client]++;
     return ((taken == 0U) || (self->refusals[client] >= GROUND_REFUSALS_MAX)) ? STATUS_CLOSED : STATUS_OK;
 }
 
-static status_t next_frame(ground_security_t* const self, const unsigned client, const uint8_t* const octets,
-                           const size_t size, ground_unit_t* const out_unit)
+static status_t next_frame(communication_ground_security_t* const self, const unsigned client,
+                           const uint8_t* const octets, const size_t size,
+                           communication_ground_unit_t* const out_unit)
 {
     sdls_frame_t frame;
     size_t packet_size    = 0U;
     const status_t status = sdls_look(self->receiver, &self->sessions[client], octets, size, &frame);
-    *out_unit             = (ground_unit_t){frame.packet, frame.size, frame.taken};
+    *out_unit             = (communication_ground_unit_t){frame.packet, frame.size, frame.taken};
     if (status != STATUS_OK) {
         return (status == STATUS_TRUNCATED) ? status : refused(self, client, frame.taken);
     }
@@ -74,15 +80,16 @@ static status_t next_frame(ground_security_t* const self, const unsigned client,
     return STATUS_OK;
 }
 
-status_t ground_security_next(ground_security_t* const self, const unsigned client,
-                              const uint8_t* const octets, const size_t size, ground_unit_t* const out_unit)
+status_t communication_ground_security_next(communication_ground_security_t* const self,
+                                            const unsigned client, const uint8_t* const octets,
+                                            const size_t size, communication_ground_unit_t* const out_unit)
 {
     FSW_ASSERT((self != NULL) && (client < GROUND_CLIENTS) && (octets != NULL) && (out_unit != NULL));
     return (self->receiver == NULL) ? next_packet(octets, size, out_unit)
                                     : next_frame(self, client, octets, size, out_unit);
 }
 
-void ground_security_accept(ground_security_t* const self, const unsigned client)
+void communication_ground_security_accept(communication_ground_security_t* const self, const unsigned client)
 {
     FSW_ASSERT((self != NULL) && (client < GROUND_CLIENTS));
     if (self->receiver != NULL) {
@@ -90,8 +97,8 @@ void ground_security_accept(ground_security_t* const self, const unsigned client
     }
 }
 
-void ground_security_publish(const ground_security_t* const self,
-                             communication_security_t* const out_parameter)
+void communication_ground_security_publish(const communication_ground_security_t* const self,
+                                           communication_security_t* const out_parameter)
 {
     FSW_ASSERT((self != NULL) && (out_parameter != NULL));
     const sdls_receiver_t* const receiver = self->receiver;
@@ -108,7 +115,8 @@ void ground_security_publish(const ground_security_t* const self,
     out_parameter->not_kept    = receiver->refused[SDLS_REFUSED_NOT_KEPT];
 }
 
-void ground_security_tell(ground_security_t* const self, subsystem_t* const generic)
+void communication_ground_security_tell(communication_ground_security_t* const self,
+                                        subsystem_t* const generic)
 {
     FSW_ASSERT((self != NULL) && (generic != NULL));
     self->cycle++;

@@ -25,30 +25,33 @@ typedef struct {               // Private.
     uint32_t told;  // Refused frames reported by events so far.
     uint32_t lost;  // Of those, the ones that could not be kept.
     uint32_t quiet; // Cycles until the next event.
-} ground_security_t;
+} communication_ground_security_t;
 
 typedef struct {
     const uint8_t* packet; ///< Null: the octets contain no whole packet yet.
     size_t size;
     size_t taken; ///< Octets to remove when the packet was processed.
-} ground_unit_t;
+} communication_ground_unit_t;
 
 /// receiver: null for packets without protection.
-void ground_security_init(ground_security_t* security, sdls_receiver_t* receiver);
-void ground_security_connected(ground_security_t* security, unsigned client);
+void communication_ground_security_init(communication_ground_security_t* security, sdls_receiver_t* receiver);
+void communication_ground_security_connected(communication_ground_security_t* security, unsigned client);
 /// The client to replace by a new one: of the clients that have sent no authentic frame although the receiver
 /// was ready to read, the one that is connected longest; never `spared`. GROUND_CLIENTS: there is none, or no
 /// key is needed.
-unsigned ground_security_stranger(const ground_security_t* security, unsigned spared);
+unsigned communication_ground_security_stranger(const communication_ground_security_t* security,
+                                                unsigned spared);
 /// The unit at the start of a client's octets. STATUS_OK; STATUS_TRUNCATED: it is incomplete.
 /// STATUS_CLOSED: end the connection.
-MUST_USE status_t ground_security_next(ground_security_t* security, unsigned client, const uint8_t* octets,
-                                       size_t size, ground_unit_t* out_unit);
+MUST_USE status_t communication_ground_security_next(communication_ground_security_t* security,
+                                                     unsigned client, const uint8_t* octets, size_t size,
+                                                     communication_ground_unit_t* out_unit);
 /// The packet returned last was processed. Without this call it is returned again.
-void ground_security_accept(ground_security_t* security, unsigned client);
+void communication_ground_security_accept(communication_ground_security_t* security, unsigned client);
 /// Once a cycle: counters into the parameter, which the caller has locked.
-void ground_security_publish(const ground_security_t* security, communication_security_t* out_parameter);
+void communication_ground_security_publish(const communication_ground_security_t* security,
+                                           communication_security_t* out_parameter);
 /// Once a cycle: raise events for the frames refused since the last events.
-void ground_security_tell(ground_security_t* security, subsystem_t* generic);
+void communication_ground_security_tell(communication_ground_security_t* security, subsystem_t* generic);
 
 #endif // FSW_SUBSYSTEMS_COMMUNICATION_GROUND_SECURITY_H

@@ -6,14 +6,14 @@
 
 #include <stddef.h>
 
-void force_display_clear(force_display_t* const display)
+void joystick_force_display_clear(joystick_force_display_t* const display)
 {
     FSW_ASSERT(display != NULL);
-    *display = (force_display_t){.is_active = false};
+    *display = (joystick_force_display_t){.is_active = false};
 }
 
-void force_display_begin(force_display_t* const display, const double torque_nm[STICK_AXES],
-                         const double duration_s)
+void joystick_force_display_begin(joystick_force_display_t* const display, const double torque_nm[STICK_AXES],
+                                  const double duration_s)
 {
     FSW_ASSERT(display != NULL);
     for (unsigned i = 0U; i < STICK_AXES; i++) {
@@ -24,19 +24,20 @@ void force_display_begin(force_display_t* const display, const double torque_nm[
     display->is_active  = true;
 }
 
-void force_display_stop(force_display_t* const display)
+void joystick_force_display_stop(joystick_force_display_t* const display)
 {
     FSW_ASSERT(display != NULL);
     display->left_s     = 0.0;
     display->is_lasting = false;
 }
 
-void force_display_step(force_display_t* const display, const double period_s, const double rate_nm_s)
+void joystick_force_display_step(joystick_force_display_t* const display, const double period_s,
+                                 const double rate_nm_s)
 {
     FSW_ASSERT((display != NULL) && (rate_nm_s > 0.0));
     double largest = 0.0;
     for (unsigned i = 0U; i < STICK_AXES; i++) {
-        const double size = elementary_absolute(display->torque_nm[i]);
+        const double size = control_absolute(display->torque_nm[i]);
         largest           = (size > largest) ? size : largest;
     }
     const bool is_held =
@@ -45,7 +46,7 @@ void force_display_step(force_display_t* const display, const double period_s, c
     for (unsigned i = 0U; i < STICK_AXES; i++) {
         const double target = is_held ? display->goal_nm[i] : 0.0;
         const double step   = rate_nm_s * period_s;
-        display->torque_nm[i] += elementary_clamp(target - display->torque_nm[i], -step, step);
+        display->torque_nm[i] += control_clamp(target - display->torque_nm[i], -step, step);
         is_zero = is_zero && (display->torque_nm[i] == 0.0);
     }
     display->left_s    = (display->left_s > period_s) ? (display->left_s - period_s) : 0.0;

@@ -2,7 +2,7 @@
 /// A commanded torque over time: it rises at a limited rate, is held, and is back at zero when its duration
 /// ends.
 ///
-/// Ownership  The caller places force_display_t.
+/// Ownership  The caller places joystick_force_display_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_JOYSTICK_FORCE_DISPLAY_H
@@ -18,15 +18,16 @@ typedef struct { // Read-only outside.
     double left_s;                ///< Until it has to be zero again.
     bool is_lasting;              ///< Until stopped.
     bool is_active;
-} force_display_t;
+} joystick_force_display_t;
 
 /// Nothing, at once.
-void force_display_clear(force_display_t* display);
+void joystick_force_display_clear(joystick_force_display_t* display);
 /// Display a torque for a duration, or until stopped (duration_s <= 0); takes over from what is displayed.
-void force_display_begin(force_display_t* display, const double torque_nm[STICK_AXES], double duration_s);
+void joystick_force_display_begin(joystick_force_display_t* display, const double torque_nm[STICK_AXES],
+                                  double duration_s);
 /// Let it fall to zero from now on.
-void force_display_stop(force_display_t* display);
+void joystick_force_display_stop(joystick_force_display_t* display);
 /// Go on by one period with a rate of change > 0.
-void force_display_step(force_display_t* display, double period_s, double rate_nm_s);
+void joystick_force_display_step(joystick_force_display_t* display, double period_s, double rate_nm_s);
 
 #endif // FSW_SUBSYSTEMS_JOYSTICK_FORCE_DISPLAY_H

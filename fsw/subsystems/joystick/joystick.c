@@ -15,8 +15,8 @@ void joystick_init(joystick_t* const joystick, subsystem_t* const generic,
     FSW_ASSERT((joystick != NULL) && (generic != NULL) && (resolver != NULL));
     *joystick = (joystick_t){.generic = generic, .activity = JOYSTICK_RESTING};
     drives_init(&joystick->drives, generic, resolver);
-    stick_control_init(&joystick->control);
-    force_display_clear(&joystick->display);
+    joystick_stick_control_init(&joystick->control);
+    joystick_force_display_clear(&joystick->display);
 }
 
 static status_t software_init(void* const self)
@@ -46,8 +46,8 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
         descriptor_find_port(descriptor, configuration, JOYSTICK_PORT_ROBOT_STATE) != NULL;
     joystick->felt_nm[0] = 0.0;
     joystick->felt_nm[1] = 0.0;
-    stick_control_init(&joystick->control);
-    force_display_clear(&joystick->display);
+    joystick_stick_control_init(&joystick->control);
+    joystick_force_display_clear(&joystick->display);
     const bool is_one_device =
         (configuration->device_count == 1U) &&
         (drives_mode(descriptor, &descriptor->devices[configuration->first_device]) == CIA402_MODE_CST);

@@ -37,11 +37,11 @@ typedef struct { // All fields are private.
     joystick_parameters_t parameters;
     joystick_activity_t activity;
     bool is_reflecting; ///< The configuration has a robot to feel.
-    stick_control_t control;
+    joystick_stick_control_t control;
     double felt_nm[STICK_AXES]; ///< External torque of the robot; falls to zero without fresh samples.
     double share;               ///< Of the reflection, 0..1; grows while both sides are operational.
-    force_display_t display;
-    uint32_t force_ticket; ///< Function FORCE under way; 0 none.
+    joystick_force_display_t display;
+    uint32_t force_call_token; ///< Function FORCE under way; 0 none.
 } joystick_t;
 
 /// Once, before the generic subsystem runs. Pointers are kept.

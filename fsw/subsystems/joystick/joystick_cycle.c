@@ -20,7 +20,7 @@ static void take_felt_torque(joystick_t* const joystick)
     joystick_robot_state_payload_t robot;
     const status_t status =
         subsystem_link_read(joystick->generic, JOYSTICK_PORT_ROBOT_STATE, &robot, sizeof robot);
-    const double kept = 1.0 - elementary_clamp(FORGET_1_S * period_s(joystick), 0.0, 1.0);
+    const double kept = 1.0 - control_clamp(FORGET_1_S * period_s(joystick), 0.0, 1.0);
     for (unsigned i = 0U; i < STICK_AXES; i++) {
         joystick->felt_nm[i] =
             (status == STATUS_OK) ? robot.external_torque[i] : (kept * joystick->felt_nm[i]);
@@ -35,9 +35,10 @@ void joystick_sense(void* const self)
     if (!drives_are_running(&joystick->drives) || (device == NULL)) {
         return;
     }
-    const double position[STICK_AXES] = {cia402_axis_position_rad(&device->axes[0]),
-                                         cia402_axis_position_rad(&device->axes[1])};
-    stick_control_sense(&joystick->control, &joystick->parameters.control, period_s(joystick), position);
+    const double position[STICK_AXES] = {canopen_cia402_axis_position_rad(&device->axes[0]),
+                                         canopen_cia402_axis_position_rad(&device->axes[1])};
+    joystick_stick_control_sense(&joystick->control, &joystick->parameters.control, period_s(joystick),
+                                 position);
     if (joystick->is_reflecting) {
         take_felt_torque(joystick);
     }
@@ -51,7 +52,7 @@ static double fade(joystick_t* const joystick, const double period)
     const bool is_coupled =
         (subsystem_link_peer_state(joystick->generic, JOYSTICK_PORT_ROBOT_STATE) == STATE_OPERATIONAL);
     const double rate = is_coupled ? (1.0 / fade_time) : -FORGET_1_S;
-    joystick->share   = elementary_clamp(joystick->share + (rate * period), 0.0, 1.0);
+    joystick->share   = control_clamp(joystick->share + (rate * period), 0.0, 1.0);
     return joystick->share * joystick->share * (3.0 - (2.0 * joystick->share));
 }
 
@@ -60,22 +61,23 @@ static void command(joystick_t* const joystick, canopen_device_t* const device)
     const joystick_control_t* const gains = &joystick->parameters.control;
     const double period                   = period_s(joystick);
     if (joystick->is_reflecting) {
-        stick_control_reflect(&joystick->control, gains, period, joystick->felt_nm, fade(joystick, period));
+        joystick_stick_control_reflect(&joystick->control, gains, period, joystick->felt_nm,
+                                       fade(joystick, period));
     } else {
         joystick_display_step(joystick, period);
-        stick_control_display(&joystick->control, gains, joystick->display.torque_nm);
+        joystick_stick_control_display(&joystick->control, gains, joystick->display.torque_nm);
     }
     for (unsigned i = 0U; i < STICK_AXES; i++) {
-        cia402_axis_command_torque(&device->axes[i], joystick->control.command_nm[i]);
+        canopen_cia402_axis_command_torque(&device->axes[i], joystick->control.command_nm[i]);
     }
 }
 
 static void count(joystick_t* const joystick, joystick_counters_t* const counters)
 {
-    const canopen_network_t* const network = &joystick->drives.network;
-    const master_counters_t* const master  = &network->master.counters;
-    network_bus_counters_t bus;
-    network_bus_counters(network, &bus);
+    const canopen_network_t* const network        = &joystick->drives.network;
+    const canopen_master_counters_t* const master = &network->master.counters;
+    canopen_network_bus_counters_t bus;
+    canopen_network_bus_counters(network, &bus);
     subsystem_link_totals_t links;
     subsystem_link_totals(joystick->generic, &links);
     counters->link_lost        = links.lost;
@@ -119,10 +121,10 @@ static uint32_t link_age_us(const joystick_t* const joystick)
 
 static void publish(joystick_t* const joystick, const canopen_device_t* const device)
 {
-    const stick_control_t* const control     = &joystick->control;
-    joystick_parameters_t* const parameters  = &joystick->parameters;
-    parameter_dictionary_t* const dictionary = subsystem_dictionary(joystick->generic);
-    const uint32_t age_us                    = link_age_us(joystick);
+    const joystick_stick_control_t* const control = &joystick->control;
+    joystick_parameters_t* const parameters       = &joystick->parameters;
+    parameter_dictionary_t* const dictionary      = subsystem_dictionary(joystick->generic);
+    const uint32_t age_us                         = link_age_us(joystick);
     parameter_lock(dictionary);
     parameters->cur_values.state = (int32_t)subsystem_state(joystick->generic);
     for (unsigned i = 0U; i < STICK_AXES; i++) {

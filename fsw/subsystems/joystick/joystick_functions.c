@@ -10,17 +10,17 @@
 
 static void end_force(joystick_t* const joystick, const uint16_t failure_code)
 {
-    if (joystick->force_ticket != 0U) {
-        const uint32_t ticket  = joystick->force_ticket;
-        joystick->force_ticket = 0U;
-        subsystem_function_done(joystick->generic, ticket, failure_code, 0U);
+    if (joystick->force_call_token != 0U) {
+        const uint32_t call_token  = joystick->force_call_token;
+        joystick->force_call_token = 0U;
+        subsystem_function_done(joystick->generic, call_token, failure_code, 0U);
     }
 }
 
 void joystick_abandon(joystick_t* const joystick)
 {
     FSW_ASSERT(joystick != NULL);
-    force_display_clear(&joystick->display);
+    joystick_force_display_clear(&joystick->display);
     end_force(joystick, PUS_FAILURE_ABORTED);
 }
 
@@ -33,7 +33,7 @@ void joystick_display_step(joystick_t* const joystick, const double period_s)
     }
     // With a ceiling of zero the torque is zero; the display then runs its time at the smallest rate.
     const double rate = gains->torque_ceiling / gains->ramp_time;
-    force_display_step(&joystick->display, period_s, (rate > 0.0) ? rate : 1.0);
+    joystick_force_display_step(&joystick->display, period_s, (rate > 0.0) ? rate : 1.0);
     if (!joystick->display.is_active) {
         end_force(joystick, PUS_FAILURE_NONE);
     }
@@ -47,20 +47,20 @@ static bool may_display(const joystick_t* const joystick)
 static bool is_in_range(const joystick_t* const joystick, const double torque_nm[STICK_AXES])
 {
     const double ceiling = joystick->parameters.control.torque_ceiling;
-    return (elementary_absolute(torque_nm[0]) <= ceiling) && (elementary_absolute(torque_nm[1]) <= ceiling);
+    return (control_absolute(torque_nm[0]) <= ceiling) && (control_absolute(torque_nm[1]) <= ceiling);
 }
 
 static status_t force(joystick_t* const joystick, const joystick_force_arguments_t* const arguments,
-                      const uint32_t ticket)
+                      const uint32_t call_token)
 {
-    if (!may_display(joystick) || (joystick->force_ticket != 0U)) {
+    if (!may_display(joystick) || (joystick->force_call_token != 0U)) {
         return STATUS_FORBIDDEN;
     }
     if (!is_in_range(joystick, arguments->torque) || !(arguments->duration > 0.0)) {
         return STATUS_OUT_OF_RANGE;
     }
-    force_display_begin(&joystick->display, arguments->torque, arguments->duration);
-    joystick->force_ticket = ticket;
+    joystick_force_display_begin(&joystick->display, arguments->torque, arguments->duration);
+    joystick->force_call_token = call_token;
     return STATUS_BUSY;
 }
 
@@ -69,7 +69,7 @@ static status_t stop(joystick_t* const joystick)
     if (!may_display(joystick)) {
         return STATUS_FORBIDDEN;
     }
-    force_display_stop(&joystick->display);
+    joystick_force_display_stop(&joystick->display);
     end_force(joystick, PUS_FAILURE_ABORTED);
     return STATUS_OK;
 }
@@ -90,7 +90,7 @@ status_t joystick_perform(void* const self, const subsystem_function_t* const fu
     joystick_t* const joystick = self;
     switch (function->function_id) {
     case JOYSTICK_FUNCTION_FORCE:
-        return force(joystick, function->arguments, function->ticket);
+        return force(joystick, function->arguments, function->call_token);
     case JOYSTICK_FUNCTION_RAISE:
         return raise_event(joystick, ((const joystick_raise_arguments_t*)function->arguments)->event);
     case JOYSTICK_FUNCTION_STOP:
@@ -109,7 +109,7 @@ void joystick_parameter_set(void* const self, const uint32_t parameter_id)
     joystick_t* const joystick = self;
     const double* const torque = joystick->parameters.des_torque;
     if ((parameter_id == JOYSTICK_PARAMETER_DES_TORQUE) && may_display(joystick) &&
-        (joystick->force_ticket == 0U) && is_in_range(joystick, torque)) {
-        force_display_begin(&joystick->display, torque, 0.0);
+        (joystick->force_call_token == 0U) && is_in_range(joystick, torque)) {
+        joystick_force_display_begin(&joystick->display, torque, 0.0);
     }
 }

@@ -6,50 +6,52 @@
 
 #include <stddef.h>
 
-void stick_control_init(stick_control_t* const control)
+void joystick_stick_control_init(joystick_stick_control_t* const control)
 {
     FSW_ASSERT(control != NULL);
-    *control = (stick_control_t){.is_started = false};
+    *control = (joystick_stick_control_t){.is_started = false};
 }
 
-void stick_control_sense(stick_control_t* const control, const joystick_control_t* const gains,
-                         const double period_s, const double position_rad[STICK_AXES])
+void joystick_stick_control_sense(joystick_stick_control_t* const control,
+                                  const joystick_control_t* const gains, const double period_s,
+                                  const double position_rad[STICK_AXES])
 {
     FSW_ASSERT((control != NULL) && (gains != NULL));
     for (unsigned i = 0U; i < STICK_AXES; i++) {
         control->position_rad[i] = position_rad[i];
         if (!control->is_started) {
-            tracker_reset(&control->motion[i], position_rad[i]);
+            control_tracker_reset(&control->motion[i], position_rad[i]);
         }
-        tracker_step(&control->motion[i], position_rad[i], gains->velocity_bandwidth, period_s);
+        control_tracker_step(&control->motion[i], position_rad[i], gains->velocity_bandwidth, period_s);
     }
     control->is_started = true;
 }
 
-static void give(stick_control_t* const control, const joystick_control_t* const gains, const unsigned axis,
-                 const double torque_nm, const double damping_nms_rad)
+static void give(joystick_stick_control_t* const control, const joystick_control_t* const gains,
+                 const unsigned axis, const double torque_nm, const double damping_nms_rad)
 {
     const double wanted       = torque_nm - (damping_nms_rad * control->motion[axis].velocity);
-    control->command_nm[axis] = elementary_clamp(wanted, -gains->torque_ceiling, gains->torque_ceiling);
+    control->command_nm[axis] = control_clamp(wanted, -gains->torque_ceiling, gains->torque_ceiling);
     control->limited += (control->command_nm[axis] != wanted) ? 1U : 0U;
 }
 
-void stick_control_reflect(stick_control_t* const control, const joystick_control_t* const gains,
-                           const double period_s, const double felt_nm[STICK_AXES], const double share)
+void joystick_stick_control_reflect(joystick_stick_control_t* const control,
+                                    const joystick_control_t* const gains, const double period_s,
+                                    const double felt_nm[STICK_AXES], const double share)
 {
     FSW_ASSERT((control != NULL) && (gains != NULL));
     for (unsigned i = 0U; i < STICK_AXES; i++) {
-        const double excess = elementary_absolute(felt_nm[i]) - gains->contact_threshold;
-        const double target = elementary_clamp(excess / gains->contact_range, 0.0, 1.0);
+        const double excess = control_absolute(felt_nm[i]) - gains->contact_threshold;
+        const double target = control_clamp(excess / gains->contact_range, 0.0, 1.0);
         const double rate   = (target > control->contact[i]) ? gains->contact_attack : gains->contact_decay;
-        control->contact[i] += elementary_clamp(rate * period_s, 0.0, 1.0) * (target - control->contact[i]);
+        control->contact[i] += control_clamp(rate * period_s, 0.0, 1.0) * (target - control->contact[i]);
         const double damping = gains->damping_free + (gains->damping_contact * control->contact[i]);
         give(control, gains, i, share * gains->force_scale * felt_nm[i], damping);
     }
 }
 
-void stick_control_display(stick_control_t* const control, const joystick_control_t* const gains,
-                           const double torque_nm[STICK_AXES])
+void joystick_stick_control_display(joystick_stick_control_t* const control,
+                                    const joystick_control_t* const gains, const double torque_nm[STICK_AXES])
 {
     FSW_ASSERT((control != NULL) && (gains != NULL));
     for (unsigned i = 0U; i < STICK_AXES; i++) {

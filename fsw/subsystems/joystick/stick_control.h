@@ -6,7 +6,7 @@
 ///
 /// The loop over the robot is stable because of the damping; free space needs little, contact more.
 ///
-/// Ownership  The caller places stick_control_t. Gains are the parameter CONTROL.
+/// Ownership  The caller places joystick_stick_control_t. Gains are the parameter CONTROL.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_JOYSTICK_STICK_CONTROL_H
@@ -23,22 +23,22 @@
 typedef struct { // Read-only outside.
     bool is_started;
     double position_rad[STICK_AXES];
-    tracker_t motion[STICK_AXES];
+    control_tracker_t motion[STICK_AXES];
     double contact[STICK_AXES]; ///< s
     double command_nm[STICK_AXES];
     unsigned limited; ///< Commands cut at the ceiling [commands, wraps].
-} stick_control_t;
+} joystick_stick_control_t;
 
-void stick_control_init(stick_control_t* control);
+void joystick_stick_control_init(joystick_stick_control_t* control);
 /// Take in the position; the velocity follows.
-void stick_control_sense(stick_control_t* control, const joystick_control_t* gains, double period_s,
-                         const double position_rad[STICK_AXES]);
+void joystick_stick_control_sense(joystick_stick_control_t* control, const joystick_control_t* gains,
+                                  double period_s, const double position_rad[STICK_AXES]);
 /// Command that reflects a torque felt by the robot. `share` 0..1 fades the reflection in; damping is always
 /// whole.
-void stick_control_reflect(stick_control_t* control, const joystick_control_t* gains, double period_s,
-                           const double felt_nm[STICK_AXES], double share);
+void joystick_stick_control_reflect(joystick_stick_control_t* control, const joystick_control_t* gains,
+                                    double period_s, const double felt_nm[STICK_AXES], double share);
 /// Command that displays a torque, with the damping of free space.
-void stick_control_display(stick_control_t* control, const joystick_control_t* gains,
-                           const double torque_nm[STICK_AXES]);
+void joystick_stick_control_display(joystick_stick_control_t* control, const joystick_control_t* gains,
+                                    const double torque_nm[STICK_AXES]);
 
 #endif // FSW_SUBSYSTEMS_JOYSTICK_STICK_CONTROL_H

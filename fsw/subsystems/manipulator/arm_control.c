@@ -9,15 +9,16 @@
 #define FRICTION_SPEED_RAD_S                                                                                 \
     0.02 // Below this the compensation of Coulomb friction goes linearly through zero.
 
-void arm_control_init(arm_control_t* const control)
+void manipulator_arm_control_init(manipulator_arm_control_t* const control)
 {
     FSW_ASSERT(control != NULL);
-    *control = (arm_control_t){.is_started = false};
-    arm_observer_reset(&control->observer);
+    *control = (manipulator_arm_control_t){.is_started = false};
+    manipulator_arm_observer_reset(&control->observer);
 }
 
-void arm_control_sense(arm_control_t* const control, const arm_setup_t* const setup,
-                       const double motor_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS])
+void manipulator_arm_control_sense(manipulator_arm_control_t* const control,
+                                   const manipulator_arm_setup_t* const setup,
+                                   const double motor_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS])
 {
     FSW_ASSERT((control != NULL) && (setup != NULL));
     double free_torque[ARM_JOINTS];
@@ -27,44 +28,45 @@ void arm_control_sense(arm_control_t* const control, const arm_setup_t* const se
         control->link_rad[i]  = motor_rad[i] - (torque_nm[i] / setup->model->stiffness[i]);
         free_torque[i]        = torque_nm[i] - control->zero_nm[i];
         if (!control->is_started) {
-            tracker_reset(&control->motor[i], motor_rad[i]);
-            tracker_reset(&control->reference[i], control->link_rad[i]);
+            control_tracker_reset(&control->motor[i], motor_rad[i]);
+            control_tracker_reset(&control->reference[i], control->link_rad[i]);
             control->goal_rad[i] = control->link_rad[i];
         }
-        tracker_step(&control->motor[i], motor_rad[i], setup->gains->velocity_bandwidth, setup->period_s);
+        control_tracker_step(&control->motor[i], motor_rad[i], setup->gains->velocity_bandwidth,
+                             setup->period_s);
     }
-    control->is_started              = true;
-    const arm_observer_gains_t gains = {.bandwidth_rad_s = setup->gains->observer_bandwidth,
-                                        .gain_1_s        = setup->gains->observer_gain,
-                                        .period_s        = setup->period_s};
-    arm_observer_step(&control->observer, setup->model, &gains, control->link_rad, free_torque);
+    control->is_started                          = true;
+    const manipulator_arm_observer_gains_t gains = {.bandwidth_rad_s = setup->gains->observer_bandwidth,
+                                                    .gain_1_s        = setup->gains->observer_gain,
+                                                    .period_s        = setup->period_s};
+    manipulator_arm_observer_step(&control->observer, setup->model, &gains, control->link_rad, free_torque);
 }
 
-void arm_control_hold(arm_control_t* const control, const arm_setup_t* const setup,
-                      const double* const hand_rad)
+void manipulator_arm_control_hold(manipulator_arm_control_t* const control,
+                                  const manipulator_arm_setup_t* const setup, const double* const hand_rad)
 {
     FSW_ASSERT((control != NULL) && (setup != NULL));
-    const arm_terms_t terms = arm_terms(setup->model, control->link_rad);
-    control->is_coupled     = (hand_rad != NULL);
+    const manipulator_arm_terms_t terms = manipulator_arm_terms(setup->model, control->link_rad);
+    control->is_coupled                 = (hand_rad != NULL);
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         const double link         = control->link_rad[i];
         const double gravity      = terms.gravity_nm[i];
         control->hand_zero_rad[i] = (hand_rad != NULL) ? hand_rad[i] : 0.0;
         control->link_zero_rad[i] = link;
         control->goal_rad[i]      = link;
-        tracker_reset(&control->reference[i], link);
+        control_tracker_reset(&control->reference[i], link);
         control->offset_rad[i] = control->motor_rad[i] - (link + (gravity / setup->model->stiffness[i]));
         control->bias_nm[i]    = (control->torque_nm[i] - control->zero_nm[i]) - gravity;
         control->motor_target_rad[i] = control->motor_rad[i];
         control->feed_forward_nm[i]  = gravity + control->bias_nm[i];
-        control->command_nm[i]       = elementary_clamp(
-                  control->feed_forward_nm[i], -setup->gains->torque_ceiling[i], setup->gains->torque_ceiling[i]);
+        control->command_nm[i] = control_clamp(control->feed_forward_nm[i], -setup->gains->torque_ceiling[i],
+                                               setup->gains->torque_ceiling[i]);
     }
 }
 
 /// Move the goal of one joint towards `wanted`: within the range about home, not faster than the speed limit.
-static void lead_goal(arm_control_t* const control, const arm_setup_t* const setup, const unsigned joint,
-                      const double wanted)
+static void lead_goal(manipulator_arm_control_t* const control, const manipulator_arm_setup_t* const setup,
+                      const unsigned joint, const double wanted)
 {
     if (wanted != wanted) {
         return; // Ignore a NaN hand position.
@@ -73,15 +75,16 @@ static void lead_goal(arm_control_t* const control, const arm_setup_t* const set
     const double low                         = gains->home[joint] - gains->range[joint];
     const double high                        = gains->home[joint] + gains->range[joint];
     const double step                        = gains->speed_limit * setup->period_s;
-    const double reach                       = elementary_clamp(wanted, low, high);
-    control->goal_rad[joint] += elementary_clamp(reach - control->goal_rad[joint], -step, step);
+    const double reach                       = control_clamp(wanted, low, high);
+    control->goal_rad[joint] += control_clamp(reach - control->goal_rad[joint], -step, step);
 }
 
-arm_motion_t arm_control_follow(arm_control_t* const control, const arm_setup_t* const setup,
-                                const double* const hand_rad)
+manipulator_arm_motion_t manipulator_arm_control_follow(manipulator_arm_control_t* const control,
+                                                        const manipulator_arm_setup_t* const setup,
+                                                        const double* const hand_rad)
 {
     FSW_ASSERT((control != NULL) && (setup != NULL));
-    arm_motion_t desired;
+    manipulator_arm_motion_t desired;
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         if (hand_rad != NULL) {
             if (!control->is_coupled) { // The hand came after the arm was engaged: it takes over where the
@@ -92,8 +95,9 @@ arm_motion_t arm_control_follow(arm_control_t* const control, const arm_setup_t*
             const double moved = setup->gains->position_scale * (hand_rad[i] - control->hand_zero_rad[i]);
             lead_goal(control, setup, i, control->link_zero_rad[i] + moved);
         }
-        tracker_t* const reference = &control->reference[i];
-        tracker_step(reference, control->goal_rad[i], setup->gains->reference_bandwidth, setup->period_s);
+        control_tracker_t* const reference = &control->reference[i];
+        control_tracker_step(reference, control->goal_rad[i], setup->gains->reference_bandwidth,
+                             setup->period_s);
         desired.position_rad[i]        = reference->position;
         desired.velocity_rad_s[i]      = reference->velocity;
         desired.acceleration_rad_s2[i] = reference->acceleration;
@@ -102,23 +106,24 @@ arm_motion_t arm_control_follow(arm_control_t* const control, const arm_setup_t*
     return desired;
 }
 
-void arm_control_step(arm_control_t* const control, const arm_setup_t* const setup,
-                      const arm_motion_t* const desired)
+void manipulator_arm_control_step(manipulator_arm_control_t* const control,
+                                  const manipulator_arm_setup_t* const setup,
+                                  const manipulator_arm_motion_t* const desired)
 {
     FSW_ASSERT((control != NULL) && (setup != NULL) && (desired != NULL));
     const manipulator_control_t* const gains = setup->gains;
     const manipulator_model_t* const model   = setup->model;
-    const arm_terms_t terms                  = arm_terms(model, desired->position_rad);
-    const double fade = 1.0 - elementary_clamp(setup->period_s / gains->fade_time, 0.0, 1.0);
+    const manipulator_arm_terms_t terms      = manipulator_arm_terms(model, desired->position_rad);
+    const double fade = 1.0 - control_clamp(setup->period_s / gains->fade_time, 0.0, 1.0);
     double inertial[ARM_JOINTS];
     double coriolis[ARM_JOINTS];
-    arm_inertia_times(&terms, desired->acceleration_rad_s2, inertial);
-    arm_coriolis(&terms, desired->velocity_rad_s, coriolis);
+    manipulator_arm_inertia_times(&terms, desired->acceleration_rad_s2, inertial);
+    manipulator_arm_coriolis(&terms, desired->velocity_rad_s, coriolis);
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         const double speed = desired->velocity_rad_s[i];
         const double rigid = inertial[i] + coriolis[i] + terms.gravity_nm[i];
         const double friction =
-            (gains->friction_share * model->coulomb[i] * elementary_tanh(speed / FRICTION_SPEED_RAD_S)) +
+            (gains->friction_share * model->coulomb[i] * control_tanh(speed / FRICTION_SPEED_RAD_S)) +
             (model->viscous[i] * speed);
         control->offset_rad[i] *= fade;
         control->bias_nm[i] *= fade;
@@ -129,8 +134,7 @@ void arm_control_step(arm_control_t* const control, const arm_setup_t* const set
         const double wanted = control->feed_forward_nm[i] +
                               (gains->kp[i] * (control->motor_target_rad[i] - control->motor_rad[i])) +
                               (gains->kd[i] * (speed - control->motor[i].velocity));
-        control->command_nm[i] =
-            elementary_clamp(wanted, -gains->torque_ceiling[i], gains->torque_ceiling[i]);
+        control->command_nm[i] = control_clamp(wanted, -gains->torque_ceiling[i], gains->torque_ceiling[i]);
         control->limited += (control->command_nm[i] != wanted) ? 1U : 0U;
     }
 }

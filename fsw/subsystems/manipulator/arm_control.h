@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Joint control of the arm: from sensors and desired motion to the commands of the drives.
 ///
-/// Each cycle calls arm_control_sense, then arm_control_hold (actuators off: the law is computed for the
-/// present pose, so that engaging makes no step) or arm_control_step. Torque mode closes the loop here; in
+/// Each cycle calls manipulator_arm_control_sense, then _hold (actuators off: the law is computed for the
+/// present pose, so that engaging makes no step) or _step. Torque mode closes the loop here; in
 /// position mode the drive does, with the motor angle and the torque fed forward.
 ///
 ///     motor target  th_d = q_d + (M a_d + C + g) / K + offset
@@ -11,7 +11,7 @@
 ///
 /// offset, bias: by how much pose and torque at engagement differ from the model; both decay to zero.
 ///
-/// Ownership  The caller places arm_control_t. Gains and model are the parameters CONTROL and MODEL.
+/// Ownership  The caller places manipulator_arm_control_t. Gains and model: parameters CONTROL and MODEL.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H
@@ -27,13 +27,13 @@ typedef struct {
     double position_rad[ARM_JOINTS];
     double velocity_rad_s[ARM_JOINTS];
     double acceleration_rad_s2[ARM_JOINTS];
-} arm_motion_t;
+} manipulator_arm_motion_t;
 
 typedef struct {
     const manipulator_control_t* gains;
     const manipulator_model_t* model;
     double period_s;
-} arm_setup_t;
+} manipulator_arm_setup_t;
 
 typedef struct { // Read-only outside.
     bool is_started;
@@ -41,9 +41,9 @@ typedef struct { // Read-only outside.
     double motor_rad[ARM_JOINTS];
     double torque_nm[ARM_JOINTS]; ///< Sensor, raw.
     double link_rad[ARM_JOINTS];
-    tracker_t motor[ARM_JOINTS];     ///< Velocity of the motor angle.
-    tracker_t reference[ARM_JOINTS]; ///< Desired link motion.
-    arm_observer_t observer;
+    control_tracker_t motor[ARM_JOINTS];     ///< Velocity of the motor angle.
+    control_tracker_t reference[ARM_JOINTS]; ///< Desired link motion.
+    manipulator_arm_observer_t observer;
     double zero_nm[ARM_JOINTS];       ///< Of the torque sensors.
     double hand_zero_rad[ARM_JOINTS]; ///< Joystick angle that corresponds to link_zero_rad.
     double link_zero_rad[ARM_JOINTS];
@@ -54,18 +54,22 @@ typedef struct { // Read-only outside.
     double feed_forward_nm[ARM_JOINTS];
     double command_nm[ARM_JOINTS]; ///< Torque mode.
     unsigned limited;              ///< Torque commands cut at the ceiling [commands, wraps].
-} arm_control_t;
+} manipulator_arm_control_t;
 
-void arm_control_init(arm_control_t* control);
+void manipulator_arm_control_init(manipulator_arm_control_t* control);
 /// Take in motor angle and joint torque; estimates of link angle, velocities and external torque follow.
-void arm_control_sense(arm_control_t* control, const arm_setup_t* setup, const double motor_rad[ARM_JOINTS],
-                       const double torque_nm[ARM_JOINTS]);
+void manipulator_arm_control_sense(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
+                                   const double motor_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS]);
 /// Be coupled in the present pose: the hand's present angle (may be null: no hand) corresponds to it, and the
 /// commands are those that hold it as it is.
-void arm_control_hold(arm_control_t* control, const arm_setup_t* setup, const double* hand_rad);
+void manipulator_arm_control_hold(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
+                                  const double* hand_rad);
 /// The desired motion that follows the hand: its angle, or null while it is not known (the arm is held).
-arm_motion_t arm_control_follow(arm_control_t* control, const arm_setup_t* setup, const double* hand_rad);
+manipulator_arm_motion_t manipulator_arm_control_follow(manipulator_arm_control_t* control,
+                                                        const manipulator_arm_setup_t* setup,
+                                                        const double* hand_rad);
 /// Commands for a desired motion.
-void arm_control_step(arm_control_t* control, const arm_setup_t* setup, const arm_motion_t* desired);
+void manipulator_arm_control_step(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
+                                  const manipulator_arm_motion_t* desired);
 
 #endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_CONTROL_H

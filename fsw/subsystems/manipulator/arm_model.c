@@ -3,11 +3,12 @@
 
 #include "fsw/framework/control/elementary.h"
 
-arm_terms_t arm_terms(const manipulator_model_t* const model, const double angle_rad[ARM_JOINTS])
+manipulator_arm_terms_t manipulator_arm_terms(const manipulator_model_t* const model,
+                                              const double angle_rad[ARM_JOINTS])
 {
-    const sine_cosine_t elbow    = elementary_sine_cosine(angle_rad[1]);
-    const sine_cosine_t shoulder = elementary_sine_cosine(angle_rad[0]);
-    const sine_cosine_t forearm  = elementary_sine_cosine(angle_rad[0] + angle_rad[1]);
+    const control_sine_cosine_t elbow    = control_sine_cosine(angle_rad[1]);
+    const control_sine_cosine_t shoulder = control_sine_cosine(angle_rad[0]);
+    const control_sine_cosine_t forearm  = control_sine_cosine(angle_rad[0] + angle_rad[1]);
 
     const double m1       = model->link_mass[0];
     const double m2       = model->link_mass[1];
@@ -19,7 +20,7 @@ arm_terms_t arm_terms(const manipulator_model_t* const model, const double angle
     const double inner    = model->link_inertia[0] + (m1 * c1 * c1) + (m2 * l1 * l1);
     const double weight2  = model->gravity * m2 * c2 * forearm.cosine;
 
-    return (arm_terms_t){
+    return (manipulator_arm_terms_t){
         .m11        = inner + outer + (2.0 * coupling * elbow.cosine),
         .m12        = outer + (coupling * elbow.cosine),
         .m22        = outer,
@@ -28,16 +29,16 @@ arm_terms_t arm_terms(const manipulator_model_t* const model, const double angle
     };
 }
 
-void arm_inertia_times(const arm_terms_t* const terms, const double vector[ARM_JOINTS],
-                       double out[ARM_JOINTS])
+void manipulator_arm_inertia_times(const manipulator_arm_terms_t* const terms,
+                                   const double vector[ARM_JOINTS], double out[ARM_JOINTS])
 {
     const double first = (terms->m11 * vector[0]) + (terms->m12 * vector[1]);
     out[1]             = (terms->m12 * vector[0]) + (terms->m22 * vector[1]);
     out[0]             = first;
 }
 
-void arm_coriolis(const arm_terms_t* const terms, const double velocity_rad_s[ARM_JOINTS],
-                  double out_nm[ARM_JOINTS])
+void manipulator_arm_coriolis(const manipulator_arm_terms_t* const terms,
+                              const double velocity_rad_s[ARM_JOINTS], double out_nm[ARM_JOINTS])
 {
     const double v1 = velocity_rad_s[0];
     const double v2 = velocity_rad_s[1];
@@ -45,8 +46,8 @@ void arm_coriolis(const arm_terms_t* const terms, const double velocity_rad_s[AR
     out_nm[1]       = terms->h * v1 * v1;
 }
 
-void arm_coriolis_transposed(const arm_terms_t* const terms, const double velocity_rad_s[ARM_JOINTS],
-                             double out_nm[ARM_JOINTS])
+void manipulator_arm_coriolis_transposed(const manipulator_arm_terms_t* const terms,
+                                         const double velocity_rad_s[ARM_JOINTS], double out_nm[ARM_JOINTS])
 {
     const double v1 = velocity_rad_s[0];
     const double v2 = velocity_rad_s[1];

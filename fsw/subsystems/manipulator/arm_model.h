@@ -19,17 +19,19 @@ typedef struct { // What the equations of motion need in one pose.
     double m22;
     double h;                      ///< Coupling of the velocities, m2 l1 c2 sin q2 [kgm2].
     double gravity_nm[ARM_JOINTS]; ///< Torque that holds the arm still.
-} arm_terms_t;
+} manipulator_arm_terms_t;
 
-arm_terms_t arm_terms(const manipulator_model_t* model, const double angle_rad[ARM_JOINTS]);
+manipulator_arm_terms_t manipulator_arm_terms(const manipulator_model_t* model,
+                                              const double angle_rad[ARM_JOINTS]);
 
 /// M a.
-void arm_inertia_times(const arm_terms_t* terms, const double vector[ARM_JOINTS], double out[ARM_JOINTS]);
+void manipulator_arm_inertia_times(const manipulator_arm_terms_t* terms, const double vector[ARM_JOINTS],
+                                   double out[ARM_JOINTS]);
 /// C(q, v) v: centrifugal and Coriolis torque [Nm].
-void arm_coriolis(const arm_terms_t* terms, const double velocity_rad_s[ARM_JOINTS],
-                  double out_nm[ARM_JOINTS]);
+void manipulator_arm_coriolis(const manipulator_arm_terms_t* terms, const double velocity_rad_s[ARM_JOINTS],
+                              double out_nm[ARM_JOINTS]);
 /// C(q, v)^T v: what the momentum observer needs [Nm].
-void arm_coriolis_transposed(const arm_terms_t* terms, const double velocity_rad_s[ARM_JOINTS],
-                             double out_nm[ARM_JOINTS]);
+void manipulator_arm_coriolis_transposed(const manipulator_arm_terms_t* terms,
+                                         const double velocity_rad_s[ARM_JOINTS], double out_nm[ARM_JOINTS]);
 
 #endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_MODEL_H

@@ -5,30 +5,31 @@
 
 #include <stddef.h>
 
-void arm_observer_reset(arm_observer_t* const observer)
+void manipulator_arm_observer_reset(manipulator_arm_observer_t* const observer)
 {
     FSW_ASSERT(observer != NULL);
-    *observer = (arm_observer_t){.is_started = false};
+    *observer = (manipulator_arm_observer_t){.is_started = false};
 }
 
-void arm_observer_step(arm_observer_t* const observer, const manipulator_model_t* const model,
-                       const arm_observer_gains_t* const gains, const double link_rad[ARM_JOINTS],
-                       const double torque_nm[ARM_JOINTS])
+void manipulator_arm_observer_step(manipulator_arm_observer_t* const observer,
+                                   const manipulator_model_t* const model,
+                                   const manipulator_arm_observer_gains_t* const gains,
+                                   const double link_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS])
 {
     FSW_ASSERT((observer != NULL) && (model != NULL) && (gains != NULL));
     double velocity[ARM_JOINTS];
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         if (!observer->is_started) {
-            tracker_reset(&observer->link[i], link_rad[i]);
+            control_tracker_reset(&observer->link[i], link_rad[i]);
         }
-        tracker_step(&observer->link[i], link_rad[i], gains->bandwidth_rad_s, gains->period_s);
+        control_tracker_step(&observer->link[i], link_rad[i], gains->bandwidth_rad_s, gains->period_s);
         velocity[i] = observer->link[i].velocity;
     }
-    const arm_terms_t terms = arm_terms(model, link_rad);
+    const manipulator_arm_terms_t terms = manipulator_arm_terms(model, link_rad);
     double momentum[ARM_JOINTS];
     double coriolis[ARM_JOINTS];
-    arm_inertia_times(&terms, velocity, momentum);
-    arm_coriolis_transposed(&terms, velocity, coriolis);
+    manipulator_arm_inertia_times(&terms, velocity, momentum);
+    manipulator_arm_coriolis_transposed(&terms, velocity, coriolis);
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         if (!observer->is_started) {
             observer->momentum[i] = momentum[i];

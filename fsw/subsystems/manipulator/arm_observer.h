@@ -4,7 +4,7 @@
 /// The sensors sit behind the gears, so motor friction and rotor inertia do not matter; gravity, inertia and
 /// coupling of the links are taken out by the model without differentiating twice.
 ///
-/// Ownership  The caller places arm_observer_t.
+/// Ownership  The caller places manipulator_arm_observer_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_OBSERVER_H
@@ -15,24 +15,24 @@
 
 #include <stdbool.h>
 
-typedef struct {                    // Read-only outside.
-    tracker_t link[ARM_JOINTS];     ///< Follows the link angle.
-    double momentum[ARM_JOINTS];    ///< Integrated from the known torques [Nms].
-    double external_nm[ARM_JOINTS]; ///< Estimate.
+typedef struct {                        // Read-only outside.
+    control_tracker_t link[ARM_JOINTS]; ///< Follows the link angle.
+    double momentum[ARM_JOINTS];        ///< Integrated from the known torques [Nms].
+    double external_nm[ARM_JOINTS];     ///< Estimate.
     bool is_started;
-} arm_observer_t;
+} manipulator_arm_observer_t;
 
 typedef struct {
     double bandwidth_rad_s; ///< Of the velocity.
     double gain_1_s;        ///< Of the estimate.
     double period_s;
-} arm_observer_gains_t;
+} manipulator_arm_observer_gains_t;
 
 /// Restart with the next step.
-void arm_observer_reset(arm_observer_t* observer);
+void manipulator_arm_observer_reset(manipulator_arm_observer_t* observer);
 /// One cycle: link angle, and joint torque free of the sensor's offset.
-void arm_observer_step(arm_observer_t* observer, const manipulator_model_t* model,
-                       const arm_observer_gains_t* gains, const double link_rad[ARM_JOINTS],
-                       const double torque_nm[ARM_JOINTS]);
+void manipulator_arm_observer_step(manipulator_arm_observer_t* observer, const manipulator_model_t* model,
+                                   const manipulator_arm_observer_gains_t* gains,
+                                   const double link_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS]);
 
 #endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_OBSERVER_H

@@ -8,13 +8,13 @@
 
 #define REST_RAD_S 0.02 // Faster is motion, not noise.
 
-void arm_tare_init(arm_tare_t* const tare)
+void manipulator_arm_tare_init(manipulator_arm_tare_t* const tare)
 {
     FSW_ASSERT(tare != NULL);
-    *tare = (arm_tare_t){.result = STATUS_EMPTY};
+    *tare = (manipulator_arm_tare_t){.result = STATUS_EMPTY};
 }
 
-void arm_tare_begin(arm_tare_t* const tare)
+void manipulator_arm_tare_begin(manipulator_arm_tare_t* const tare)
 {
     FSW_ASSERT(tare != NULL);
     tare->result    = STATUS_BUSY;
@@ -23,13 +23,13 @@ void arm_tare_begin(arm_tare_t* const tare)
     tare->sum_nm[1] = 0.0;
 }
 
-static void finish(arm_tare_t* const tare, const double ceiling_nm)
+static void finish(manipulator_arm_tare_t* const tare, const double ceiling_nm)
 {
     double mean[ARM_JOINTS];
     bool is_free = true;
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         mean[i] = tare->sum_nm[i] / (double)tare->samples;
-        is_free = is_free && (elementary_absolute(mean[i]) <= ceiling_nm);
+        is_free = is_free && (control_absolute(mean[i]) <= ceiling_nm);
     }
     tare->result = is_free ? STATUS_OK : STATUS_OUT_OF_RANGE;
     for (unsigned i = 0U; is_free && (i < ARM_JOINTS); i++) {
@@ -37,16 +37,17 @@ static void finish(arm_tare_t* const tare, const double ceiling_nm)
     }
 }
 
-status_t arm_tare_step(arm_tare_t* const tare, const arm_tare_sample_t* const sample, const uint32_t samples,
-                       const double ceiling_nm)
+status_t manipulator_arm_tare_step(manipulator_arm_tare_t* const tare,
+                                   const manipulator_arm_tare_sample_t* const sample, const uint32_t samples,
+                                   const double ceiling_nm)
 {
     FSW_ASSERT((tare != NULL) && (sample != NULL));
     if (tare->result != STATUS_BUSY) {
         return tare->result;
     }
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        if (elementary_absolute(sample->velocity_rad_s[i]) > REST_RAD_S) {
-            arm_tare_begin(tare);
+        if (control_absolute(sample->velocity_rad_s[i]) > REST_RAD_S) {
+            manipulator_arm_tare_begin(tare);
             return STATUS_BUSY;
         }
     }

@@ -4,7 +4,7 @@
 /// Motion restarts the mean. An offset beyond the ceiling is treated as contact: the tare fails and the old
 /// zero stays.
 ///
-/// Ownership  The caller places arm_tare_t.
+/// Ownership  The caller places manipulator_arm_tare_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_ARM_TARE_H
@@ -21,18 +21,18 @@ typedef struct {     // Read-only outside.
     uint32_t samples;
     double sum_nm[ARM_JOINTS];
     double offset_nm[ARM_JOINTS]; ///< The zero in force.
-} arm_tare_t;
+} manipulator_arm_tare_t;
 
 typedef struct {                      // One sample.
     double difference_nm[ARM_JOINTS]; ///< Measured torque minus gravity torque of the model.
     double velocity_rad_s[ARM_JOINTS];
-} arm_tare_sample_t;
+} manipulator_arm_tare_sample_t;
 
-void arm_tare_init(arm_tare_t* tare);
-void arm_tare_begin(arm_tare_t* tare);
+void manipulator_arm_tare_init(manipulator_arm_tare_t* tare);
+void manipulator_arm_tare_begin(manipulator_arm_tare_t* tare);
 /// Take a sample in, if a tare is running. `samples` of them in a row, at rest, make the mean.
 /// Returns tare->result.
-status_t arm_tare_step(arm_tare_t* tare, const arm_tare_sample_t* sample, uint32_t samples,
-                       double ceiling_nm);
+status_t manipulator_arm_tare_step(manipulator_arm_tare_t* tare, const manipulator_arm_tare_sample_t* sample,
+                                   uint32_t samples, double ceiling_nm);
 
 #endif // FSW_SUBSYSTEMS_MANIPULATOR_ARM_TARE_H

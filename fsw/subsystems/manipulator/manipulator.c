@@ -16,15 +16,15 @@ void manipulator_init(manipulator_t* const manipulator, subsystem_t* const gener
     FSW_ASSERT((manipulator != NULL) && (generic != NULL) && (resolver != NULL));
     *manipulator = (manipulator_t){.generic = generic, .activity = MANIPULATOR_RESTING};
     drives_init(&manipulator->drives, generic, resolver);
-    arm_control_init(&manipulator->control);
-    arm_tare_init(&manipulator->tare);
+    manipulator_arm_control_init(&manipulator->control);
+    manipulator_arm_tare_init(&manipulator->tare);
 }
 
-arm_setup_t manipulator_setup(const manipulator_t* const manipulator)
+manipulator_arm_setup_t manipulator_setup(const manipulator_t* const manipulator)
 {
-    return (arm_setup_t){.gains    = &manipulator->parameters.control,
-                         .model    = &manipulator->parameters.model,
-                         .period_s = (double)subsystem_period_ns(manipulator->generic) * 1.0e-9};
+    return (manipulator_arm_setup_t){.gains    = &manipulator->parameters.control,
+                                     .model    = &manipulator->parameters.model,
+                                     .period_s = (double)subsystem_period_ns(manipulator->generic) * 1.0e-9};
 }
 
 static status_t software_init(void* const self)
@@ -44,7 +44,7 @@ static status_t hardware_init(void* const self)
     manipulator_t* const manipulator = self;
     manipulator->activity            = MANIPULATOR_RESTING;
     manipulator->has_zero            = false;
-    arm_tare_init(&manipulator->tare);
+    manipulator_arm_tare_init(&manipulator->tare);
     return drives_hardware_init(&manipulator->drives);
 }
 
@@ -69,7 +69,7 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
 {
     manipulator_t* const manipulator = self;
     manipulator->activity            = MANIPULATOR_RESTING;
-    arm_control_init(&manipulator->control);
+    manipulator_arm_control_init(&manipulator->control);
     manipulator->control.zero_nm[0] = manipulator->tare.offset_nm[0];
     manipulator->control.zero_nm[1] = manipulator->tare.offset_nm[1];
     const status_t status           = find_mode(manipulator, configuration);
@@ -82,7 +82,7 @@ static status_t start_control(void* const self)
     const status_t status            = drives_go(&manipulator->drives, CIA402_GOAL_STANDBY);
     if (status == STATUS_OK) {
         manipulator->activity = MANIPULATOR_PREPARED;
-        arm_tare_begin(&manipulator->tare);
+        manipulator_arm_tare_begin(&manipulator->tare);
     }
     return status;
 }

@@ -38,16 +38,16 @@ typedef struct { // All fields are private.
     manipulator_parameters_t parameters;
     manipulator_activity_t activity;
     bool is_torque_mode;
-    arm_control_t control;
-    arm_tare_t tare;
-    bool has_zero;        ///< A tare has succeeded since HARDWARE_INIT.
-    uint32_t tare_ticket; ///< Function TARE under way; 0 none.
-    bool has_hand;        ///< The joystick's angle is known in this cycle.
+    manipulator_arm_control_t control;
+    manipulator_arm_tare_t tare;
+    bool has_zero;       ///< A tare has succeeded since HARDWARE_INIT.
+    uint32_t tare_token; ///< Function TARE under way; 0 none.
+    bool has_hand;       ///< The joystick's angle is known in this cycle.
     manipulator_hand_position_payload_t hand;
-    motion_t motion[ARM_JOINTS];
-    motion_point_t point[ARM_JOINTS];
+    control_motion_t motion[ARM_JOINTS];
+    control_motion_point_t point[ARM_JOINTS];
     bool is_moving;
-    uint32_t move_ticket; ///< Function MOVE_TO under way; 0 none.
+    uint32_t move_token; ///< Function MOVE_TO under way; 0 none.
     bool is_beyond_limit[ARM_JOINTS];
 } manipulator_t;
 

@@ -11,7 +11,7 @@
 #define LIMIT_HYSTERESIS 0.95 // An excess is over when the torque has fallen to this share of the limit.
 #define NS_PER_US 1000U
 
-static cia402_axis_t* joint_axis(manipulator_t* const manipulator, const unsigned joint)
+static canopen_cia402_axis_t* joint_axis(manipulator_t* const manipulator, const unsigned joint)
 {
     canopen_device_t* const device = drives_device(&manipulator->drives, (uint16_t)joint);
     return (device != NULL) ? &device->axes[0] : NULL;
@@ -23,7 +23,7 @@ static void watch_torque(manipulator_t* const manipulator)
 {
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         const double limit  = manipulator->parameters.torque_limit[i];
-        const double torque = elementary_absolute(manipulator->control.torque_nm[i]);
+        const double torque = control_absolute(manipulator->control.torque_nm[i]);
         if (torque <= (limit * LIMIT_HYSTERESIS)) {
             manipulator->is_beyond_limit[i] = false;
         }
@@ -41,20 +41,21 @@ static void watch_torque(manipulator_t* const manipulator)
     }
 }
 
-static void step_tare(manipulator_t* const manipulator, const arm_setup_t* const setup)
+static void step_tare(manipulator_t* const manipulator, const manipulator_arm_setup_t* const setup)
 {
     if (manipulator->tare.result != STATUS_BUSY) {
         return;
     }
-    const arm_control_t* const control = &manipulator->control;
-    const arm_terms_t terms            = arm_terms(setup->model, control->link_rad);
-    arm_tare_sample_t sample;
+    const manipulator_arm_control_t* const control = &manipulator->control;
+    const manipulator_arm_terms_t terms            = manipulator_arm_terms(setup->model, control->link_rad);
+    manipulator_arm_tare_sample_t sample;
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         sample.difference_nm[i]  = control->torque_nm[i] - terms.gravity_nm[i];
         sample.velocity_rad_s[i] = control->observer.link[i].velocity;
     }
     const uint32_t samples = (uint32_t)((setup->gains->tare_time / setup->period_s) + 0.5);
-    if (arm_tare_step(&manipulator->tare, &sample, samples, setup->gains->tare_ceiling) != STATUS_BUSY) {
+    if (manipulator_arm_tare_step(&manipulator->tare, &sample, samples, setup->gains->tare_ceiling) !=
+        STATUS_BUSY) {
         manipulator->control.zero_nm[0] = manipulator->tare.offset_nm[0];
         manipulator->control.zero_nm[1] = manipulator->tare.offset_nm[1];
         manipulator_tare_ended(manipulator);
@@ -65,14 +66,17 @@ void manipulator_sense(void* const self)
 {
     manipulator_t* const manipulator = self;
     drives_sense(&manipulator->drives);
-    cia402_axis_t* const axes[ARM_JOINTS] = {joint_axis(manipulator, 0U), joint_axis(manipulator, 1U)};
+    canopen_cia402_axis_t* const axes[ARM_JOINTS] = {joint_axis(manipulator, 0U),
+                                                     joint_axis(manipulator, 1U)};
     if (!drives_are_running(&manipulator->drives) || (axes[0] == NULL) || (axes[1] == NULL)) {
         return;
     }
-    const arm_setup_t setup         = manipulator_setup(manipulator);
-    const double motor[ARM_JOINTS]  = {cia402_axis_position_rad(axes[0]), cia402_axis_position_rad(axes[1])};
-    const double torque[ARM_JOINTS] = {cia402_axis_torque_nm(axes[0]), cia402_axis_torque_nm(axes[1])};
-    arm_control_sense(&manipulator->control, &setup, motor, torque);
+    const manipulator_arm_setup_t setup = manipulator_setup(manipulator);
+    const double motor[ARM_JOINTS]      = {canopen_cia402_axis_position_rad(axes[0]),
+                                           canopen_cia402_axis_position_rad(axes[1])};
+    const double torque[ARM_JOINTS]     = {canopen_cia402_axis_torque_nm(axes[0]),
+                                           canopen_cia402_axis_torque_nm(axes[1])};
+    manipulator_arm_control_sense(&manipulator->control, &setup, motor, torque);
     manipulator->has_hand = subsystem_link_read(manipulator->generic, MANIPULATOR_PORT_HAND_POSITION,
                                                 &manipulator->hand, sizeof manipulator->hand) == STATUS_OK;
     if (manipulator->activity == MANIPULATOR_PREPARED) {
@@ -86,33 +90,35 @@ void manipulator_sense(void* const self)
 
 // ---- Control ------------------------------------------------------------------------------------
 
-static void command(manipulator_t* const manipulator, const arm_setup_t* const setup)
+static void command(manipulator_t* const manipulator, const manipulator_arm_setup_t* const setup)
 {
-    arm_control_t* const control = &manipulator->control;
-    const double* const hand     = manipulator->has_hand ? manipulator->hand.position : NULL;
+    manipulator_arm_control_t* const control = &manipulator->control;
+    const double* const hand                 = manipulator->has_hand ? manipulator->hand.position : NULL;
     if (manipulator->activity != MANIPULATOR_ENGAGED) {
-        arm_control_hold(control, setup, hand);
+        manipulator_arm_control_hold(control, setup, hand);
     } else {
-        const arm_motion_t desired = manipulator->is_torque_mode ? arm_control_follow(control, setup, hand)
-                                                                 : manipulator_motion_step(manipulator);
-        arm_control_step(control, setup, &desired);
+        const manipulator_arm_motion_t desired = manipulator->is_torque_mode
+                                                     ? manipulator_arm_control_follow(control, setup, hand)
+                                                     : manipulator_motion_step(manipulator);
+        manipulator_arm_control_step(control, setup, &desired);
     }
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        cia402_axis_t* const axis = joint_axis(manipulator, i);
+        canopen_cia402_axis_t* const axis = joint_axis(manipulator, i);
         if (axis == NULL) {
             continue;
         }
         if (manipulator->is_torque_mode) {
-            cia402_axis_command_torque(axis, control->command_nm[i]);
+            canopen_cia402_axis_command_torque(axis, control->command_nm[i]);
         } else {
-            cia402_axis_command_position(axis, control->motor_target_rad[i], control->feed_forward_nm[i]);
+            canopen_cia402_axis_command_position(axis, control->motor_target_rad[i],
+                                                 control->feed_forward_nm[i]);
         }
     }
 }
 
 static void tell_link(manipulator_t* const manipulator)
 {
-    const arm_control_t* const control              = &manipulator->control;
+    const manipulator_arm_control_t* const control  = &manipulator->control;
     const manipulator_robot_state_payload_t payload = {
         .position        = {control->link_rad[0], control->link_rad[1]},
         .external_torque = {control->observer.external_nm[0], control->observer.external_nm[1]}};
@@ -121,10 +127,10 @@ static void tell_link(manipulator_t* const manipulator)
 
 static void count(manipulator_t* const manipulator, manipulator_counters_t* const counters)
 {
-    const canopen_network_t* const network = &manipulator->drives.network;
-    const master_counters_t* const master  = &network->master.counters;
-    network_bus_counters_t bus;
-    network_bus_counters(network, &bus);
+    const canopen_network_t* const network        = &manipulator->drives.network;
+    const canopen_master_counters_t* const master = &network->master.counters;
+    canopen_network_bus_counters_t bus;
+    canopen_network_bus_counters(network, &bus);
     subsystem_link_totals_t links;
     subsystem_link_totals(manipulator->generic, &links);
     counters->link_lost        = links.lost;
@@ -170,14 +176,14 @@ static uint32_t link_age_us(const manipulator_t* const manipulator)
 
 static void publish(manipulator_t* const manipulator)
 {
-    const arm_control_t* const control         = &manipulator->control;
-    manipulator_parameters_t* const parameters = &manipulator->parameters;
-    parameter_dictionary_t* const dictionary   = subsystem_dictionary(manipulator->generic);
-    const uint32_t age_us                      = link_age_us(manipulator);
+    const manipulator_arm_control_t* const control = &manipulator->control;
+    manipulator_parameters_t* const parameters     = &manipulator->parameters;
+    parameter_dictionary_t* const dictionary       = subsystem_dictionary(manipulator->generic);
+    const uint32_t age_us                          = link_age_us(manipulator);
     parameter_lock(dictionary);
     parameters->cur_values.state = (int32_t)subsystem_state(manipulator->generic);
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        const cia402_axis_t* const axis           = joint_axis(manipulator, i);
+        const canopen_cia402_axis_t* const axis   = joint_axis(manipulator, i);
         parameters->cur_values.position[i]        = control->link_rad[i];
         parameters->cur_values.velocity[i]        = control->observer.link[i].velocity;
         parameters->cur_values.torque[i]          = control->torque_nm[i];
@@ -197,7 +203,7 @@ void manipulator_control(void* const self)
 {
     manipulator_t* const manipulator = self;
     if (drives_are_running(&manipulator->drives) && manipulator->control.is_started) {
-        const arm_setup_t setup = manipulator_setup(manipulator);
+        const manipulator_arm_setup_t setup = manipulator_setup(manipulator);
         command(manipulator, &setup);
     }
     tell_link(manipulator);

@@ -19,10 +19,10 @@
 static void end_move(manipulator_t* const manipulator, const uint16_t failure_code)
 {
     manipulator->is_moving = false;
-    if (manipulator->move_ticket != 0U) {
-        const uint32_t ticket    = manipulator->move_ticket;
-        manipulator->move_ticket = 0U;
-        subsystem_function_done(manipulator->generic, ticket, failure_code, 0U);
+    if (manipulator->move_token != 0U) {
+        const uint32_t call_token = manipulator->move_token;
+        manipulator->move_token   = 0U;
+        subsystem_function_done(manipulator->generic, call_token, failure_code, 0U);
     }
 }
 
@@ -30,27 +30,27 @@ void manipulator_motion_reset(manipulator_t* const manipulator)
 {
     FSW_ASSERT(manipulator != NULL);
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        manipulator->point[i] = (motion_point_t){.position = manipulator->control.link_rad[i]};
-        motion_rest(&manipulator->motion[i], manipulator->control.link_rad[i]);
+        manipulator->point[i] = (control_motion_point_t){.position = manipulator->control.link_rad[i]};
+        control_motion_rest(&manipulator->motion[i], manipulator->control.link_rad[i]);
     }
     end_move(manipulator, PUS_FAILURE_ABORTED);
 }
 
-arm_motion_t manipulator_motion_step(manipulator_t* const manipulator)
+manipulator_arm_motion_t manipulator_motion_step(manipulator_t* const manipulator)
 {
     FSW_ASSERT(manipulator != NULL);
-    const arm_setup_t setup = manipulator_setup(manipulator);
-    bool is_done            = true;
-    arm_motion_t desired;
+    const manipulator_arm_setup_t setup = manipulator_setup(manipulator);
+    bool is_done                        = true;
+    manipulator_arm_motion_t desired;
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        const motion_point_t point        = motion_step(&manipulator->motion[i], setup.period_s);
-        manipulator->point[i]             = point;
-        desired.position_rad[i]           = point.position;
-        desired.velocity_rad_s[i]         = point.velocity;
-        desired.acceleration_rad_s2[i]    = point.acceleration;
-        manipulator->control.reference[i] = (tracker_t){
-            .position = point.position, .velocity = point.velocity, .acceleration = point.acceleration};
-        is_done = is_done && motion_is_done(&manipulator->motion[i]);
+        const control_motion_point_t point = control_motion_step(&manipulator->motion[i], setup.period_s);
+        manipulator->point[i]              = point;
+        desired.position_rad[i]            = point.position;
+        desired.velocity_rad_s[i]          = point.velocity;
+        desired.acceleration_rad_s2[i]     = point.acceleration;
+        manipulator->control.reference[i]  = (control_tracker_t){
+             .position = point.position, .velocity = point.velocity, .acceleration = point.acceleration};
+        is_done = is_done && control_motion_is_done(&manipulator->motion[i]);
     }
     if (manipulator->is_moving && is_done) {
         end_move(manipulator, PUS_FAILURE_NONE);
@@ -62,7 +62,7 @@ static bool is_in_range(const manipulator_t* const manipulator, const double pos
 {
     const manipulator_control_t* const gains = &manipulator->parameters.control;
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        if (!(elementary_absolute(position_rad[i] - gains->home[i]) <= gains->range[i])) {
+        if (!(control_absolute(position_rad[i] - gains->home[i]) <= gains->range[i])) {
             return false;
         }
     }
@@ -79,13 +79,14 @@ static void begin_move(manipulator_t* const manipulator, const double goal_rad[A
                        const double duration_s)
 {
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        motion_begin(&manipulator->motion[i], manipulator->point[i].position, goal_rad[i], duration_s);
+        control_motion_begin(&manipulator->motion[i], manipulator->point[i].position, goal_rad[i],
+                             duration_s);
     }
     manipulator->is_moving = true;
 }
 
 static status_t move_to(manipulator_t* const manipulator,
-                        const manipulator_move_to_arguments_t* const arguments, const uint32_t ticket)
+                        const manipulator_move_to_arguments_t* const arguments, const uint32_t call_token)
 {
     if (!may_move(manipulator)) {
         return STATUS_FORBIDDEN;
@@ -95,13 +96,13 @@ static status_t move_to(manipulator_t* const manipulator,
     }
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         const double distance = arguments->position[i] - manipulator->point[i].position;
-        if (!(motion_peak_speed(distance, arguments->duration) <=
+        if (!(control_motion_peak_speed(distance, arguments->duration) <=
               manipulator->parameters.control.speed_limit)) {
             return STATUS_OUT_OF_RANGE;
         }
     }
     begin_move(manipulator, arguments->position, arguments->duration);
-    manipulator->move_ticket = ticket;
+    manipulator->move_token = call_token;
     return STATUS_BUSY;
 }
 
@@ -111,7 +112,7 @@ static status_t stop(manipulator_t* const manipulator)
         return STATUS_FORBIDDEN;
     }
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        motion_brake(&manipulator->motion[i], &manipulator->point[i], STOP_RAD_S2);
+        control_motion_brake(&manipulator->motion[i], &manipulator->point[i], STOP_RAD_S2);
     }
     end_move(manipulator, PUS_FAILURE_ABORTED);
     return STATUS_OK;
@@ -127,7 +128,7 @@ static void go_to_parameter(manipulator_t* const manipulator)
     }
     double duration_s = DURATION_MIN_S;
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        const double distance = elementary_absolute(goal[i] - manipulator->point[i].position);
+        const double distance = control_absolute(goal[i] - manipulator->point[i].position);
         const double needed =
             PEAK_SPEED * distance / (PARAMETER_SHARE * manipulator->parameters.control.speed_limit);
         duration_s = (needed > duration_s) ? needed : duration_s;
@@ -150,25 +151,25 @@ void manipulator_abandon(manipulator_t* const manipulator)
     if (manipulator->tare.result == STATUS_BUSY) { // The old zero stays in force.
         manipulator->tare.result = STATUS_EMPTY;
     }
-    if (manipulator->tare_ticket != 0U) {
-        const uint32_t ticket    = manipulator->tare_ticket;
-        manipulator->tare_ticket = 0U;
-        subsystem_function_done(manipulator->generic, ticket, PUS_FAILURE_ABORTED, 0U);
+    if (manipulator->tare_token != 0U) {
+        const uint32_t call_token = manipulator->tare_token;
+        manipulator->tare_token   = 0U;
+        subsystem_function_done(manipulator->generic, call_token, PUS_FAILURE_ABORTED, 0U);
     }
 }
 
 // ---- Functions ----------------------------------------------------------------------------------
 
 /// A command for a tare takes over one that was started automatically.
-static status_t tare(manipulator_t* const manipulator, const uint32_t ticket)
+static status_t tare(manipulator_t* const manipulator, const uint32_t call_token)
 {
-    if ((manipulator->activity != MANIPULATOR_PREPARED) || (manipulator->tare_ticket != 0U)) {
+    if ((manipulator->activity != MANIPULATOR_PREPARED) || (manipulator->tare_token != 0U)) {
         return STATUS_FORBIDDEN;
     }
     if (manipulator->tare.result != STATUS_BUSY) {
-        arm_tare_begin(&manipulator->tare);
+        manipulator_arm_tare_begin(&manipulator->tare);
     }
-    manipulator->tare_ticket = ticket;
+    manipulator->tare_token = call_token;
     return STATUS_BUSY;
 }
 
@@ -184,10 +185,11 @@ void manipulator_tare_ended(manipulator_t* const manipulator)
         octet_write_f64(&writer, manipulator->tare.offset_nm[1]);
         (void)subsystem_raise(manipulator->generic, MANIPULATOR_EVENT_TARE_DONE, octets, writer.position);
     }
-    if (manipulator->tare_ticket != 0U) {
-        const uint32_t ticket    = manipulator->tare_ticket;
-        manipulator->tare_ticket = 0U;
-        subsystem_function_done(manipulator->generic, ticket, is_done ? PUS_FAILURE_NONE : PUS_FAILURE_DEVICE,
+    if (manipulator->tare_token != 0U) {
+        const uint32_t call_token = manipulator->tare_token;
+        manipulator->tare_token   = 0U;
+        subsystem_function_done(manipulator->generic, call_token,
+                                is_done ? PUS_FAILURE_NONE : PUS_FAILURE_DEVICE,
                                 (uint32_t)manipulator->tare.result);
     }
 }
@@ -208,9 +210,9 @@ status_t manipulator_perform(void* const self, const subsystem_function_t* const
     manipulator_t* const manipulator = self;
     switch (function->function_id) {
     case MANIPULATOR_FUNCTION_MOVE_TO:
-        return move_to(manipulator, function->arguments, function->ticket);
+        return move_to(manipulator, function->arguments, function->call_token);
     case MANIPULATOR_FUNCTION_TARE:
-        return tare(manipulator, function->ticket);
+        return tare(manipulator, function->call_token);
     case MANIPULATOR_FUNCTION_RAISE:
         return raise_event(manipulator, ((const manipulator_raise_arguments_t*)function->arguments)->event);
     case MANIPULATOR_FUNCTION_STOP:

@@ -6,7 +6,7 @@
 #include "fsw/subsystems/manipulator/manipulator.h"
 
 /// Gains, model and period of this cycle.
-arm_setup_t manipulator_setup(const manipulator_t* manipulator);
+manipulator_arm_setup_t manipulator_setup(const manipulator_t* manipulator);
 
 /// manipulator_cycle.c: the cyclic callbacks.
 void manipulator_sense(void* self);
@@ -17,7 +17,7 @@ void manipulator_emit(void* self);
 status_t manipulator_perform(void* self, const subsystem_function_t* function);
 void manipulator_parameter_set(void* self, uint32_t parameter_id);
 /// Next point of the commanded motion; ends its function command.
-arm_motion_t manipulator_motion_step(manipulator_t* manipulator);
+manipulator_arm_motion_t manipulator_motion_step(manipulator_t* manipulator);
 /// At rest where the arm is; function commands under way are aborted.
 void manipulator_motion_reset(manipulator_t* manipulator);
 /// The controllers are switched off: abort everything commanded.

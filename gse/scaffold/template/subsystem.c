@@ -49,8 +49,8 @@ static bool follow(@name@_t* const own)
     const double away        = own->parameters.des_value - own->value;
     const bool was_under_way = own->is_under_way;
 
-    own->value += elementary_clamp(away, -most, most);
-    own->is_under_way = (elementary_absolute(away) > most);
+    own->value += control_clamp(away, -most, most);
+    own->is_under_way = (control_absolute(away) > most);
     return was_under_way && !own->is_under_way;
 }
 

@@ -10,8 +10,8 @@ static subsystem_descriptor_t descriptor;
 static subsystem_t generic;
 static @name@_t own;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;

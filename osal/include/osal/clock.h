@@ -2,7 +2,7 @@
 /// The clock of a program, the only place where it waits. Components get the time from the executive.
 ///
 /// Real: monotonic time from a common origin, absolute sleep, woken early by a socket. Stepped: simulated
-/// time from the calendar. Granted: for a program that cannot reach the calendar's memory (one of another
+/// time from the scheduler. Granted: for a program that cannot reach the scheduler's memory (one of another
 /// byte order); its caller brings the grants and takes its deliveries.
 ///
 /// In stepped time only osal_clock_wait waits for simulated time. Other calls of this layer that may wait
@@ -17,7 +17,7 @@
 #define OSAL_CLOCK_H
 
 #include "base/status.h"
-#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/socket.h"
 
 #include <stdbool.h>
@@ -38,14 +38,14 @@ typedef struct {
 } osal_clock_attributes_t;
 
 typedef struct { ///< Deliveries announced during a grant, by their receiver. Counts saturate.
-    uint32_t lives[OSAL_CALENDAR_PARTICIPANTS_MAX]; ///< Life of each receiver that they are meant for.
-    uint32_t messages[OSAL_CALENDAR_PARTICIPANTS_MAX];
-    uint32_t octets[OSAL_CALENDAR_PARTICIPANTS_MAX];
+    uint32_t lives[OSAL_LOCKSTEP_PARTICIPANTS_MAX]; ///< Life of each receiver that they are meant for.
+    uint32_t messages[OSAL_LOCKSTEP_PARTICIPANTS_MAX];
+    uint32_t octets[OSAL_LOCKSTEP_PARTICIPANTS_MAX];
 } osal_deliveries_t;
 
 typedef struct { // All fields are private, except `attributes`: read-only.
     osal_clock_mode_t mode;
-    osal_calendar_t* calendar;
+    osal_lockstep_t* scheduler;
     osal_deliveries_t* deliveries; // Of a granted clock.
     unsigned participant;
     uint32_t life;
@@ -57,8 +57,8 @@ typedef struct { // All fields are private, except `attributes`: read-only.
 /// Real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Requests timer slack 1 ns and locked memory;
 /// `attributes` says which of them were permitted.
 void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns);
-/// Stepped clock: that life of `participant` of the calendar.
-void osal_clock_open_stepped(osal_clock_t* clock, osal_calendar_t* calendar, unsigned participant,
+/// Stepped clock: that life of `participant` of the scheduler.
+void osal_clock_open_stepped(osal_clock_t* clock, osal_lockstep_t* scheduler, unsigned participant,
                              uint32_t life);
 
 /// Granted clock: stepped time 0, nothing due. Deliveries are noted in `deliveries`, which must outlive it
@@ -79,7 +79,7 @@ uint64_t osal_clock_now_ns(const osal_clock_t* clock);
 MUST_USE status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
                                   size_t socket_count);
 
-/// Tell the calendar of deliveries to that life of another participant. Real clock: no effect.
+/// Tell the scheduler of deliveries to that life of another participant. Real clock: no effect.
 void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t life, uint32_t messages,
                         uint32_t octets);
 /// Deliveries announced with the present grant; 0 for a real clock.

@@ -11,7 +11,7 @@
 ///
 /// Context    Any task. Ringing never blocks, and enters the kernel only if a task waits; a waiter that died
 ///            costs only such calls. Waiting is for the executive of a program with a real clock, never for a
-///            component: in stepped time the calendar does not know of it.
+///            component: in stepped time the scheduler does not know of it.
 /// Errors     A null argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_DOORBELL_H
 #define OSAL_DOORBELL_H

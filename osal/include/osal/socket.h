@@ -72,8 +72,8 @@ MUST_USE status_t osal_stream_send(osal_socket_t* socket, const uint8_t* octets,
 MUST_USE status_t osal_stream_receive(osal_socket_t* socket, uint8_t* octets, size_t capacity,
                                       size_t* out_size);
 
-/// Local UNIX stream sockets: the door of the calendar and control channels. Path <= 100 characters.
-/// Accept with osal_tcp_accept (peer address 0:0). The path stays until removed as a file.
+/// Local UNIX stream sockets: the co-simulation port of the scheduler and control channels. Path <= 100
+/// characters. Accept with osal_tcp_accept (peer address 0:0). The path stays until removed as a file.
 /// STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_local_listen(osal_socket_t* socket, const char* path);
 /// STATUS_OK, STATUS_CLOSED (no listener), STATUS_INVALID (path), STATUS_IO.

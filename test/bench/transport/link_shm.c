@@ -8,9 +8,9 @@
 #include <string.h>
 #include <unistd.h>
 
-static link_producer_t producers[2];
-static link_producer_t* producer;
-static link_consumer_t consumer;
+static rtlink_producer_t producers[2];
+static rtlink_producer_t* producer;
+static rtlink_consumer_t consumer;
 static rtlink_terms_t terms;
 static bool polls;
 static long maker; // Process that made the memories.
@@ -22,7 +22,7 @@ static bool shm_name(void* context, uint16_t link, char* out_name, size_t capaci
     return true;
 }
 
-static const link_resolver_t resolver = {.shm_name = shm_name};
+static const rtlink_resolver_t resolver = {.shm_name = shm_name};
 
 static bool prepare(size_t size)
 {
@@ -33,8 +33,8 @@ static bool prepare(size_t size)
                              .methods       = 1U << RTLINK_METHOD_SHARED_MEMORY,
                              .decimation    = 1U,
                              .max_age_us    = UINT32_MAX};
-    return (link_producer_open(&producers[0], &resolver, 0U, &terms, 1U) == STATUS_OK) &&
-           (link_producer_open(&producers[1], &resolver, 1U, &terms, 1U) == STATUS_OK);
+    return (rtlink_producer_open(&producers[0], &resolver, 0U, &terms, 1U) == STATUS_OK) &&
+           (rtlink_producer_open(&producers[1], &resolver, 1U, &terms, 1U) == STATUS_OK);
 }
 
 static bool open_side(unsigned side, size_t size, bool is_polled)
@@ -42,21 +42,21 @@ static bool open_side(unsigned side, size_t size, bool is_polled)
     (void)size;
     polls    = is_polled;
     producer = &producers[side];
-    return link_consumer_open(&consumer, &resolver, (uint16_t)(1U - side), &terms, 1U) == STATUS_OK;
+    return rtlink_consumer_open(&consumer, &resolver, (uint16_t)(1U - side), &terms, 1U) == STATUS_OK;
 }
 
 static void send_payload(const uint8_t* payload)
 {
-    (void)link_producer_write(producer, 5U, 1U, payload);
+    (void)rtlink_producer_write(producer, 5U, 1U, payload);
 }
 
 static void receive(uint8_t* payload)
 {
-    osal_doorbell_t* const bell = link_consumer_doorbell(&consumer);
+    osal_doorbell_t* const bell = rtlink_consumer_doorbell(&consumer);
     const uint32_t frames       = consumer.counters.frames;
     for (;;) {
         const uint32_t seen = polls ? 0U : osal_doorbell_rings(bell);
-        (void)link_consumer_read(&consumer, 1U);
+        (void)rtlink_consumer_read(&consumer, 1U);
         if (consumer.counters.frames != frames) {
             (void)memcpy(payload, consumer.payload, terms.layout_octets);
             return;
@@ -69,10 +69,10 @@ static void receive(uint8_t* payload)
 
 static void close_side(void)
 {
-    link_consumer_close(&consumer);
+    rtlink_consumer_close(&consumer);
     if (maker == (long)getpid()) {
-        link_producer_close(&producers[0]);
-        link_producer_close(&producers[1]);
+        rtlink_producer_close(&producers[0]);
+        rtlink_producer_close(&producers[1]);
     }
 }
 

@@ -8,8 +8,8 @@
 
 static osal_socket_t sockets[2];
 static osal_address_t addresses[2];
-static link_producer_t producer;
-static link_consumer_t consumer;
+static rtlink_producer_t producer;
+static rtlink_consumer_t consumer;
 static rtlink_terms_t terms;
 static unsigned own;
 
@@ -22,7 +22,7 @@ static bool udp_route(void* context, uint16_t link, osal_socket_t** out_socket, 
     return true;
 }
 
-static const link_resolver_t resolver = {.udp_route = udp_route};
+static const rtlink_resolver_t resolver = {.udp_route = udp_route};
 
 static bool prepare(size_t size)
 {
@@ -46,13 +46,13 @@ static bool open_side(unsigned side, size_t size, bool is_polled)
     (void)size;
     own = side;
     return !is_polled &&
-           (link_producer_open(&producer, &resolver, (uint16_t)side, &terms, 1U) == STATUS_OK) &&
-           (link_consumer_open(&consumer, &resolver, (uint16_t)(1U - side), &terms, 1U) == STATUS_OK);
+           (rtlink_producer_open(&producer, &resolver, (uint16_t)side, &terms, 1U) == STATUS_OK) &&
+           (rtlink_consumer_open(&consumer, &resolver, (uint16_t)(1U - side), &terms, 1U) == STATUS_OK);
 }
 
 static void send_payload(const uint8_t* payload)
 {
-    (void)link_producer_write(&producer, 5U, 1U, payload);
+    (void)rtlink_producer_write(&producer, 5U, 1U, payload);
 }
 
 static void receive(uint8_t* payload)
@@ -66,7 +66,7 @@ static void receive(uint8_t* payload)
             abort();
         }
         if (osal_udp_receive(&sockets[own], &from, frame, sizeof frame, &size) == STATUS_OK) {
-            (void)link_consumer_deliver(&consumer, frame, size);
+            (void)rtlink_consumer_deliver(&consumer, frame, size);
         }
     }
     (void)memcpy(payload, consumer.payload, terms.layout_octets);

@@ -77,7 +77,7 @@ def test_a_flight_after_one_that_was_cut_off_begins_in_the_fallback_mode(tmp_pat
 
 def _flip_both_banks(identity):
     """A bit of each page of the supervisor's checkpoint, and thus of both of its banks; the octets as they are then."""
-    with open(f"/dev/shm/{identity}.vitals", "r+b") as file, mmap.mmap(file.fileno(), 0) as memory:
+    with open(f"/dev/shm/{identity}.checkpoint", "r+b") as file, mmap.mmap(file.fileno(), 0) as memory:
         for place in range(mmap.PAGESIZE // 2, len(memory), mmap.PAGESIZE):
             memory[place] ^= 1
         return memory[:]
@@ -96,6 +96,6 @@ def test_a_damaged_checkpoint_is_told_kept_and_flown_past(tmp_path):
     _shut_down(flight, ground, code=1)
     (told,) = _events(tmp_path / "1", VITALS_DAMAGED)
     assert told.endswith("auxiliary=0001")
-    kept = (storage / "SUPERVISOR.vitals.damaged.0").read_bytes()
+    kept = (storage / "SUPERVISOR.checkpoint.damaged.0").read_bytes()
     assert len(kept) == len(octets)
     assert sum(one != other for one, other in zip(kept, octets, strict=True)) <= 16  # The generations of both banks were cleared.

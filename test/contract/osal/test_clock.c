@@ -38,7 +38,7 @@ static void test_real_time_counts_from_its_origin(void)
     TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&wall)); // Not begun.
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(&wall));
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_octets_due(&wall));
-    osal_clock_deliver(&wall, 3U, OSAL_CALENDAR_ANY_LIFE, 1U, 1U); // No effect, no fault.
+    osal_clock_deliver(&wall, 3U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 1U); // No effect, no fault.
     TEST_ASSERT_EQUAL(1, prctl(PR_GET_TIMERSLACK));
 }
 
@@ -175,40 +175,40 @@ static void test_stop_signal_ends_a_real_wait_once(void)
     TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) >= wake_ns);
 }
 
-static uint64_t storage[OSAL_CALENDAR_BYTES / 8U] __attribute__((aligned(64)));
+static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
 
 static uint64_t messages_seen;
 
 static void partner(void* context)
 {
-    osal_calendar_t* const calendar = context;
+    osal_lockstep_t* const scheduler = context;
     osal_clock_t clock;
-    osal_clock_open_stepped(&clock, calendar, 2U, OSAL_CALENDAR_ANY_LIFE);
+    osal_clock_open_stepped(&clock, scheduler, 2U, OSAL_LOCKSTEP_ANY_LIFE);
     while (osal_clock_wait(&clock, OSAL_CLOCK_NEVER, NULL, 0U) == STATUS_OK) {
         messages_seen += osal_clock_messages_due(&clock);
-        osal_clock_deliver(&clock, 1U, OSAL_CALENDAR_ANY_LIFE, 0U, 10U * osal_clock_octets_due(&clock));
+        osal_clock_deliver(&clock, 1U, OSAL_LOCKSTEP_ANY_LIFE, 0U, 10U * osal_clock_octets_due(&clock));
     }
 }
 
 static void test_stepped_time_is_that_of_the_grant(void)
 {
-    osal_calendar_t* const calendar = osal_calendar_create(storage, SLOT_NS, true);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, SLOT_NS, true);
     osal_task_t task;
     osal_clock_t clock;
-    osal_clock_open_stepped(&clock, calendar, 1U, OSAL_CALENDAR_ANY_LIFE);
-    osal_calendar_expect(calendar, 1U, 1U, 0U);
-    osal_calendar_expect(calendar, 2U, 1U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, partner, calendar, 0));
+    osal_clock_open_stepped(&clock, scheduler, 1U, OSAL_LOCKSTEP_ANY_LIFE);
+    osal_lockstep_expect(scheduler, 1U, 1U, 0U);
+    osal_lockstep_expect(scheduler, 2U, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, partner, scheduler, 0));
     TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&clock));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock, 0U, NULL, 0U));
     for (uint32_t i = 1U; i <= 100U; i++) {
-        osal_clock_deliver(&clock, 2U, OSAL_CALENDAR_ANY_LIFE, 1U, i);
+        osal_clock_deliver(&clock, 2U, OSAL_LOCKSTEP_ANY_LIFE, 1U, i);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock, OSAL_CLOCK_NEVER, NULL, 0U));
         TEST_ASSERT_EQUAL_UINT64((uint64_t)i * SLOT_NS, osal_clock_now_ns(&clock));
         TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(&clock));
         TEST_ASSERT_EQUAL_UINT32(10U * i, osal_clock_octets_due(&clock));
     }
-    osal_calendar_close(calendar);
+    osal_lockstep_close(scheduler);
     osal_task_join(&task);
     TEST_ASSERT_EQUAL_UINT64(100U, messages_seen);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_clock_wait(&clock, 0U, NULL, 0U));
@@ -229,18 +229,18 @@ static void test_granted_time_is_what_is_brought(void)
     TEST_ASSERT_EQUAL_UINT64(SLOT_NS, osal_clock_now_ns(&clock));
     TEST_ASSERT_EQUAL_UINT32(2U, osal_clock_messages_due(&clock));
     TEST_ASSERT_EQUAL_UINT32(3U, osal_clock_octets_due(&clock));
-    osal_clock_deliver(&clock, 1U, OSAL_CALENDAR_ANY_LIFE, 1U, 0U);
-    osal_clock_deliver(&clock, 1U, OSAL_CALENDAR_ANY_LIFE, 1U, 20U);
-    osal_clock_deliver(&clock, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, OSAL_CALENDAR_ANY_LIFE, UINT32_MAX, 5U);
-    osal_clock_deliver(&clock, OSAL_CALENDAR_PARTICIPANTS_MAX - 1U, OSAL_CALENDAR_ANY_LIFE, 1U, 0U);
+    osal_clock_deliver(&clock, 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
+    osal_clock_deliver(&clock, 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 20U);
+    osal_clock_deliver(&clock, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U, OSAL_LOCKSTEP_ANY_LIFE, UINT32_MAX, 5U);
+    osal_clock_deliver(&clock, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
     TEST_ASSERT_EQUAL_UINT32(0U, told.messages[0]);
     TEST_ASSERT_EQUAL_UINT32(2U, told.messages[1]);
     TEST_ASSERT_EQUAL_UINT32(20U, told.octets[1]);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, told.messages[OSAL_CALENDAR_PARTICIPANTS_MAX - 1U]);
-    TEST_ASSERT_EQUAL_UINT32(5U, told.octets[OSAL_CALENDAR_PARTICIPANTS_MAX - 1U]);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, told.messages[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U]);
+    TEST_ASSERT_EQUAL_UINT32(5U, told.octets[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U]);
     osal_clock_take_grant(&clock, &second);
     TEST_ASSERT_EQUAL_UINT32(0U, told.messages[1]);
-    TEST_ASSERT_EQUAL_UINT32(0U, told.octets[OSAL_CALENDAR_PARTICIPANTS_MAX - 1U]);
+    TEST_ASSERT_EQUAL_UINT32(0U, told.octets[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U]);
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_octets_due(&clock));
 }
 

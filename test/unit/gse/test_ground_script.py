@@ -208,7 +208,7 @@ def test_end_leaves_the_rest(dictionary):
 
 
 class Door(threading.Thread):
-    """The calendar's side: grants by a script, checks that nothing is said outside of a grant."""
+    """The scheduler's side: grants by a script, checks that nothing is said outside of a grant."""
 
     def __init__(self, path, port):
         super().__init__(daemon=True)
@@ -266,11 +266,11 @@ class Door(threading.Thread):
 
 
 def test_stepped_time_through_the_door(dictionary_path, tmp_path, capsys):
-    door = Door(tmp_path / "door", 0)
+    door = Door(tmp_path / "cosim", 0)
     port = door.station.getsockname()[1]
     door.start()
     (tmp_path / "s.scn").write_text("0 operator mode SAFE\n0.25 operator mode NOMINAL\n")
-    words = ["--port", str(port), "--dictionary", str(dictionary_path), "--door", str(tmp_path / "door")]
+    words = ["--port", str(port), "--dictionary", str(dictionary_path), "--cosimulation", str(tmp_path / "cosim")]
     before = signal.getsignal(signal.SIGTERM)
     try:
         code = main([*words, "--run", str(tmp_path), "script", str(tmp_path / "s.scn")])
@@ -336,18 +336,18 @@ def test_a_script_that_does_not_load_is_a_usage_error(dictionary_path, tmp_path,
 
 
 def test_no_calendar_behind_the_door(tmp_path):
-    with pytest.raises(LinkLost, match="no calendar"):
+    with pytest.raises(LinkLost, match="no scheduler"):
         StepClock(tmp_path / "none", 1)
 
 
 def test_the_end_of_the_run_is_a_lost_link(dictionary, tmp_path):
     server = socket.socket(socket.AF_UNIX)
-    server.bind(str(tmp_path / "door"))
+    server.bind(str(tmp_path / "cosim"))
     server.listen(1)
-    clock = StepClock(tmp_path / "door", 1)
+    clock = StepClock(tmp_path / "cosim", 1)
     server.accept()[0].close()
     driver = StepDriver(None, Session(dictionary, 0), clock)
-    with pytest.raises(LinkLost, match="run has ended|calendar is gone"):
+    with pytest.raises(LinkLost, match="run has ended|scheduler is gone"):
         driver.run(Session(dictionary, 0).wait_until(1))
     server.close()
 
@@ -355,9 +355,9 @@ def test_the_end_of_the_run_is_a_lost_link(dictionary, tmp_path):
 def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_path):
     """In stepped time nobody looks at the stream before there is something to send; without a way to connect again."""
     server = socket.socket(socket.AF_UNIX)
-    server.bind(str(tmp_path / "door"))
+    server.bind(str(tmp_path / "cosim"))
     server.listen(1)
-    clock = StepClock(tmp_path / "door", 1)
+    clock = StepClock(tmp_path / "cosim", 1)
     door = server.accept()[0]
     door.sendall(b"grant 0 0 0 1\n")
     ours, theirs = socket.socketpair()
@@ -374,17 +374,17 @@ def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_p
         stream.close()
 
 
-class Calendar:
-    """A calendar that grants as it is told, and the ground port of a spacecraft that reads everything."""
+class Scheduler:
+    """A scheduler that grants as it is told, and the ground port of a spacecraft that reads everything."""
 
     def __init__(self, tmp_path):
         server = socket.socket(socket.AF_UNIX)
-        server.bind(str(tmp_path / "door"))
+        server.bind(str(tmp_path / "cosim"))
         server.listen(1)
         self.port = socket.create_server(("127.0.0.1", 0))
         self.stream = self.connect()
         self.first = self.stream.getsockname()[1]
-        self.clock = StepClock(tmp_path / "door", self.first)
+        self.clock = StepClock(tmp_path / "cosim", self.first)
         self.door = server.accept()[0]
         self.answers = self.door.makefile("r")
         assert self.answers.readline() == f"join operator {self.first}\n"
@@ -407,7 +407,7 @@ class Calendar:
 
 def test_a_link_is_lost_and_opened_by_the_calendar_and_not_by_the_socket(dictionary, tmp_path):
     """The request under way is told to be lost; the one that is issued meanwhile waits for the next connection."""
-    door, session, told = Calendar(tmp_path), Session(dictionary, 0), []
+    door, session, told = Scheduler(tmp_path), Session(dictionary, 0), []
     connections = []
 
     def reconnect():

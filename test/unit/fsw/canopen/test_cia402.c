@@ -7,13 +7,13 @@
 
 #include <math.h>
 
-static const cia402_scale_t scale = {
+static const canopen_cia402_scale_t scale = {
     .position_rad = 1.0e-6, .velocity_rad_s = 1.0e-6, .torque_nm = 0.01, .torque_max_nm = 40.0};
-static cia402_axis_t axis;
+static canopen_cia402_axis_t axis;
 
 void setUp(void)
 {
-    cia402_axis_init(&axis, scale);
+    canopen_cia402_axis_init(&axis, scale);
 }
 
 void tearDown(void)
@@ -36,8 +36,8 @@ static void every_statusword_is_read_as_its_masks_say(void)
 {
     unsigned counts[CIA402_UNKNOWN + 1] = {0U};
     for (uint32_t word = 0U; word <= 0xFFFFU; word++) {
-        const cia402_state_t state = cia402_state((uint16_t)word);
-        cia402_state_t expected    = CIA402_UNKNOWN;
+        const canopen_cia402_state_t state = canopen_cia402_state((uint16_t)word);
+        canopen_cia402_state_t expected    = CIA402_UNKNOWN;
         if ((word & 0x4FU) == 0x00U) {
             expected = CIA402_NOT_READY;
         } else if ((word & 0x4FU) == 0x40U) {
@@ -66,7 +66,8 @@ static void every_statusword_is_read_as_its_masks_say(void)
 }
 
 // A drive by the book; faults end in FAULT after one step of reaction.
-static cia402_state_t obey(const cia402_state_t state, const uint16_t word, const uint16_t before)
+static canopen_cia402_state_t obey(const canopen_cia402_state_t state, const uint16_t word,
+                                   const uint16_t before)
 {
     const bool is_reset      = ((word & 0x80U) != 0U) && ((before & 0x80U) == 0U);
     const unsigned command   = word & 0x0FU;
@@ -106,19 +107,20 @@ static void every_goal_is_reached_from_every_state(void)
     for (int start = CIA402_NOT_READY; start <= CIA402_FAULT; start++) {
         for (int goal = CIA402_GOAL_DISABLED; goal <= CIA402_GOAL_QUICK_STOP; goal++) {
             for (unsigned may_reset = 0U; may_reset <= 1U; may_reset++) {
-                cia402_state_t state = (cia402_state_t)start;
-                uint16_t word        = 0U;
-                unsigned steps       = 0U;
-                while (!cia402_is_at_goal(state, (cia402_goal_t)goal) && (steps < 10U)) {
+                canopen_cia402_state_t state = (canopen_cia402_state_t)start;
+                uint16_t word                = 0U;
+                unsigned steps               = 0U;
+                while (!canopen_cia402_is_at_goal(state, (canopen_cia402_goal_t)goal) && (steps < 10U)) {
                     const uint16_t before = word;
-                    word  = cia402_controlword(state, (cia402_goal_t)goal, may_reset == 1U, before);
+                    word  = canopen_cia402_controlword(state, (canopen_cia402_goal_t)goal, may_reset == 1U,
+                                                       before);
                     state = obey(state, word, before);
                     steps++;
                 }
                 const bool is_up     = (goal == CIA402_GOAL_STANDBY) || (goal == CIA402_GOAL_ENABLED);
                 const bool is_barred = is_up && (may_reset == 0U) &&
                                        ((start == CIA402_FAULT) || (start == CIA402_FAULT_REACTION));
-                TEST_ASSERT_EQUAL(!is_barred, cia402_is_at_goal(state, (cia402_goal_t)goal));
+                TEST_ASSERT_EQUAL(!is_barred, canopen_cia402_is_at_goal(state, (canopen_cia402_goal_t)goal));
                 TEST_ASSERT_TRUE(is_barred || (steps <= 6U));
             }
         }
@@ -127,45 +129,47 @@ static void every_goal_is_reached_from_every_state(void)
 
 static void no_way_passes_operation_but_the_one_to_it(void)
 {
-    const cia402_goal_t goals[] = {CIA402_GOAL_DISABLED, CIA402_GOAL_STANDBY, CIA402_GOAL_QUICK_STOP};
+    const canopen_cia402_goal_t goals[] = {CIA402_GOAL_DISABLED, CIA402_GOAL_STANDBY, CIA402_GOAL_QUICK_STOP};
     for (unsigned g = 0U; g < 3U; g++) {
         for (int state = CIA402_NOT_READY; state <= CIA402_UNKNOWN; state++) {
-            const uint16_t word = cia402_controlword((cia402_state_t)state, goals[g], true, 0U);
+            const uint16_t word =
+                canopen_cia402_controlword((canopen_cia402_state_t)state, goals[g], true, 0U);
             TEST_ASSERT_NOT_EQUAL(CIA402_CONTROL_ENABLE, word & 0x8FU);
         }
     }
     TEST_ASSERT_EQUAL_HEX16(
         CIA402_CONTROL_QUICK_STOP,
-        cia402_controlword(CIA402_OPERATION_ENABLED, CIA402_GOAL_QUICK_STOP, false, 0x0FU));
-    TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_SWITCH_ON,
-                            cia402_controlword(CIA402_OPERATION_ENABLED, CIA402_GOAL_STANDBY, false, 0x0FU));
+        canopen_cia402_controlword(CIA402_OPERATION_ENABLED, CIA402_GOAL_QUICK_STOP, false, 0x0FU));
+    TEST_ASSERT_EQUAL_HEX16(
+        CIA402_CONTROL_SWITCH_ON,
+        canopen_cia402_controlword(CIA402_OPERATION_ENABLED, CIA402_GOAL_STANDBY, false, 0x0FU));
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_DISABLE_VOLTAGE,
-                            cia402_controlword(CIA402_UNKNOWN, CIA402_GOAL_ENABLED, true, 0x0FU));
+                            canopen_cia402_controlword(CIA402_UNKNOWN, CIA402_GOAL_ENABLED, true, 0x0FU));
 }
 
-static void cycle(const cia402_state_t state)
+static void cycle(const canopen_cia402_state_t state)
 {
     axis.statusword = (uint16_t)(status_bits[state] | 0x0210U);
-    cia402_axis_observe(&axis);
-    cia402_axis_step(&axis);
+    canopen_cia402_axis_observe(&axis);
+    canopen_cia402_axis_step(&axis);
 }
 
 static void an_axis_that_drops_out_is_not_enabled_again(void)
 {
-    cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
     cycle(CIA402_SWITCHED_ON);
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_ENABLE, axis.controlword);
-    TEST_ASSERT_FALSE(cia402_axis_is_at_goal(&axis));
+    TEST_ASSERT_FALSE(canopen_cia402_axis_is_at_goal(&axis));
     cycle(CIA402_OPERATION_ENABLED);
-    TEST_ASSERT_TRUE(cia402_axis_is_at_goal(&axis));
+    TEST_ASSERT_TRUE(canopen_cia402_axis_is_at_goal(&axis));
     cycle(CIA402_SWITCH_ON_DISABLED);
     TEST_ASSERT_TRUE(axis.has_dropped);
-    TEST_ASSERT_FALSE(cia402_axis_is_at_goal(&axis));
+    TEST_ASSERT_FALSE(canopen_cia402_axis_is_at_goal(&axis));
     for (unsigned i = 0U; i < 10U; i++) {
         cycle(CIA402_SWITCH_ON_DISABLED);
         TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_DISABLE_VOLTAGE, axis.controlword);
     }
-    cia402_axis_set_goal(&axis, CIA402_GOAL_STANDBY, true);
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_STANDBY, true);
     TEST_ASSERT_FALSE(axis.has_dropped);
     cycle(CIA402_SWITCH_ON_DISABLED);
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_SHUTDOWN, axis.controlword);
@@ -173,27 +177,27 @@ static void an_axis_that_drops_out_is_not_enabled_again(void)
 
 static void an_axis_told_to_leave_has_not_dropped(void)
 {
-    cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
     cycle(CIA402_OPERATION_ENABLED);
-    cia402_axis_set_goal(&axis, CIA402_GOAL_STANDBY, false);
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_STANDBY, false);
     cycle(CIA402_OPERATION_ENABLED);
     cycle(CIA402_SWITCHED_ON);
     TEST_ASSERT_FALSE(axis.has_dropped);
-    TEST_ASSERT_TRUE(cia402_axis_is_at_goal(&axis));
+    TEST_ASSERT_TRUE(canopen_cia402_axis_is_at_goal(&axis));
 }
 
 static void values_are_scaled_and_rounded(void)
 {
     axis.position = -1570796;
     axis.torque   = -1234;
-    EXPECT_WITHIN(-1.570796, 1.0e-12, cia402_axis_position_rad(&axis));
-    EXPECT_WITHIN(-12.34, 1.0e-12, cia402_axis_torque_nm(&axis));
-    cia402_axis_command_position(&axis, 1.2345674, -5.678);
+    EXPECT_WITHIN(-1.570796, 1.0e-12, canopen_cia402_axis_position_rad(&axis));
+    EXPECT_WITHIN(-12.34, 1.0e-12, canopen_cia402_axis_torque_nm(&axis));
+    canopen_cia402_axis_command_position(&axis, 1.2345674, -5.678);
     TEST_ASSERT_EQUAL_INT32(1234567, axis.target_position);
     TEST_ASSERT_EQUAL_INT16(-568, axis.torque_offset);
-    cia402_axis_command_torque(&axis, 0.004);
+    canopen_cia402_axis_command_torque(&axis, 0.004);
     TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
-    cia402_axis_command_torque(&axis, -0.006);
+    canopen_cia402_axis_command_torque(&axis, -0.006);
     TEST_ASSERT_EQUAL_INT16(-1, axis.target_torque);
     TEST_ASSERT_EQUAL_UINT32(0U, axis.limited);
 }
@@ -202,29 +206,29 @@ static void commands_never_pass_the_limits(void)
 {
     const double wild[] = {40.001, 1.0e9, 1.0e300, (double)INFINITY};
     for (unsigned i = 0U; i < 4U; i++) {
-        cia402_axis_command_torque(&axis, wild[i]);
+        canopen_cia402_axis_command_torque(&axis, wild[i]);
         TEST_ASSERT_EQUAL_INT16(4000, axis.target_torque);
-        cia402_axis_command_torque(&axis, -wild[i]);
+        canopen_cia402_axis_command_torque(&axis, -wild[i]);
         TEST_ASSERT_EQUAL_INT16(-4000, axis.target_torque);
     }
     TEST_ASSERT_EQUAL_UINT32(8U, axis.limited);
-    cia402_axis_command_torque(&axis, (double)NAN);
+    canopen_cia402_axis_command_torque(&axis, (double)NAN);
     TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
-    cia402_axis_command_position(&axis, 0.5, 0.0);
-    cia402_axis_command_position(&axis, (double)NAN, (double)NAN);
+    canopen_cia402_axis_command_position(&axis, 0.5, 0.0);
+    canopen_cia402_axis_command_position(&axis, (double)NAN, (double)NAN);
     TEST_ASSERT_EQUAL_INT32(500000, axis.target_position);
     TEST_ASSERT_EQUAL_INT16(0, axis.torque_offset);
-    cia402_axis_command_position(&axis, 1.0e9, 0.0);
+    canopen_cia402_axis_command_position(&axis, 1.0e9, 0.0);
     TEST_ASSERT_EQUAL_INT32(2147483646, axis.target_position);
-    cia402_axis_command_position(&axis, -(double)INFINITY, 0.0);
+    canopen_cia402_axis_command_position(&axis, -(double)INFINITY, 0.0);
     TEST_ASSERT_EQUAL_INT32(-2147483646, axis.target_position);
     // A maximum beyond the word is cut at the word.
     axis.scale.torque_max_nm = 1000.0;
-    cia402_axis_command_torque(&axis, 999.0);
+    canopen_cia402_axis_command_torque(&axis, 999.0);
     TEST_ASSERT_EQUAL_INT16(32766, axis.target_torque);
     // Before the device has told its units nothing goes through.
     axis.scale.torque_max_nm = 0.0;
-    cia402_axis_command_torque(&axis, 1.0);
+    canopen_cia402_axis_command_torque(&axis, 1.0);
     TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
 }
 

@@ -15,8 +15,8 @@ static uint64_t now_ns;
 static unsigned taken;
 static uint8_t last_octets[8];
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -26,9 +26,9 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
     return STATUS_OK;
 }
 
-static const flow_resolver_t resolver = {NULL, resolve};
-static const master_config_t config   = {
-      .node_id = 1U, .heartbeat_ns = 20000000U, .heartbeat_timeout_ns = 60000000U, .sdo_timeout_ns = 50000000U};
+static const flow_resolver_t resolver       = {NULL, resolve};
+static const canopen_master_config_t config = {
+    .node_id = 1U, .heartbeat_ns = 20000000U, .heartbeat_timeout_ns = 60000000U, .sdo_timeout_ns = 50000000U};
 
 void setUp(void)
 {
@@ -37,8 +37,8 @@ void setUp(void)
     (void)scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
     flow_can_init(&flow);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, "robot"));
-    master_init(&master, &config, &flow);
-    TEST_ASSERT_EQUAL(STATUS_OK, master_add_node(&master, 0x11U, &index));
+    canopen_master_init(&master, &config, &flow);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_add_node(&master, 0x11U, &index));
     TEST_ASSERT_EQUAL_UINT8(0U, index);
     now_ns = 0U;
     taken  = 0U;
@@ -60,8 +60,8 @@ static void take(void* const context, const uint16_t cob, const uint8_t* const o
 
 static void cycle(void)
 {
-    master_receive(&master, now_ns);
-    master_emit(&master, now_ns);
+    canopen_master_receive(&master, now_ns);
+    canopen_master_emit(&master, now_ns);
     scripted_bus_run(&bus);
     now_ns += CYCLE_NS;
 }
@@ -69,30 +69,30 @@ static void cycle(void)
 static void nodes_and_routes_have_their_limits(void)
 {
     uint8_t index = 0U;
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, master_add_node(&master, 0x11U, &index));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, master_add_node(&master, 0U, &index));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, master_add_node(&master, 128U, &index));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, master_add_node(&master, 1U, &index)); // The master itself.
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_master_add_node(&master, 0x11U, &index));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_master_add_node(&master, 0U, &index));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_master_add_node(&master, 128U, &index));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_master_add_node(&master, 1U, &index)); // The master itself.
     for (uint8_t id = 2U; id < (1U + MASTER_NODES_MAX); id++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, master_add_node(&master, id, &index));
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_add_node(&master, id, &index));
     }
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, master_add_node(&master, 100U, &index));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, canopen_master_add_node(&master, 100U, &index));
     for (uint16_t cob = 0x180U; cob < (0x180U + MASTER_ROUTES_MAX); cob++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, master_route(&master, cob, take, &master));
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_route(&master, cob, take, &master));
     }
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, master_route(&master, 0x180U, take, &master));
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, master_route(&master, 0x300U, take, &master));
-    master_unroute(&master, 0x181U);
-    master_unroute(&master, 0x7FFU);
-    TEST_ASSERT_EQUAL(STATUS_OK, master_route(&master, 0x300U, take, &master));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_master_route(&master, 0x180U, take, &master));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, canopen_master_route(&master, 0x300U, take, &master));
+    canopen_master_unroute(&master, 0x181U);
+    canopen_master_unroute(&master, 0x7FFU);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_route(&master, 0x300U, take, &master));
 }
 
 static void sync_is_the_last_frame_of_a_cycle(void)
 {
     const uint8_t pdo[8] = {1U};
-    master_set_sync(&master, true);
-    TEST_ASSERT_EQUAL(STATUS_OK, master_send_process_data(&master, 0x211U, pdo, 8U));
-    TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_upload(&master.nodes[0].sdo, 0x1000U, 0U));
+    canopen_master_set_sync(&master, true);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_send_process_data(&master, 0x211U, pdo, 8U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&master.nodes[0].sdo, 0x1000U, 0U));
     cycle();
     TEST_ASSERT_EQUAL_UINT(4U, bus.seen_count);
     TEST_ASSERT_EQUAL_HEX32(0x211U, bus.seen[0].id);
@@ -103,7 +103,7 @@ static void sync_is_the_last_frame_of_a_cycle(void)
     TEST_ASSERT_EQUAL_HEX32(0x080U, bus.seen[3].id);
     TEST_ASSERT_EQUAL_UINT8(0U, bus.seen[3].length);
     TEST_ASSERT_EQUAL_UINT32(1U, master.sync_count);
-    master_set_sync(&master, false);
+    canopen_master_set_sync(&master, false);
     cycle();
     TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus, 0x080U));
 }
@@ -121,17 +121,17 @@ static void its_heartbeat_comes_every_20_ms(void)
 static void boot_up_and_heartbeats_tell_the_state(void)
 {
     TEST_ASSERT_EQUAL(NMT_STATE_UNKNOWN, master.nodes[0].state);
-    TEST_ASSERT_EQUAL(STATUS_OK, master_command(&master, 0x11U, NMT_RESET_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_command(&master, 0x11U, NMT_RESET_NODE));
     cycle();
     cycle();
     TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].boots);
     TEST_ASSERT_EQUAL(NMT_STATE_PRE_OPERATIONAL, master.nodes[0].state);
-    TEST_ASSERT_EQUAL(STATUS_OK, master_command(&master, 0U, NMT_START));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_command(&master, 0U, NMT_START));
     cycle();
     scripted_bus_heartbeat(&bus);
     cycle();
     TEST_ASSERT_EQUAL(NMT_STATE_OPERATIONAL, master.nodes[0].state);
-    TEST_ASSERT_EQUAL(STATUS_OK, master_command(&master, 0x11U, NMT_STOP));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_command(&master, 0x11U, NMT_STOP));
     cycle();
     scripted_bus_heartbeat(&bus);
     cycle();
@@ -159,14 +159,14 @@ static void a_heartbeat_is_missed_after_60_ms_and_not_before_the_first(void)
 static void process_data_reach_their_taker(void)
 {
     const uint8_t octets[8] = {9U, 8U, 7U};
-    TEST_ASSERT_EQUAL(STATUS_OK, master_route(&master, 0x191U, take, &master));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_route(&master, 0x191U, take, &master));
     scripted_bus_deliver(&bus, 0x191U, octets, 8U);
     scripted_bus_deliver(&bus, 0x192U, octets, 8U);
     cycle();
     TEST_ASSERT_EQUAL_UINT(1U, taken);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, last_octets, 8U);
     TEST_ASSERT_EQUAL_UINT32(1U, master.counters.unknown);
-    master_unroute(&master, 0x191U);
+    canopen_master_unroute(&master, 0x191U);
     scripted_bus_deliver(&bus, 0x191U, octets, 8U);
     cycle();
     TEST_ASSERT_EQUAL_UINT(1U, taken);
@@ -175,8 +175,8 @@ static void process_data_reach_their_taker(void)
 
 static void emergencies_are_queued_and_counted_when_they_do_not_fit(void)
 {
-    emergency_t emergency;
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, master_take_emergency(&master, &emergency));
+    canopen_emergency_t emergency;
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_master_take_emergency(&master, &emergency));
     for (uint16_t i = 0U; i < (MASTER_EMERGENCIES_MAX + 3U); i++) {
         scripted_bus_emergency(&bus, 0x11U, (uint16_t)(0x1000U + i));
     }
@@ -184,17 +184,17 @@ static void emergencies_are_queued_and_counted_when_they_do_not_fit(void)
     TEST_ASSERT_EQUAL_UINT32(MASTER_EMERGENCIES_MAX, master.counters.emergencies);
     TEST_ASSERT_EQUAL_UINT32(3U, master.counters.emergencies_lost);
     for (uint16_t i = 0U; i < MASTER_EMERGENCIES_MAX; i++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, master_take_emergency(&master, &emergency));
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_take_emergency(&master, &emergency));
         TEST_ASSERT_EQUAL_HEX16(0x1000U + i, emergency.code);
         TEST_ASSERT_EQUAL_HEX8(0x11U, emergency.node);
     }
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, master_take_emergency(&master, &emergency));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_master_take_emergency(&master, &emergency));
 }
 
 static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
 {
     const uint8_t octets[8] = {0x05U, 0x02U};
-    TEST_ASSERT_EQUAL(STATUS_OK, master_route(&master, 0x191U, take, &master));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_route(&master, 0x191U, take, &master));
     scripted_bus_deliver(&bus, 0x191U | OSAL_CAN_REMOTE, NULL, 0U);
     scripted_bus_deliver(&bus, 0x191U | OSAL_CAN_EXTENDED, octets, 8U);
     scripted_bus_deliver(&bus, 0x712U, octets, 1U);     // Heartbeat of a node we do not know,
@@ -220,13 +220,13 @@ static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
 static void nothing_is_queued_while_nobody_acknowledges(void)
 {
     const uint8_t pdo[8] = {1U};
-    master_set_sync(&master, true);
+    canopen_master_set_sync(&master, true);
     cycle();
     scripted_bus_error(&bus, OSAL_CAN_ERROR_NO_ACK, 0U);
     for (unsigned i = 0U; i < 1000U; i++) {
-        master_receive(&master, now_ns);
-        TEST_ASSERT_EQUAL(STATUS_CLOSED, master_send_process_data(&master, 0x211U, pdo, 8U));
-        master_emit(&master, now_ns);
+        canopen_master_receive(&master, now_ns);
+        TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_master_send_process_data(&master, 0x211U, pdo, 8U));
+        canopen_master_emit(&master, now_ns);
         now_ns += CYCLE_NS;
         scripted_bus_run(&bus);
         TEST_ASSERT_EQUAL_UINT(0U, bus.seen_count);
@@ -240,14 +240,14 @@ static void nothing_is_queued_while_nobody_acknowledges(void)
 static void a_full_queue_is_counted_and_is_no_sync(void)
 {
     const uint8_t pdo[8] = {1U};
-    while (master_send_process_data(&master, 0x211U, pdo, 8U) == STATUS_OK) {
+    while (canopen_master_send_process_data(&master, 0x211U, pdo, 8U) == STATUS_OK) {
         TEST_ASSERT_TRUE(flow.counters.sent <= OSAL_CAN_RING_FRAMES);
     }
-    master_set_sync(&master, true);
-    master_emit(&master, now_ns);
+    canopen_master_set_sync(&master, true);
+    canopen_master_emit(&master, now_ns);
     TEST_ASSERT_EQUAL_UINT32(0U, master.sync_count);
     TEST_ASSERT_EQUAL_UINT32(3U, master.counters.refused);
-    TEST_ASSERT_EQUAL(STATUS_FULL, master_command(&master, 0x11U, NMT_START));
+    TEST_ASSERT_EQUAL(STATUS_FULL, canopen_master_command(&master, 0x11U, NMT_START));
 }
 
 static void a_flood_is_taken_in_piecewise_and_does_not_hold_us(void)

@@ -21,8 +21,8 @@ static uint64_t now_ns;
 static bool is_b_missing;
 static unsigned spoken[NETWORK_CHANNELS]; // Frames of the master.
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -34,16 +34,16 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
     return STATUS_OK;
 }
 
-static const flow_resolver_t resolver = {NULL, resolve};
-static const network_config_t config  = {.master              = {.node_id              = 1U,
-                                                                 .heartbeat_ns         = 20000000U,
-                                                                 .heartbeat_timeout_ns = 60000000U,
-                                                                 .sdo_timeout_ns       = 50000000U},
-                                         .lost_after_syncs    = 3U,
-                                         .call_ns             = 160000000U,
-                                         .boot_retry_ns       = 300000000U,
-                                         .silence_told_ns     = 300000000U,
-                                         .quick_stop_limit_ns = 200000000U};
+static const flow_resolver_t resolver        = {NULL, resolve};
+static const canopen_network_config_t config = {.master              = {.node_id              = 1U,
+                                                                        .heartbeat_ns         = 20000000U,
+                                                                        .heartbeat_timeout_ns = 60000000U,
+                                                                        .sdo_timeout_ns       = 50000000U},
+                                                .lost_after_syncs    = 3U,
+                                                .call_ns             = 160000000U,
+                                                .boot_retry_ns       = 300000000U,
+                                                .silence_told_ns     = 300000000U,
+                                                .quick_stop_limit_ns = 200000000U};
 
 /// Both devices are on one channel, or on none.
 static void devices_on(const unsigned channel)
@@ -56,10 +56,10 @@ static void devices_on(const unsigned channel)
 
 static void open_network(void)
 {
-    network_clear(&network);
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x11U));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x12U));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot", "robot-b"));
+    canopen_network_clear(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", "robot-b"));
 }
 
 void setUp(void)
@@ -74,12 +74,12 @@ void setUp(void)
         nodes[i][1] = scripted_bus_add(&bus[i], SCRIPTED_DRIVE, 0x12U);
     }
     devices_on(A);
-    network_init(&network, &config);
+    canopen_network_init(&network, &config);
 }
 
 void tearDown(void)
 {
-    network_close(&network);
+    canopen_network_close(&network);
     for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
         scripted_bus_close(&bus[i]);
     }
@@ -89,9 +89,9 @@ typedef status_t (*action_t)(canopen_network_t* network, uint64_t now_ns);
 
 static status_t cycle(const action_t action)
 {
-    network_sense(&network, now_ns);
+    canopen_network_sense(&network, now_ns);
     const status_t status = (action != NULL) ? action(&network, now_ns) : STATUS_OK;
-    network_emit(&network, now_ns);
+    canopen_network_emit(&network, now_ns);
     now_ns += CYCLE_NS;
     for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
         scripted_bus_run(&bus[i]);
@@ -121,16 +121,16 @@ static void idle(const unsigned cycles)
 
 static void run(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_boot));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_configure));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_start));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_start));
 }
 
-static unsigned faults_of(const network_fault_kind_t kind, const uint16_t code)
+static unsigned faults_of(const canopen_network_fault_kind_t kind, const uint16_t code)
 {
-    network_fault_t fault;
+    canopen_network_fault_t fault;
     unsigned count = 0U;
-    while (network_take_fault(&network, &fault) == STATUS_OK) {
+    while (canopen_network_take_fault(&network, &fault) == STATUS_OK) {
         count += ((fault.kind == kind) && (fault.code == code)) ? 1U : 0U;
     }
     return count;
@@ -152,7 +152,7 @@ static void devices_on_the_other_channel_are_called_by_the_heartbeat(void)
     open_network();
     unsigned resets = 0U;
     for (unsigned i = 0U; i < 200U; i++) { // 100 ms: nothing but heartbeats.
-        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_boot));
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
         resets += scripted_bus_count(&bus[A], 0U);
         TEST_ASSERT_EQUAL_UINT(bus[A].seen_count, scripted_bus_count(&bus[A], MASTER_HEARTBEAT));
     }
@@ -171,7 +171,7 @@ static void a_call_does_not_last_for_ever(void)
     open_network();
     unsigned resets = 0U;
     for (unsigned i = 0U; i < 340U; i++) {
-        (void)cycle(network_boot);
+        (void)cycle(canopen_network_boot);
         resets += scripted_bus_count(&bus[A], 0U);
     }
     TEST_ASSERT_TRUE(resets >= 1U);
@@ -184,12 +184,12 @@ static void a_cut_is_met_like_an_unplug_and_the_order_brings_them_back(void)
     devices_on(NETWORK_CHANNELS);
     idle(4U);
     TEST_ASSERT_EQUAL_UINT(2U, faults_of(NETWORK_DEVICE_LOST, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
     idle(2000U);
     TEST_ASSERT_EQUAL_UINT8(A, network.channel); // Nothing changes by itself.
     TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
     const unsigned before = spoken[A];
-    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
     devices_on(B);
     run();
     idle(100U);
@@ -200,16 +200,16 @@ static void a_cut_is_met_like_an_unplug_and_the_order_brings_them_back(void)
 
 static void a_selection_while_closed_counts_for_the_next_opening(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, network_select_channel(&network, NETWORK_CHANNELS));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B));
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, canopen_network_select_channel(&network, NETWORK_CHANNELS));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
     devices_on(B);
     open_network();
     run();
     TEST_ASSERT_EQUAL_UINT(0U, spoken[A]);
-    network_reset_nodes(&network);
+    canopen_network_reset_nodes(&network);
     idle(1U);
-    network_close(&network);
-    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B)); // The same again.
+    canopen_network_close(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B)); // The same again.
     open_network();
     run();
     TEST_ASSERT_EQUAL_UINT(0U, spoken[A]);
@@ -219,15 +219,15 @@ static void a_switch_in_mid_run_stops_process_data_first(void)
 {
     open_network();
     run();
-    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
     TEST_ASSERT_FALSE(network.is_running);
     TEST_ASSERT_FALSE(network.is_booted);
     idle(1U);
     TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[A], 0U)); // PRE-OPERATIONAL, the last word there.
     TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[B], MASTER_HEARTBEAT));
     TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus[B], 0x080U));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, network_configure(&network, now_ns)); // Everything anew.
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns)); // Everything anew.
     devices_on(B);
     run();
 }
@@ -237,16 +237,16 @@ static void what_the_other_channel_brings_is_dropped(void)
     const uint8_t stray[8] = {0x37U, 0x02U};
     open_network();
     run();
-    network_bus_counters_t before;
-    network_bus_counters_t after;
+    canopen_network_bus_counters_t before;
+    canopen_network_bus_counters_t after;
     const uint32_t boots = network.master.nodes[0].boots;
-    network_bus_counters(&network, &before);
+    canopen_network_bus_counters(&network, &before);
     scripted_bus_deliver(&bus[B], 0x711U, stray, 1U);
     scripted_bus_deliver(&bus[B], 0x191U, stray, 8U);
     scripted_bus_emergency(&bus[B], 0x11U, 0x7305U);
     scripted_bus_error(&bus[B], OSAL_CAN_ERROR_BUS_OFF, 0U);
     idle(5U);
-    network_bus_counters(&network, &after);
+    canopen_network_bus_counters(&network, &after);
     TEST_ASSERT_EQUAL_UINT32(boots, network.master.nodes[0].boots);
     TEST_ASSERT_TRUE(after.received >= (before.received + 3U));
     TEST_ASSERT_EQUAL_UINT32(before.bus_offs + 1U, after.bus_offs);
@@ -260,14 +260,14 @@ static void a_missing_channel_b_is_told_and_cannot_be_selected(void)
     open_network();
     run();
     TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_MISSING + NETWORK_BUS_CHANNEL_B));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, network_select_channel(&network, B));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_select_channel(&network, B));
     idle(50U);
     TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U)); // All goes on.
-    network_close(&network);
-    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, B));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, network_open(&network, &resolver, "robot", "robot-b"));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, network_open(&network, &resolver, "robot", NULL));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_select_channel(&network, A));
+    canopen_network_close(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_open(&network, &resolver, "robot", "robot-b"));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_open(&network, &resolver, "robot", NULL));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, A));
     open_network();
 }
 
@@ -289,8 +289,8 @@ static void conditions_of_a_controller_are_told_and_counted(void)
     idle(1U);
     TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_RESTARTED));
     TEST_ASSERT_TRUE(network.devices[0].is_lost && network.devices[1].is_lost); // However short it was.
-    network_bus_counters_t counters;
-    network_bus_counters(&network, &counters);
+    canopen_network_bus_counters_t counters;
+    canopen_network_bus_counters(&network, &counters);
     TEST_ASSERT_EQUAL_UINT32(1U, counters.overruns);
     TEST_ASSERT_EQUAL_UINT32(1U, counters.transmit_timeouts);
     TEST_ASSERT_EQUAL_UINT32(1U, counters.lost_arbitrations);
@@ -302,14 +302,14 @@ static void conditions_of_a_controller_are_told_and_counted(void)
 static void what_is_not_sent_is_counted_with_the_reason(void)
 {
     static const uint8_t octets[8] = {0U};
-    network_bus_counters_t before;
-    network_bus_counters_t after;
+    canopen_network_bus_counters_t before;
+    canopen_network_bus_counters_t after;
     is_b_missing = true;
     open_network();
     run();
-    network_bus_counters(&network, &before);
+    canopen_network_bus_counters(&network, &before);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_can_send(&network.flows[B], 0x7F0U, octets, 8U));
-    network_bus_counters(&network, &after);
+    canopen_network_bus_counters(&network, &after);
     TEST_ASSERT_EQUAL_UINT32(before.refused + 1U, after.refused);
     TEST_ASSERT_EQUAL_UINT32(before.full, after.full);
     status_t status = STATUS_OK;
@@ -317,7 +317,7 @@ static void what_is_not_sent_is_counted_with_the_reason(void)
         status = flow_can_send(&network.flows[A], 0x7F0U, octets, 8U); // Nobody takes them.
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, status);
-    network_bus_counters(&network, &after);
+    canopen_network_bus_counters(&network, &after);
     TEST_ASSERT_EQUAL_UINT32(before.refused + 2U, after.refused);
     TEST_ASSERT_EQUAL_UINT32(before.full + 1U, after.full);
 }

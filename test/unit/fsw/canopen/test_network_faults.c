@@ -25,8 +25,8 @@ static void three_missing_answers_are_a_lost_device(void)
     idle(1U);
     expect_fault(NETWORK_DEVICE_LOST, 0x12U, 0U);
     idle(50U);
-    expect_no_fault();                              // Told once.
-    TEST_ASSERT_TRUE(network_is_at_goal(&network)); // What is lost takes no part.
+    expect_no_fault();                                      // Told once.
+    TEST_ASSERT_TRUE(canopen_network_is_at_goal(&network)); // What is lost takes no part.
 }
 
 static void two_missing_answers_are_none(void)
@@ -75,7 +75,7 @@ static void nobody_there_is_every_device_lost(void)
     idle(2U);
     expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
     expect_fault(NETWORK_DEVICE_LOST, 0x12U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
 }
 
 static void error_states_of_the_bus_are_told_once_each(void)
@@ -106,7 +106,7 @@ static void a_node_that_boots_again_is_lost(void)
 
 static void heartbeats_watch_where_no_process_data_flow(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
     idle(300U);
     expect_no_fault();
     joints[1]->is_plugged = false;
@@ -151,7 +151,7 @@ static void emergencies_go_by_their_class(void)
 static void what_was_before_the_reset_does_not_matter(void)
 {
     scripted_bus_emergency(&bus, 0x11U, 0x8130U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
     expect_no_fault();
     idle(10U);
     expect_no_fault();
@@ -163,7 +163,7 @@ static void a_fault_is_reset_on_the_way_to_standby_only(void)
     joints[0]->status[0] = 0x0218U;
     idle(2U);
     expect_fault(NETWORK_DRIVE_FAULT, 0x11U, 0x0218U);
-    network_set_goal(&network, CIA402_GOAL_ENABLED, false);
+    canopen_network_set_goal(&network, CIA402_GOAL_ENABLED, false);
     idle(20U);
     TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]);
     go(CIA402_GOAL_STANDBY);
@@ -187,13 +187,13 @@ static void a_flood_of_faults_is_counted(void)
 static void securing_brakes_then_takes_the_voltage(void)
 {
     run_to(CIA402_GOAL_ENABLED);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
     TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]); // Quick stop in the very cycle.
     TEST_ASSERT_EQUAL_HEX16(0x0217U, joints[0]->status[0]);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
     joints[0]->status[0] = 0x0250U; // The drives have come to rest.
     joints[1]->status[0] = 0x0250U;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
     idle(10U);
     TEST_ASSERT_EQUAL_HEX16(0x0000U, joints[0]->control[0]);
     expect_no_fault();
@@ -203,7 +203,8 @@ static void braking_does_not_last_for_ever(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     const uint64_t begun_ns = now_ns;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure)); // The drives stay in quick stop until told otherwise.
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      walk(canopen_network_secure)); // The drives stay in quick stop until told otherwise.
     TEST_ASSERT_UINT64_WITHIN(5000000U, 200000000U, now_ns - begun_ns);
     TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[1]->status[0]);
 }
@@ -214,22 +215,22 @@ static void securing_works_with_one_drive_mute(void)
     joints[0]->is_plugged = false;
     idle(4U);
     expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
     TEST_ASSERT_EQUAL_HEX16(0x0217U, joints[1]->status[0]);
     joints[1]->status[0] = 0x0250U;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
 }
 
 static void securing_from_every_goal(void)
 {
     run_to(CIA402_GOAL_DISABLED);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
     go(CIA402_GOAL_STANDBY);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
     TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]);
     joints[0]->status[0] = 0x0218U;
     idle(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
     TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]); // A fault is as safe, and stays for the record.
 }
 
@@ -239,16 +240,16 @@ static void an_unplugged_bus_comes_back_by_commissioning(void)
     joints[0]->is_plugged = false;
     joints[1]->is_plugged = false;
     idle(10U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_secure));
-    network_reset_nodes(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    canopen_network_reset_nodes(&network);
     idle(1U);
-    network_close(&network);
+    canopen_network_close(&network);
     joints[0]->is_plugged = true;
     joints[1]->is_plugged = true;
-    network_clear(&network);
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x11U));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x12U));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot", NULL));
+    canopen_network_clear(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
     run_to(CIA402_GOAL_ENABLED);
     idle(10U);
     expect_no_fault();

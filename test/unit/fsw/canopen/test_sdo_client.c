@@ -9,13 +9,13 @@
 
 #define TIMEOUT_NS 50000000U
 
-static sdo_client_t client;
+static canopen_sdo_client_t client;
 static uint8_t request[SDO_FRAME_OCTETS];
 static uint64_t now_ns;
 
 void setUp(void)
 {
-    sdo_client_init(&client, TIMEOUT_NS);
+    canopen_sdo_client_init(&client, TIMEOUT_NS);
     now_ns = 1000000U;
     memset(request, 0, sizeof request);
 }
@@ -27,14 +27,14 @@ void tearDown(void)
 static bool next(void)
 {
     now_ns += 500000U;
-    return sdo_client_request(&client, now_ns, request);
+    return canopen_sdo_client_request(&client, now_ns, request);
 }
 
 static void answer(const uint8_t a, const uint8_t b, const uint8_t c, const uint8_t d, const uint8_t e,
                    const uint8_t f, const uint8_t g, const uint8_t h)
 {
     const uint8_t octets[8] = {a, b, c, d, e, f, g, h};
-    sdo_client_answer(&client, octets, 8U);
+    canopen_sdo_client_answer(&client, octets, 8U);
 }
 
 static void expect_request(const uint8_t a, const uint8_t b, const uint8_t c, const uint8_t d,
@@ -47,7 +47,7 @@ static void expect_request(const uint8_t a, const uint8_t b, const uint8_t c, co
 
 static status_t result(void)
 {
-    return sdo_client_result(&client, NULL);
+    return canopen_sdo_client_result(&client, NULL);
 }
 
 static void nothing_is_said_unasked(void)
@@ -61,12 +61,12 @@ static void writes_1_to_4_octets_at_once(void)
     const uint8_t octets[4]  = {0x11U, 0x22U, 0x33U, 0x44U};
     const uint8_t commands[] = {0x2FU, 0x2BU, 0x27U, 0x23U};
     for (uint8_t size = 1U; size <= 4U; size++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_download(&client, 0x6060U, 0x05U, octets, size));
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_download(&client, 0x6060U, 0x05U, octets, size));
         expect_request(commands[size - 1U], 0x60U, 0x60U, 0x05U, 0x11U, (size > 1U) ? 0x22U : 0U,
                        (size > 2U) ? 0x33U : 0U, (size > 3U) ? 0x44U : 0U);
         TEST_ASSERT_EQUAL(STATUS_BUSY, result());
-        TEST_ASSERT_EQUAL(STATUS_BUSY, sdo_client_download(&client, 0x6060U, 0x05U, octets, size));
-        TEST_ASSERT_EQUAL(STATUS_BUSY, sdo_client_upload(&client, 0x6060U, 0x05U));
+        TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_sdo_client_download(&client, 0x6060U, 0x05U, octets, size));
+        TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_sdo_client_upload(&client, 0x6060U, 0x05U));
         answer(0x60U, 0x60U, 0x60U, 0x05U, 0U, 0U, 0U, 0U);
         TEST_ASSERT_EQUAL(STATUS_OK, result());
         TEST_ASSERT_FALSE(next());
@@ -80,12 +80,12 @@ static void reads_expedited_values_of_every_size(void)
     const size_t sizes[]     = {1U, 2U, 3U, 4U, 4U};
     for (unsigned i = 0U; i < 5U; i++) {
         size_t size = 0U;
-        TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_upload(&client, 0x1018U, 1U));
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&client, 0x1018U, 1U));
         expect_request(0x40U, 0x18U, 0x10U, 1U, 0U, 0U, 0U, 0U);
         answer(commands[i], 0x18U, 0x10U, 1U, 0xDEU, 0xADU, 0xBEU, 0xEFU);
         TEST_ASSERT_EQUAL(STATUS_OK, result());
         const uint8_t expected[4] = {0xDEU, 0xADU, 0xBEU, 0xEFU};
-        TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, sdo_client_value(&client, &size), sizes[i]);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, canopen_sdo_client_value(&client, &size), sizes[i]);
         TEST_ASSERT_EQUAL_UINT64(sizes[i], size);
     }
 }
@@ -118,7 +118,7 @@ static void writes_long_values_in_segments(void)
     for (uint8_t size = 5U; size <= SDO_OCTETS_MAX; size++) {
         uint8_t taken[SDO_OCTETS_MAX + 7U];
         size_t count = 0U;
-        TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_download(&client, 0x2000U, 2U, octets, size));
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_download(&client, 0x2000U, 2U, octets, size));
         expect_request(0x21U, 0x00U, 0x20U, 2U, size, 0U, 0U, 0U);
         answer(0x60U, 0x00U, 0x20U, 2U, 0U, 0U, 0U, 0U);
         serve_download(taken, &count);
@@ -127,8 +127,8 @@ static void writes_long_values_in_segments(void)
         TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, taken, size);
     }
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE,
-                      sdo_client_download(&client, 0x2000U, 2U, octets, SDO_OCTETS_MAX + 1U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, sdo_client_download(&client, 0x2000U, 2U, octets, 0U));
+                      canopen_sdo_client_download(&client, 0x2000U, 2U, octets, SDO_OCTETS_MAX + 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_sdo_client_download(&client, 0x2000U, 2U, octets, 0U));
 }
 
 /// The server's side of a segmented upload of `size` octets 0, 1, 2...
@@ -148,7 +148,7 @@ static void serve_upload(const size_t size, const bool is_announced)
             octets[1U + i] = (uint8_t)(moved + i);
         }
         moved += part;
-        sdo_client_answer(&client, octets, 8U);
+        canopen_sdo_client_answer(&client, octets, 8U);
         toggle = !toggle;
     } while (moved < size);
 }
@@ -158,11 +158,11 @@ static void reads_long_values_in_segments(void)
     for (size_t size = 1U; size <= SDO_OCTETS_MAX; size++) {
         for (unsigned announced = 0U; announced <= 1U; announced++) {
             size_t count = 0U;
-            TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_upload(&client, 0x1008U, 0U));
+            TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&client, 0x1008U, 0U));
             TEST_ASSERT_TRUE(next());
             serve_upload(size, announced == 1U);
             TEST_ASSERT_EQUAL(STATUS_OK, result());
-            const uint8_t* const value = sdo_client_value(&client, &count);
+            const uint8_t* const value = canopen_sdo_client_value(&client, &count);
             TEST_ASSERT_EQUAL_UINT64(size, count);
             for (size_t i = 0U; i < size; i++) {
                 TEST_ASSERT_EQUAL_HEX8(i, value[i]);
@@ -182,7 +182,7 @@ static void expect_abort(const uint32_t code)
 
 static void begin_upload(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_upload(&client, 0x1008U, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&client, 0x1008U, 0U));
     TEST_ASSERT_TRUE(next());
 }
 
@@ -192,22 +192,22 @@ static void an_abort_of_the_server_ends_every_phase(void)
     const uint8_t octets[9] = {0U};
     begin_upload();
     answer(0x80U, 0x08U, 0x10U, 0U, 0x00U, 0x00U, 0x02U, 0x06U);
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, sdo_client_result(&client, &code));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, canopen_sdo_client_result(&client, &code));
     TEST_ASSERT_EQUAL_HEX32(0x06020000U, code);
 
     begin_upload();
     answer(0x41U, 0x08U, 0x10U, 0U, 20U, 0U, 0U, 0U);
     TEST_ASSERT_TRUE(next());
     answer(0x80U, 0x08U, 0x10U, 0U, 0x00U, 0x00U, 0x00U, 0x08U);
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, sdo_client_result(&client, &code));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, canopen_sdo_client_result(&client, &code));
     TEST_ASSERT_EQUAL_HEX32(0x08000000U, code);
 
-    TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_download(&client, 0x1008U, 0U, octets, 9U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_download(&client, 0x1008U, 0U, octets, 9U));
     TEST_ASSERT_TRUE(next());
     answer(0x60U, 0x08U, 0x10U, 0U, 0U, 0U, 0U, 0U);
     TEST_ASSERT_TRUE(next());
     answer(0x80U, 0x08U, 0x10U, 0U, 0x21U, 0x00U, 0x00U, 0x08U);
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, sdo_client_result(&client, &code));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, canopen_sdo_client_result(&client, &code));
     TEST_ASSERT_EQUAL_HEX32(0x08000021U, code);
     TEST_ASSERT_FALSE(next());
     TEST_ASSERT_EQUAL_UINT32(3U, client.counters.aborted);
@@ -223,7 +223,7 @@ static void silence_ends_in_a_timeout_and_an_abort(void)
         TEST_ASSERT_EQUAL(STATUS_BUSY, result());
     }
     expect_abort(SDO_ABORT_TIMEOUT);
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, sdo_client_result(&client, &code));
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, canopen_sdo_client_result(&client, &code));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_TIMEOUT, code);
     TEST_ASSERT_EQUAL_UINT32(1U, client.counters.timeouts);
     // A late answer changes nothing any more.
@@ -253,7 +253,7 @@ static void a_wrong_toggle_is_refused_both_ways(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, result());
     expect_abort(SDO_ABORT_TOGGLE);
 
-    TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_download(&client, 0x1008U, 0U, octets, 9U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_download(&client, 0x1008U, 0U, octets, 9U));
     TEST_ASSERT_TRUE(next());
     answer(0x60U, 0x08U, 0x10U, 0U, 0U, 0U, 0U, 0U);
     TEST_ASSERT_TRUE(next());
@@ -334,7 +334,7 @@ static void answers_for_somebody_else_are_counted_and_dropped(void)
     TEST_ASSERT_EQUAL_UINT32(4U, client.counters.unasked);
     for (uint8_t length = 0U; length < 8U; length++) {
         const uint8_t octets[8] = {0x4BU, 0x08U, 0x10U, 0U, 1U, 2U, 0U, 0U};
-        sdo_client_answer(&client, octets, length);
+        canopen_sdo_client_answer(&client, octets, length);
     }
     TEST_ASSERT_EQUAL_UINT32(8U, client.counters.malformed);
     TEST_ASSERT_EQUAL(STATUS_BUSY, result());
@@ -358,15 +358,16 @@ static void a_server_that_talks_nonsense_does_no_harm(void)
         }
         if (result() != STATUS_BUSY) {
             const uint8_t value[SDO_OCTETS_MAX] = {0U};
-            const status_t begun                = ((seed & 0x80U) != 0U)
-                                                      ? sdo_client_upload(&client, 0x1008U, 0U)
-                                                      : sdo_client_download(&client, 0x1008U, 0U, value, (seed % 64U) + 1U);
+            const status_t begun =
+                ((seed & 0x80U) != 0U)
+                    ? canopen_sdo_client_upload(&client, 0x1008U, 0U)
+                    : canopen_sdo_client_download(&client, 0x1008U, 0U, value, (seed % 64U) + 1U);
             TEST_ASSERT_EQUAL(STATUS_OK, begun);
         }
         (void)next();
-        sdo_client_answer(&client, octets, (uint8_t)(((seed & 0x1FU) == 0U) ? (seed >> 8) % 9U : 8U));
+        canopen_sdo_client_answer(&client, octets, (uint8_t)(((seed & 0x1FU) == 0U) ? (seed >> 8) % 9U : 8U));
         size_t size = 0U;
-        (void)sdo_client_value(&client, &size);
+        (void)canopen_sdo_client_value(&client, &size);
         TEST_ASSERT_TRUE(size <= SDO_OCTETS_MAX);
     }
     TEST_ASSERT_TRUE(client.counters.transfers > 100U);

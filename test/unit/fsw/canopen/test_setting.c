@@ -8,14 +8,14 @@
 
 #define TIMEOUT_NS 10000000U
 
-static sdo_client_t client;
-static setting_run_t run;
+static canopen_sdo_client_t client;
+static canopen_setting_run_t run;
 static uint64_t now_ns;
 static uint8_t request[SDO_FRAME_OCTETS];
 
 void setUp(void)
 {
-    sdo_client_init(&client, TIMEOUT_NS);
+    canopen_sdo_client_init(&client, TIMEOUT_NS);
     now_ns = 0U;
 }
 
@@ -27,7 +27,7 @@ void tearDown(void)
 static bool answer(const uint32_t value, const uint8_t octets)
 {
     now_ns += 500000U;
-    if (!sdo_client_request(&client, now_ns, request) || ((request[0] >> 5) == 4U)) {
+    if (!canopen_sdo_client_request(&client, now_ns, request) || ((request[0] >> 5) == 4U)) {
         return false;
     }
     const bool is_write = (request[0] >> 5) == 1U;
@@ -36,14 +36,14 @@ static bool answer(const uint32_t value, const uint8_t octets)
     for (unsigned i = 0U; !is_write && (i < 4U); i++) {
         frame[4U + i] = (uint8_t)(value >> (8U * i));
     }
-    sdo_client_answer(&client, frame, 8U);
+    canopen_sdo_client_answer(&client, frame, 8U);
     return true;
 }
 
 static void an_empty_list_is_done(void)
 {
-    setting_run_begin(&run, NULL, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, setting_run_step(&run, &client));
+    canopen_setting_run_begin(&run, NULL, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_setting_run_step(&run, &client));
 }
 
 static void a_list_is_worked_off_in_order(void)
@@ -54,21 +54,21 @@ static void a_list_is_worked_off_in_order(void)
         {.index = 0x1A00U, .octets = 1U, .kind = SETTING_VERIFY, .value = 3U},
         {.index = 0x1400U, .subindex = 1U, .octets = 4U, .kind = SETTING_WRITE, .value = 0x80000211U},
     };
-    setting_run_begin(&run, list, 4U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+    canopen_setting_run_begin(&run, list, 4U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(0U, 0U));
     TEST_ASSERT_EQUAL_HEX8(0x2FU, request[0]);
     TEST_ASSERT_EQUAL_HEX8(0x0AU, request[4]);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(10000U, 4U));
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(3U, 1U));
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(0U, 0U));
     TEST_ASSERT_EQUAL_HEX8(0x23U, request[0]);
     TEST_ASSERT_EQUAL_HEX8(0x80U, request[7]);
-    TEST_ASSERT_EQUAL(STATUS_OK, setting_run_step(&run, &client));
-    TEST_ASSERT_EQUAL(STATUS_OK, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_EQUAL_UINT64(10000U, list[1].value);
     TEST_ASSERT_FALSE(answer(0U, 0U));
 }
@@ -77,13 +77,13 @@ static void a_value_other_than_expected_ends_it(void)
 {
     canopen_setting_t list[] = {{.index = 0x1000U, .octets = 4U, .kind = SETTING_VERIFY, .value = 7U},
                                 {.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE}};
-    setting_run_begin(&run, list, 2U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+    canopen_setting_run_begin(&run, list, 2U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(8U, 4U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_EQUAL_UINT64(8U, run.found);
     TEST_ASSERT_EQUAL_UINT16(0U, run.position);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_FALSE(answer(0U, 0U));
 }
 
@@ -91,20 +91,20 @@ static void a_value_of_another_size_ends_it(void)
 {
     canopen_setting_t list[] = {{.index = 0x1000U, .octets = 4U, .kind = SETTING_READ}};
     for (uint8_t octets = 1U; octets < 4U; octets++) {
-        setting_run_begin(&run, list, 1U);
-        TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+        canopen_setting_run_begin(&run, list, 1U);
+        TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
         TEST_ASSERT_TRUE(answer(8U, octets));
-        TEST_ASSERT_EQUAL(STATUS_INVALID, setting_run_step(&run, &client));
+        TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_setting_run_step(&run, &client));
     }
     list[0].octets = 1U; // Two octets where one is expected; four may be an answer without size.
-    setting_run_begin(&run, list, 1U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+    canopen_setting_run_begin(&run, list, 1U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(8U, 2U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, setting_run_step(&run, &client));
-    setting_run_begin(&run, list, 1U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_setting_run_step(&run, &client));
+    canopen_setting_run_begin(&run, list, 1U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(0xAAAAAA08U, 4U));
-    TEST_ASSERT_EQUAL(STATUS_OK, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_EQUAL_UINT64(8U, list[0].value);
 }
 
@@ -112,14 +112,14 @@ static void an_abort_tells_its_code_and_place(void)
 {
     canopen_setting_t list[] = {{.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE},
                                 {.index = 0x6061U, .octets = 1U, .kind = SETTING_WRITE}};
-    setting_run_begin(&run, list, 2U);
-    (void)setting_run_step(&run, &client);
+    canopen_setting_run_begin(&run, list, 2U);
+    (void)canopen_setting_run_step(&run, &client);
     TEST_ASSERT_TRUE(answer(0U, 0U));
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
-    TEST_ASSERT_TRUE(sdo_client_request(&client, now_ns, request));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
+    TEST_ASSERT_TRUE(canopen_sdo_client_request(&client, now_ns, request));
     const uint8_t frame[8] = {0x80U, 0x61U, 0x60U, 0U, 0x02U, 0x00U, 0x01U, 0x06U};
-    sdo_client_answer(&client, frame, 8U);
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, setting_run_step(&run, &client));
+    canopen_sdo_client_answer(&client, frame, 8U);
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_EQUAL_HEX32(0x06010002U, run.abort_code);
     TEST_ASSERT_EQUAL_UINT16(1U, run.position);
 }
@@ -127,35 +127,35 @@ static void an_abort_tells_its_code_and_place(void)
 static void silence_and_reset_end_in_a_timeout(void)
 {
     canopen_setting_t list[] = {{.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE}};
-    setting_run_begin(&run, list, 1U);
-    (void)setting_run_step(&run, &client);
-    TEST_ASSERT_TRUE(sdo_client_request(&client, now_ns, request));
-    TEST_ASSERT_TRUE(sdo_client_request(&client, now_ns + TIMEOUT_NS, request)); // The abort.
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, setting_run_step(&run, &client));
+    canopen_setting_run_begin(&run, list, 1U);
+    (void)canopen_setting_run_step(&run, &client);
+    TEST_ASSERT_TRUE(canopen_sdo_client_request(&client, now_ns, request));
+    TEST_ASSERT_TRUE(canopen_sdo_client_request(&client, now_ns + TIMEOUT_NS, request)); // The abort.
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, canopen_setting_run_step(&run, &client));
 
-    setting_run_begin(&run, list, 1U);
-    (void)setting_run_step(&run, &client);
-    sdo_client_reset(&client); // The node has booted again.
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, setting_run_step(&run, &client));
+    canopen_setting_run_begin(&run, list, 1U);
+    (void)canopen_setting_run_step(&run, &client);
+    canopen_sdo_client_reset(&client); // The node has booted again.
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, canopen_setting_run_step(&run, &client));
 }
 
 static void it_waits_for_a_transfer_of_somebody_else(void)
 {
     canopen_setting_t list[] = {{.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE}};
-    TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_upload(&client, 0x1018U, 1U));
-    setting_run_begin(&run, list, 1U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&client, 0x1018U, 1U));
+    canopen_setting_run_begin(&run, list, 1U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(1U, 4U));
-    TEST_ASSERT_EQUAL(STATUS_BUSY, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_setting_run_step(&run, &client));
     TEST_ASSERT_TRUE(answer(0U, 0U));
     TEST_ASSERT_EQUAL_HEX8(0x2FU, request[0]);
-    TEST_ASSERT_EQUAL(STATUS_OK, setting_run_step(&run, &client));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_setting_run_step(&run, &client));
 }
 
 static void emergencies_are_decoded_and_ranked(void)
 {
-    const uint8_t octets[8]     = {0x11U, 0x83U, 0x05U, 0x01U, 0xFEU, 0xFFU, 0xFFU, 0xFFU};
-    const emergency_t emergency = emergency_decode(0x12U, octets);
+    const uint8_t octets[8]             = {0x11U, 0x83U, 0x05U, 0x01U, 0xFEU, 0xFFU, 0xFFU, 0xFFU};
+    const canopen_emergency_t emergency = canopen_emergency_decode(0x12U, octets);
     TEST_ASSERT_EQUAL_HEX8(0x12U, emergency.node);
     TEST_ASSERT_EQUAL_HEX16(0x8311U, emergency.code);
     TEST_ASSERT_EQUAL_HEX8(0x05U, emergency.error_register);
@@ -165,15 +165,15 @@ static void emergencies_are_decoded_and_ranked(void)
     const uint16_t medium[] = {0x8311U, 0x8611U, 0x4210U, 0x4310U, 0x1000U, 0x5000U};
     const uint16_t low[]    = {0x8120U, 0x8110U, 0x8240U};
     for (unsigned i = 0U; i < 7U; i++) {
-        TEST_ASSERT_EQUAL(EMERGENCY_HIGH, emergency_class(high[i]));
+        TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(high[i]));
     }
     for (unsigned i = 0U; i < 6U; i++) {
-        TEST_ASSERT_EQUAL(EMERGENCY_MEDIUM, emergency_class(medium[i]));
+        TEST_ASSERT_EQUAL(EMERGENCY_MEDIUM, canopen_emergency_class(medium[i]));
     }
     for (unsigned i = 0U; i < 3U; i++) {
-        TEST_ASSERT_EQUAL(EMERGENCY_LOW, emergency_class(low[i]));
+        TEST_ASSERT_EQUAL(EMERGENCY_LOW, canopen_emergency_class(low[i]));
     }
-    TEST_ASSERT_EQUAL(EMERGENCY_CLEARED, emergency_class(0x0000U));
+    TEST_ASSERT_EQUAL(EMERGENCY_CLEARED, canopen_emergency_class(0x0000U));
 }
 
 int main(void)

@@ -12,8 +12,8 @@ canopen_network_t network;
 scripted_node_t* joints[2];
 uint64_t now_ns;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -24,15 +24,15 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
     return STATUS_OK;
 }
 
-const flow_resolver_t resolver = {NULL, resolve};
-const network_config_t config  = {.master              = {.node_id              = 1U,
-                                                          .heartbeat_ns         = 20000000U,
-                                                          .heartbeat_timeout_ns = 60000000U,
-                                                          .sdo_timeout_ns       = 50000000U},
-                                  .lost_after_syncs    = 3U,
-                                  .boot_retry_ns       = 300000000U,
-                                  .silence_told_ns     = 100000000U,
-                                  .quick_stop_limit_ns = 200000000U};
+const flow_resolver_t resolver        = {NULL, resolve};
+const canopen_network_config_t config = {.master              = {.node_id              = 1U,
+                                                                 .heartbeat_ns         = 20000000U,
+                                                                 .heartbeat_timeout_ns = 60000000U,
+                                                                 .sdo_timeout_ns       = 50000000U},
+                                         .lost_after_syncs    = 3U,
+                                         .boot_retry_ns       = 300000000U,
+                                         .silence_told_ns     = 100000000U,
+                                         .quick_stop_limit_ns = 200000000U};
 
 void two_drives_open(void)
 {
@@ -40,23 +40,23 @@ void two_drives_open(void)
     joints[0] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
     joints[1] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
     now_ns    = 0U;
-    network_init(&network, &config);
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x11U));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&network, "cia402-drive", 0x12U));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_open(&network, &resolver, "robot", NULL));
+    canopen_network_init(&network, &config);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
 }
 
 void two_drives_close(void)
 {
-    network_close(&network);
+    canopen_network_close(&network);
     scripted_bus_close(&bus);
 }
 
 status_t cycle(const action_t action)
 {
-    network_sense(&network, now_ns);
+    canopen_network_sense(&network, now_ns);
     const status_t status = (action != NULL) ? action(&network, now_ns) : STATUS_OK;
-    network_emit(&network, now_ns);
+    canopen_network_emit(&network, now_ns);
     scripted_bus_run(&bus);
     now_ns += CYCLE_NS;
     if ((now_ns % 20000000U) == 0U) {
@@ -87,7 +87,7 @@ void set(const uint8_t index, const uint16_t object, const uint8_t subindex, con
 {
     const canopen_setting_t setting = {
         .index = object, .subindex = subindex, .octets = octets, .kind = SETTING_WRITE, .value = value};
-    TEST_ASSERT_EQUAL(STATUS_OK, network_set(&network, index, &setting));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_set(&network, index, &setting));
 }
 
 /// Settings of torque mode, as a descriptor gives them.
@@ -104,21 +104,21 @@ void set_torque_mode(void)
 status_t at_goal(canopen_network_t* const self, const uint64_t time_ns)
 {
     (void)time_ns;
-    return network_is_at_goal(self) ? STATUS_OK : STATUS_BUSY;
+    return canopen_network_is_at_goal(self) ? STATUS_OK : STATUS_BUSY;
 }
 
-void go(const cia402_goal_t goal)
+void go(const canopen_cia402_goal_t goal)
 {
-    network_set_goal(&network, goal, goal == CIA402_GOAL_STANDBY);
+    canopen_network_set_goal(&network, goal, goal == CIA402_GOAL_STANDBY);
     (void)cycle(NULL);
     TEST_ASSERT_EQUAL(STATUS_OK, walk(at_goal));
 }
 
-void run_to(const cia402_goal_t goal)
+void run_to(const canopen_cia402_goal_t goal)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_boot));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_configure));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(network_start));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_start));
     if (goal != CIA402_GOAL_DISABLED) {
         go(CIA402_GOAL_STANDBY);
     }
@@ -129,15 +129,15 @@ void run_to(const cia402_goal_t goal)
 
 void expect_no_fault(void)
 {
-    network_fault_t fault;
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, network_take_fault(&network, &fault));
+    canopen_network_fault_t fault;
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_network_take_fault(&network, &fault));
 }
 
-void expect_refusal(const uint8_t node, const network_refusal_t refusal, const uint32_t object,
+void expect_refusal(const uint8_t node, const canopen_network_refusal_t refusal, const uint32_t object,
                     const uint32_t detail)
 {
-    network_fault_t fault = {.node = 0U};
-    TEST_ASSERT_EQUAL(STATUS_OK, network_take_fault(&network, &fault));
+    canopen_network_fault_t fault = {.node = 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_take_fault(&network, &fault));
     TEST_ASSERT_EQUAL(NETWORK_DEVICE_REFUSED, fault.kind);
     TEST_ASSERT_EQUAL_HEX8(node, fault.node);
     TEST_ASSERT_EQUAL(refusal, fault.refusal);
@@ -146,10 +146,10 @@ void expect_refusal(const uint8_t node, const network_refusal_t refusal, const u
     expect_no_fault();
 }
 
-void expect_fault(const network_fault_kind_t kind, const uint8_t node, const uint16_t code)
+void expect_fault(const canopen_network_fault_kind_t kind, const uint8_t node, const uint16_t code)
 {
-    network_fault_t fault = {.node = 0U};
-    TEST_ASSERT_EQUAL(STATUS_OK, network_take_fault(&network, &fault));
+    canopen_network_fault_t fault = {.node = 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_take_fault(&network, &fault));
     TEST_ASSERT_EQUAL(kind, fault.kind);
     TEST_ASSERT_EQUAL_HEX8(node, fault.node);
     TEST_ASSERT_EQUAL_HEX16(code, fault.code);

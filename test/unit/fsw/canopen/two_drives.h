@@ -15,7 +15,7 @@ extern canopen_network_t network;
 extern scripted_node_t* joints[2];
 extern uint64_t now_ns;
 extern const flow_resolver_t resolver;
-extern const network_config_t config;
+extern const canopen_network_config_t config;
 
 /// One cycle's part of going somewhere: STATUS_BUSY until it is done.
 typedef status_t (*action_t)(canopen_network_t* network, uint64_t now_ns);
@@ -32,11 +32,11 @@ void set(uint8_t index, uint16_t object, uint8_t subindex, uint8_t octets, uint3
 /// Settings of torque mode, as a descriptor gives them.
 void set_torque_mode(void);
 status_t at_goal(canopen_network_t* self, uint64_t time_ns);
-void go(cia402_goal_t goal);
-void run_to(cia402_goal_t goal);
+void go(canopen_cia402_goal_t goal);
+void run_to(canopen_cia402_goal_t goal);
 void expect_no_fault(void);
 /// A device that is not commissioned, and nothing else.
-void expect_refusal(uint8_t node, network_refusal_t refusal, uint32_t object, uint32_t detail);
-void expect_fault(network_fault_kind_t kind, uint8_t node, uint16_t code);
+void expect_refusal(uint8_t node, canopen_network_refusal_t refusal, uint32_t object, uint32_t detail);
+void expect_fault(canopen_network_fault_kind_t kind, uint8_t node, uint16_t code);
 
 #endif // TEST_UNIT_FSW_CANOPEN_TWO_DRIVES_H

@@ -79,8 +79,8 @@ static status_t secure(void* const self)
 static const subsystem_callbacks_t callbacks = {
     .software_init = software_init, .sense = sense, .emit = emit, .secure = secure};
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -122,7 +122,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    network_close(&drives.network);
+    canopen_network_close(&drives.network);
     scripted_bus_close(&bus);
 }
 

@@ -10,7 +10,7 @@
 static drives_t drives;
 static pus_device_port_t port;
 static pus_device_result_t result;
-static sdo_client_t* client;
+static canopen_sdo_client_t* client;
 static uint8_t frame[SDO_FRAME_OCTETS];
 
 void setUp(void)
@@ -48,10 +48,10 @@ static status_t poll(const uint8_t slot)
 /// The frame that the client sends now, and an answer to it.
 static void answer(const uint8_t first, const char* const data)
 {
-    TEST_ASSERT_TRUE(sdo_client_request(client, 1U, frame));
+    TEST_ASSERT_TRUE(canopen_sdo_client_request(client, 1U, frame));
     uint8_t octets[SDO_FRAME_OCTETS] = {first, frame[1], frame[2], frame[3]};
     memcpy(&octets[4], data, 4U);
-    sdo_client_answer(client, octets, sizeof octets);
+    canopen_sdo_client_answer(client, octets, sizeof octets);
 }
 
 static void objects_are_written(void)
@@ -152,10 +152,10 @@ static void what_a_device_says_against_it_is_told(void)
     answer(0x20U, "\0\0\0"); // No answer to what was asked.
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
     TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_WRONG, result.return_code);
-    sdo_client_reset(client);
+    canopen_sdo_client_reset(client);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
-    TEST_ASSERT_TRUE(sdo_client_request(client, 1U, frame));
-    (void)sdo_client_request(client, 5000U, frame); // It is silent.
+    TEST_ASSERT_TRUE(canopen_sdo_client_request(client, 1U, frame));
+    (void)canopen_sdo_client_request(client, 5000U, frame); // It is silent.
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_TIMEOUT, result.detail);
 }
@@ -165,9 +165,9 @@ static void one_transfer_to_a_node_at_a_time(void)
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
     const pus_device_action_t first = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
     const pus_device_action_t other = command(PUS_DEVICE_ACQUIRE, SECOND_NODE, protocol, NULL);
-    TEST_ASSERT_EQUAL(STATUS_OK, sdo_client_upload(client, 1U, 0U)); // Somebody else's.
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(client, 1U, 0U)); // Somebody else's.
     TEST_ASSERT_EQUAL(STATUS_FULL, begin(0U, &first));
-    sdo_client_reset(client);
+    canopen_sdo_client_reset(client);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &first));
     TEST_ASSERT_EQUAL(STATUS_FULL, begin(1U, &first));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(2U, &other));
@@ -176,7 +176,7 @@ static void one_transfer_to_a_node_at_a_time(void)
     TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(1U, &first));
     port.abandon(port.context, 1U);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, sdo_client_result(client, NULL));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_sdo_client_result(client, NULL));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(1U, &first));
 }
 
@@ -185,7 +185,7 @@ static void commissioning_ends_a_transfer(void)
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
     const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
-    sdo_client_reset(client); // The network was stopped and runs again.
+    canopen_sdo_client_reset(client); // The network was stopped and runs again.
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
     TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_CLOSED, result.return_code);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
@@ -193,11 +193,11 @@ static void commissioning_ends_a_transfer(void)
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
     TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_CLOSED, result.return_code);
     drives.network.is_running = true;
-    sdo_client_reset(client);
+    canopen_sdo_client_reset(client);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
     drives.network.is_running = false;
     port.abandon(port.context, 0U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, sdo_client_result(client, NULL)); // It may be another's by now.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_sdo_client_result(client, NULL)); // It may be another's by now.
 }
 
 int main(void)

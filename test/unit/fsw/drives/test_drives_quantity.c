@@ -133,10 +133,11 @@ static void objects_become_values(void)
 /// The frame that the device's client sends now, and an answer to it.
 static void answer(uint8_t frame[SDO_FRAME_OCTETS], const uint8_t first, const uint8_t low)
 {
-    sdo_client_t* const client = &drives.network.master.nodes[drives.network.devices[0].device.index].sdo;
-    TEST_ASSERT_TRUE(sdo_client_request(client, 1U, frame));
+    canopen_sdo_client_t* const client =
+        &drives.network.master.nodes[drives.network.devices[0].device.index].sdo;
+    TEST_ASSERT_TRUE(canopen_sdo_client_request(client, 1U, frame));
     const uint8_t reply[SDO_FRAME_OCTETS] = {first, frame[1], frame[2], frame[3], low, 0U, 0U, 0U};
-    sdo_client_answer(client, reply, sizeof reply);
+    canopen_sdo_client_answer(client, reply, sizeof reply);
 }
 
 static void logical_devices_are_read_and_set(void)

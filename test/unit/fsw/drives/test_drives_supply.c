@@ -29,8 +29,8 @@ static drives_t drives;
 static pus_device_port_t port;
 static pus_device_result_t result;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -65,7 +65,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    network_close(&drives.network);
+    canopen_network_close(&drives.network);
     scripted_bus_close(&bus);
 }
 

@@ -7,18 +7,18 @@
 
 void two_nodes_run(drives_t* drives)
 {
-    static const network_config_t config = {.master              = {.node_id              = 1U,
-                                                                    .heartbeat_ns         = 1000000U,
-                                                                    .heartbeat_timeout_ns = 3000000U,
-                                                                    .sdo_timeout_ns       = 1000U},
-                                            .lost_after_syncs    = 3U,
-                                            .boot_retry_ns       = 1U,
-                                            .silence_told_ns     = 1U,
-                                            .call_ns             = 1U,
-                                            .quick_stop_limit_ns = 1U};
+    static const canopen_network_config_t config = {.master              = {.node_id              = 1U,
+                                                                            .heartbeat_ns         = 1000000U,
+                                                                            .heartbeat_timeout_ns = 3000000U,
+                                                                            .sdo_timeout_ns       = 1000U},
+                                                    .lost_after_syncs    = 3U,
+                                                    .boot_retry_ns       = 1U,
+                                                    .silence_told_ns     = 1U,
+                                                    .call_ns             = 1U,
+                                                    .quick_stop_limit_ns = 1U};
     memset(drives, 0, sizeof *drives);
-    network_init(&drives->network, &config);
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&drives->network, "cia402-drive", FIRST_NODE));
-    TEST_ASSERT_EQUAL(STATUS_OK, network_add(&drives->network, "cia402-drive", SECOND_NODE));
+    canopen_network_init(&drives->network, &config);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&drives->network, "cia402-drive", FIRST_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&drives->network, "cia402-drive", SECOND_NODE));
     drives->network.is_running = true;
 }

@@ -14,7 +14,7 @@
 
 static char base[64];
 static osal_directory_t root;
-static pus_process_t process;
+static pus_app_process_t process;
 static pus_dispatcher_t dispatcher;
 static pus_service_t services[1];
 static pus_files_t files;
@@ -72,7 +72,7 @@ void setUp(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(real("root")));
     put_file("secret", "secret");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, real("root")));
-    pus_process_init(&process, 1U, 0U, &(pus_port_t){.send = take});
+    pus_app_process_init(&process, 1U, 0U, &(pus_port_t){.send = take});
     pus_dispatcher_init(&dispatcher, &process, services, 1U);
     pus_files_init(&files, &(pus_files_config_t){.store        = file_store(&root),
                                                  .process      = &process,

@@ -16,7 +16,7 @@
 #define SLOW_REPORT 1U ///< Every 20 ms.
 #define FAST_REPORT 2U ///< Every 2 ms.
 
-static component_t component;
+static subsystem_t component;
 static subsystem_descriptor_t descriptor;
 static descriptor_loader_t loader;
 static loop_tasks_t tasks;
@@ -85,13 +85,13 @@ void setUp(void)
     TEST_ASSERT_EQUAL_MESSAGE(
         STATUS_OK, descriptor_parse_subsystem(&loader, "test", document, strlen(document), &descriptor),
         descriptor_error(&loader));
-    const component_config_t config = {.descriptor          = &descriptor,
+    const subsystem_config_t config = {.descriptor          = &descriptor,
                                        .is_descriptor_valid = true,
                                        .callbacks           = &callbacks,
                                        .self                = &component,
                                        .mission_epoch_s     = 1000U,
                                        .start_count         = 1U,
-                                       .status_interval_ns  = COMPONENT_STATUS_INTERVAL_NS,
+                                       .status_interval_ns  = SUBSYSTEM_STATUS_INTERVAL_NS,
                                        .port                = {&component, send},
                                        .has_loop_tasks      = true};
     sequence                        = 0U;
@@ -99,7 +99,7 @@ void setUp(void)
     (void)memset(reports, 0, sizeof reports);
     origin_ns = osal_clock_monotonic_ns();
     osal_clock_open_real(&clock_of_run, origin_ns);
-    component_init(&component, &config);
+    subsystem_init(&component, &config);
     TEST_ASSERT_EQUAL(STATUS_OK, loop_tasks_start(&tasks, &component, origin_ns));
 }
 
@@ -114,7 +114,7 @@ static void run_for(uint64_t duration_ns)
     const uint64_t end_ns = osal_clock_now_ns(&clock_of_run) + duration_ns;
     uint64_t now_ns       = 0U;
     while ((now_ns = osal_clock_now_ns(&clock_of_run)) < end_ns) {
-        const uint64_t wake_ns = component_step(&component, now_ns);
+        const uint64_t wake_ns = subsystem_step(&component, now_ns);
         TEST_ASSERT_EQUAL(STATUS_OK,
                           osal_clock_wait(&clock_of_run, (wake_ns < end_ns) ? wake_ns : end_ns, NULL, 0U));
     }
@@ -130,11 +130,11 @@ static void run_until_a_report(void)
 
 static void begin(uint16_t configuration)
 {
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_request(&component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_request(&component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
     for (unsigned i = 0U; (i < PATIENCE) && (subsystem_state(&component) != STATE_PRE_OPERATIONAL); i++) {
         run_for(CYCLE_NS);
     }
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_select(&component, configuration));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_select(&component, configuration));
 }
 
 static void each_loop_keeps_its_own_rate(void)
@@ -153,9 +153,9 @@ static void a_configuration_without_loops_lets_the_tasks_rest(void)
     begin(2U);
     run_for(60U * CYCLE_NS);
     TEST_ASSERT_EQUAL(0U, reports[SLOW_REPORT].count + reports[FAST_REPORT].count);
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_select(&component, 1U));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_select(&component, 1U));
     run_until_a_report();
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_request(&component, STATE_OFFLINE, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_request(&component, STATE_OFFLINE, CAUSE_REQUEST));
     for (unsigned i = 0U; (i < PATIENCE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {
         run_for(CYCLE_NS);
     }

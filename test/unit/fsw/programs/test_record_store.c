@@ -11,8 +11,8 @@
 #define CAPACITY 4U
 
 static char folder[64];
-static seat_t seat;
-static run_block_t run;
+static component_runtime_t runtime;
+static run_state_t run;
 static record_store_t store;
 static record_store_t other;
 static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
@@ -23,7 +23,7 @@ void setUp(void)
 {
     (void)strcpy(folder, "/tmp/record_store.XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(folder));
-    seat = (seat_t){.run = &run};
+    runtime = (component_runtime_t){.run = &run};
     (void)strcpy(run.storage, folder);
     (void)strcpy(run.components[0].name, "ARM");
     found = 0U;
@@ -56,11 +56,11 @@ static void take(void* const context, const uint8_t table, const uint32_t key, c
 
 static void records_outlive_the_program(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&store.journal, 11U, 7U, (const uint8_t*)"abc", 3U));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
     record_store_close(&store);
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_replay(&store.journal, take, NULL));
     TEST_ASSERT_EQUAL(1U, found);
     record_store_close(&store);
@@ -68,35 +68,35 @@ static void records_outlive_the_program(void)
 
 static void two_flights_do_not_share_it(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
-    TEST_ASSERT_EQUAL(STATUS_BUSY, record_store_open(&other, &seat, other_slots, CAPACITY, true));
-    TEST_ASSERT_NOT_NULL(strstr(seat.error, "ARM.journal.0: another flight uses this storage"));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
+    TEST_ASSERT_NOT_NULL(strstr(runtime.error, "ARM.journal.0: another flight uses this storage"));
     record_store_close(&store);
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&other, &seat, other_slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
     record_store_close(&other);
 }
 
 static void what_cannot_be_kept_is_told(void)
 {
     (void)strcpy(run.storage, "/nowhere");
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, record_store_open(&store, &seat, slots, CAPACITY, true));
-    TEST_ASSERT_EQUAL_STRING("cannot keep records in /nowhere/ARM.journal.0: not found", seat.error);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, record_store_open(&store, &runtime, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL_STRING("cannot keep records in /nowhere/ARM.journal.0: not found", runtime.error);
     (void)memset(run.storage, 'x', sizeof run.storage - 1U);
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, record_store_open(&store, &runtime, slots, CAPACITY, true));
     (void)strcpy(run.storage, folder);
     char path[128];
     (void)snprintf(path, sizeof path, "%s/ARM.journal.1", folder);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(path));
-    TEST_ASSERT_NOT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(0, rmdir(path));
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      record_store_open(&store, &seat, slots, CAPACITY, true)); // The first is free again.
+                      record_store_open(&store, &runtime, slots, CAPACITY, true)); // The first is free again.
     for (uint32_t key = 0U; key < CAPACITY; key++) {
         TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&store.journal, 1U, key, (const uint8_t*)"abc", 3U));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
     record_store_close(&store);
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, record_store_open(&store, &seat, slots, CAPACITY - 1U, false));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, record_store_open(&store, &runtime, slots, CAPACITY - 1U, false));
 }
 
 /// Octet `place` of a file of the storage changed; returns its size.
@@ -141,7 +141,7 @@ static void put(const uint32_t key, const char* const octets)
 /// Damaged media are kept as they were found: the first ones for good, of later ones the last.
 static void damaged_media_are_kept(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_FALSE(store.journal.damage.is_damaged);
     for (int i = 0; i < 6; i++) {
         char first[2] = {(char)('0' + i), '\0'};
@@ -149,7 +149,7 @@ static void damaged_media_are_kept(void)
         put(8U, "second");
         record_store_close(&store);
         (void)damage("ARM.journal.0", 33); // Its checksum.
-        TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+        TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
         TEST_ASSERT_TRUE(store.journal.damage.is_damaged && store.journal.damage.is_kept);
         TEST_ASSERT_EQUAL_UINT32(0U, store.journal.stats.records);
     }
@@ -160,21 +160,21 @@ static void damaged_media_are_kept(void)
     TEST_ASSERT_EQUAL(0, octet_of("ARM.journal.0.damaged.4", 32));
     TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0));
     record_store_close(&store);
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_FALSE(store.journal.damage.is_damaged); // It was told.
     record_store_close(&store);
 }
 
 static void media_larger_than_a_piece_are_kept_whole(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     static uint8_t octets[JOURNAL_RECORD_MAX];
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&store.journal, 11U, 1U, octets, sizeof octets));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
     put(2U, "end");
     record_store_close(&store);
     const size_t size = damage("ARM.journal.0", 5000);
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(1, octet_of("ARM.journal.0.damaged.0", 5000));
     TEST_ASSERT_EQUAL('C', octet_of("ARM.journal.0.damaged.0", (long)size - 20)); // Of the last commit.
     TEST_ASSERT_EQUAL(EOF, octet_of("ARM.journal.0.damaged.0", (long)size));
@@ -185,7 +185,7 @@ static void media_larger_than_a_piece_are_kept_whole(void)
 static void media_that_cannot_be_kept_are_told(void)
 {
     char path[128];
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     put(7U, "abc");
     record_store_close(&store);
     (void)damage("ARM.journal.0", 33);
@@ -193,7 +193,7 @@ static void media_that_cannot_be_kept_are_told(void)
         (void)snprintf(path, sizeof path, "%s/ARM.journal.0.damaged.%u", folder, i);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(path));
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_TRUE(store.journal.damage.is_damaged && !store.journal.damage.is_kept);
     put(7U, "abc");
     record_store_close(&store);
@@ -201,7 +201,7 @@ static void media_that_cannot_be_kept_are_told(void)
         (void)snprintf(path, sizeof path, "%s/ARM.journal.0.damaged.%u", folder, i);
         TEST_ASSERT_EQUAL(0, rmdir(path));
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &seat, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_replay(&store.journal, take, NULL));
     TEST_ASSERT_EQUAL(1U, found);
     record_store_close(&store);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/unit/fsw/supervisor/releases.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 octet_writer_t request_data;
@@ -14,9 +14,9 @@ void request_begin(void)
 
 void request_octets(uint8_t service, uint8_t subtype, const char* octets, size_t size)
 {
-    bed.ack = 0U;
-    (void)bed_tc(SUPERVISOR_APID, service, subtype, octets, size);
-    bed_step();
+    fixture.ack = 0U;
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, service, subtype, octets, size);
+    fixture_step();
 }
 
 void request_send(uint8_t service, uint8_t subtype)
@@ -29,8 +29,11 @@ void request_within(uint16_t apid, uint16_t sequence)
 {
     uint8_t packet[64];
     size_t size       = 0U;
-    const pus_tc_t tc = {
-        .apid = apid, .sequence = sequence, .service = PUS_SERVICE_TEST, .subtype = 1U, .source = BED_USER};
+    const pus_tc_t tc = {.apid     = apid,
+                         .sequence = sequence,
+                         .service  = PUS_SERVICE_TEST,
+                         .subtype  = 1U,
+                         .source   = FIXTURE_USER};
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &size));
     octet_write_octets(&request_data, packet, size);
 }
@@ -60,7 +63,7 @@ static void insert(uint8_t service, uint16_t apid, uint16_t sequence)
 void release_at(uint64_t time_ns, uint16_t apid, uint16_t sequence)
 {
     begin_activity();
-    pus_time_write(&request_data, ((uint64_t)bed.supervisor.mission->epoch_s * 1000000000U) + time_ns);
+    pus_time_write(&request_data, ((uint64_t)fixture.supervisor.mission->epoch_s * 1000000000U) + time_ns);
     insert(PUS_SERVICE_TIME_SCHEDULE, apid, sequence);
 }
 

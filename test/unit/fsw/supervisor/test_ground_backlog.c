@@ -10,7 +10,7 @@ static ground_backlog_t backlog;
 
 void setUp(void)
 {
-    ground_backlog_init(&backlog);
+    supervisor_ground_backlog_init(&backlog);
 }
 
 static unsigned blocks_taken(void)
@@ -25,15 +25,15 @@ static unsigned blocks_taken(void)
 static void drain(void)
 {
     ground_report_t report;
-    while (ground_backlog_next(&backlog, true, &report)) {
-        ground_backlog_sent(&backlog, &report);
+    while (supervisor_ground_backlog_next(&backlog, true, &report)) {
+        supervisor_ground_backlog_sent(&backlog, &report);
     }
 }
 
 void tearDown(void)
 {
     drain();
-    TEST_ASSERT_TRUE(ground_backlog_is_empty(&backlog));
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_is_empty(&backlog));
     TEST_ASSERT_EQUAL(0U, blocks_taken());
 }
 
@@ -51,21 +51,21 @@ static status_t put(uint8_t source, uint8_t service, uint8_t subtype, uint8_t nu
 {
     static uint8_t packet[PUS_PACKET_MAX];
     build(packet, service, subtype, number);
-    return ground_backlog_put(&backlog, source, packet, size, NULL);
+    return supervisor_ground_backlog_put(&backlog, source, packet, size, NULL);
 }
 
 static void expect(bool is_plain_open, uint8_t number)
 {
     ground_report_t report;
-    TEST_ASSERT_TRUE(ground_backlog_next(&backlog, is_plain_open, &report));
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_next(&backlog, is_plain_open, &report));
     TEST_ASSERT_EQUAL(number, report.packet[17]);
-    ground_backlog_sent(&backlog, &report);
+    supervisor_ground_backlog_sent(&backlog, &report);
 }
 
 static void expect_none(bool is_plain_open)
 {
     ground_report_t report;
-    TEST_ASSERT_FALSE(ground_backlog_next(&backlog, is_plain_open, &report));
+    TEST_ASSERT_FALSE(supervisor_ground_backlog_next(&backlog, is_plain_open, &report));
 }
 
 static void reports_leave_in_the_order_they_came(void)
@@ -106,9 +106,9 @@ static void each_class_has_its_own_room(void)
         bulk++;
     }
     TEST_ASSERT_EQUAL(GROUND_PLAIN_REPORTS, plain);
-    TEST_ASSERT_EQUAL(0U, ground_backlog_room(&backlog, PUS_CLASS_PLAIN));
+    TEST_ASSERT_EQUAL(0U, supervisor_ground_backlog_room(&backlog, PUS_CLASS_PLAIN));
     TEST_ASSERT_EQUAL(GROUND_BULK_OCTETS / 4000U, bulk);
-    TEST_ASSERT_EQUAL(GROUND_FIRM_OCTETS, ground_backlog_room(&backlog, PUS_CLASS_FIRM));
+    TEST_ASSERT_EQUAL(GROUND_FIRM_OCTETS, supervisor_ground_backlog_room(&backlog, PUS_CLASS_FIRM));
     while (put(1U, 1U, 7U, 0U, 40U) == STATUS_OK) {
         firm++;
     }
@@ -122,7 +122,7 @@ static void what_is_not_firm_leaves_the_blocks_that_are_for_it(void)
         plain++;
     }
     TEST_ASSERT_EQUAL(80U, plain); // Of the 128 of this size.
-    TEST_ASSERT_TRUE(ground_backlog_room(&backlog, PUS_CLASS_PLAIN) > 200U);
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_room(&backlog, PUS_CLASS_PLAIN) > 200U);
     for (unsigned i = 0U; i < 48U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 8U, 0U, 200U));
     }
@@ -132,15 +132,15 @@ static void what_is_not_firm_leaves_the_blocks_that_are_for_it(void)
 /// A report of 60 octets as the router puts it: it takes a block before it knows the class.
 static status_t put_routed(uint8_t service, uint8_t subtype)
 {
-    uint8_t* const block = ground_backlog_take(&backlog, 60U);
+    uint8_t* const block = supervisor_ground_backlog_take(&backlog, 60U);
     if (block == NULL) {
         return STATUS_FULL;
     }
     uint8_t packet[PUS_PACKET_MAX];
     build(packet, service, subtype, 0U);
     (void)memcpy(block, packet, 60U);
-    const status_t status = ground_backlog_put(&backlog, 1U, block, 60U, block);
-    ground_backlog_give(&backlog, block);
+    const status_t status = supervisor_ground_backlog_put(&backlog, 1U, block, 60U, block);
+    supervisor_ground_backlog_give(&backlog, block);
     return status;
 }
 
@@ -150,8 +150,8 @@ static void bulk_reports_leave_room_for_requests(void)
     unsigned plain = 0U;
     while (put_routed(3U, 25U) == STATUS_OK) {
     }
-    TEST_ASSERT_TRUE(ground_backlog_takes_requests(&backlog));
-    while (ground_backlog_takes_requests(&backlog)) {
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_takes_requests(&backlog));
+    while (supervisor_ground_backlog_takes_requests(&backlog)) {
         TEST_ASSERT_EQUAL(STATUS_OK, put_routed(17U, 2U));
         plain++;
     }
@@ -164,18 +164,18 @@ static void bulk_reports_leave_room_for_requests(void)
 
 static void a_report_waits_in_the_block_it_lies_in(void)
 {
-    uint8_t* const block = ground_backlog_take(&backlog, 100U);
+    uint8_t* const block = supervisor_ground_backlog_take(&backlog, 100U);
     ground_report_t report;
     TEST_ASSERT_NOT_NULL(block);
     build(block, 1U, 7U, 9U);
-    TEST_ASSERT_EQUAL(STATUS_OK, ground_backlog_put(&backlog, 3U, block, 100U, block));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_ground_backlog_put(&backlog, 3U, block, 100U, block));
     TEST_ASSERT_EQUAL(1U, blocks_taken());
-    ground_backlog_give(&backlog, block); // Who routed it needs it no more, the line still does.
+    supervisor_ground_backlog_give(&backlog, block); // Who routed it needs it no more, the line still does.
     TEST_ASSERT_EQUAL(1U, blocks_taken());
-    TEST_ASSERT_TRUE(ground_backlog_next(&backlog, true, &report));
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_next(&backlog, true, &report));
     TEST_ASSERT_EQUAL_PTR(block, report.packet);
     TEST_ASSERT_EQUAL(PUS_CLASS_FIRM, report.class);
-    ground_backlog_sent(&backlog, &report);
+    supervisor_ground_backlog_sent(&backlog, &report);
     TEST_ASSERT_EQUAL(0U, blocks_taken());
 }
 
@@ -198,13 +198,13 @@ static void without_a_block_there_is_none_to_take(void)
 {
     uint8_t* blocks[7];
     for (unsigned i = 0U; i < 7U; i++) {
-        blocks[i] = ground_backlog_take(&backlog, PUS_PACKET_MAX);
+        blocks[i] = supervisor_ground_backlog_take(&backlog, PUS_PACKET_MAX);
         TEST_ASSERT_NOT_NULL(blocks[i]);
     }
-    TEST_ASSERT_NULL(ground_backlog_take(&backlog, PUS_PACKET_MAX));
+    TEST_ASSERT_NULL(supervisor_ground_backlog_take(&backlog, PUS_PACKET_MAX));
     TEST_ASSERT_EQUAL(STATUS_FULL, put(1U, 1U, 7U, 0U, 4000U));
     for (unsigned i = 0U; i < 7U; i++) {
-        ground_backlog_give(&backlog, blocks[i]);
+        supervisor_ground_backlog_give(&backlog, blocks[i]);
     }
 }
 
@@ -212,9 +212,9 @@ static void what_waits_is_copied_in_order(void)
 {
     static uint8_t storage[GROUND_OCTETS];
     static uint8_t packet[PUS_PACKET_MAX];
-    octet_ring_t ring;
+    message_ring_t ring;
     size_t size = 0U;
-    octet_ring_init(&ring, storage, sizeof storage);
+    message_ring_init(&ring, storage, sizeof storage);
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 5U, 4U, 1U, 30U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 17U, 2U, 2U, 30U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 3U, 30U));
@@ -223,13 +223,13 @@ static void what_waits_is_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 5U, 4U, 6U, 30U));
     expect(false, 1U);
     expect(false, 4U); // Leaves a hole in its line.
-    ground_backlog_copy(&backlog, &ring);
+    supervisor_ground_backlog_copy(&backlog, &ring);
     static const uint8_t left[] = {2U, 3U, 5U, 6U};
     for (size_t i = 0U; i < sizeof left; i++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, octet_ring_take(&ring, packet, sizeof packet, &size));
+        TEST_ASSERT_EQUAL(STATUS_OK, message_ring_take(&ring, packet, sizeof packet, &size));
         TEST_ASSERT_EQUAL(left[i], packet[17]);
     }
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, octet_ring_take(&ring, packet, sizeof packet, &size));
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, message_ring_take(&ring, packet, sizeof packet, &size));
 }
 
 /// Against a list: nothing is doubled, lost or out of order within a class.
@@ -250,10 +250,10 @@ static void any_history_keeps_order_and_blocks(void)
             }
         } else {
             ground_report_t report;
-            if (ground_backlog_next(&backlog, choice < 6U, &report)) {
+            if (supervisor_ground_backlog_next(&backlog, choice < 6U, &report)) {
                 TEST_ASSERT_EQUAL(expected[report.class], report.packet[17]);
                 expected[report.class]++;
-                ground_backlog_sent(&backlog, &report);
+                supervisor_ground_backlog_sent(&backlog, &report);
             }
         }
     }

@@ -31,19 +31,19 @@ static link_edge_t edge(uint16_t link, uint16_t producer, uint16_t consumer)
 static void add(link_graph_t* graph, uint16_t link, uint16_t producer, uint16_t consumer)
 {
     const link_edge_t added = edge(link, producer, consumer);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_graph_add(graph, &added));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_link_graph_add(graph, &added));
 }
 
 static void an_empty_graph_has_networks_of_one(void)
 {
     link_graph_t graph = {0};
     uint16_t members[LINK_GRAPH_MEMBERS];
-    TEST_ASSERT_EQUAL(1U, link_graph_members(&graph, 16U, members));
+    TEST_ASSERT_EQUAL(1U, supervisor_link_graph_members(&graph, 16U, members));
     TEST_ASSERT_EQUAL(16U, members[0]);
-    TEST_ASSERT_EQUAL(16U, link_graph_network(&graph, 16U));
-    TEST_ASSERT_NULL(link_graph_find(&graph, 1U));
-    TEST_ASSERT_NULL(link_graph_into(&graph, 16U, 1U));
-    TEST_ASSERT_FALSE(link_graph_remove(&graph, 1U));
+    TEST_ASSERT_EQUAL(16U, supervisor_link_graph_network(&graph, 16U));
+    TEST_ASSERT_NULL(supervisor_link_graph_find(&graph, 1U));
+    TEST_ASSERT_NULL(supervisor_link_graph_into(&graph, 16U, 1U));
+    TEST_ASSERT_FALSE(supervisor_link_graph_remove(&graph, 1U));
 }
 
 static void edges_are_found_replaced_and_removed(void)
@@ -53,18 +53,18 @@ static void edges_are_found_replaced_and_removed(void)
     add(&graph, 2U, 17U, 16U);
     add(&graph, 3U, 16U, 18U);
     TEST_ASSERT_EQUAL(3U, graph.count);
-    TEST_ASSERT_EQUAL(16U, link_graph_find(&graph, 2U)->consumer_apid);
-    TEST_ASSERT_EQUAL(3U, link_graph_into(&graph, 18U, 203U)->link);
-    TEST_ASSERT_NULL(link_graph_into(&graph, 18U, 201U));
-    TEST_ASSERT_NULL(link_graph_into(&graph, 16U, 203U));
+    TEST_ASSERT_EQUAL(16U, supervisor_link_graph_find(&graph, 2U)->consumer_apid);
+    TEST_ASSERT_EQUAL(3U, supervisor_link_graph_into(&graph, 18U, 203U)->link);
+    TEST_ASSERT_NULL(supervisor_link_graph_into(&graph, 18U, 201U));
+    TEST_ASSERT_NULL(supervisor_link_graph_into(&graph, 16U, 203U));
     add(&graph, 2U, 17U, 19U); // Replaced in place.
     TEST_ASSERT_EQUAL(3U, graph.count);
     TEST_ASSERT_EQUAL(19U, graph.edges[1].consumer_apid);
-    TEST_ASSERT_TRUE(link_graph_remove(&graph, 1U));
+    TEST_ASSERT_TRUE(supervisor_link_graph_remove(&graph, 1U));
     TEST_ASSERT_EQUAL(2U, graph.count);
     TEST_ASSERT_EQUAL(2U, graph.edges[0].link); // In the order of opening.
     TEST_ASSERT_EQUAL(3U, graph.edges[1].link);
-    TEST_ASSERT_FALSE(link_graph_remove(&graph, 1U));
+    TEST_ASSERT_FALSE(supervisor_link_graph_remove(&graph, 1U));
 }
 
 static void a_full_graph_refuses(void)
@@ -74,10 +74,10 @@ static void a_full_graph_refuses(void)
         add(&graph, i, 16U, 17U);
     }
     const link_edge_t more = edge(99U, 16U, 17U);
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, link_graph_add(&graph, &more));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, supervisor_link_graph_add(&graph, &more));
     add(&graph, 5U, 16U, 18U); // Replacing one that is there is no addition.
-    TEST_ASSERT_TRUE(link_graph_remove(&graph, LINK_GRAPH_EDGES));
-    TEST_ASSERT_EQUAL(STATUS_OK, link_graph_add(&graph, &more));
+    TEST_ASSERT_TRUE(supervisor_link_graph_remove(&graph, LINK_GRAPH_EDGES));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_link_graph_add(&graph, &more));
 }
 
 static void a_network_holds_a_bounded_number_of_members(void)
@@ -88,7 +88,7 @@ static void a_network_holds_a_bounded_number_of_members(void)
     for (uint16_t i = 1U; i < LINK_GRAPH_EDGES; i++) { // A chain longer than a network may be.
         add(&graph, i, i, (uint16_t)(i + 1U));
     }
-    TEST_ASSERT_EQUAL(LINK_GRAPH_MEMBERS, link_graph_members(&graph, 1U, members));
+    TEST_ASSERT_EQUAL(LINK_GRAPH_MEMBERS, supervisor_link_graph_members(&graph, 1U, members));
     TEST_ASSERT_EQUAL(0xBEEFU, members[LINK_GRAPH_MEMBERS]);
 }
 
@@ -116,7 +116,7 @@ static void close_naively(const link_graph_t* graph, bool connected[APIDS + 1U][
 static void check_members(const link_graph_t* graph, uint16_t apid, const bool* connected)
 {
     uint16_t members[LINK_GRAPH_MEMBERS];
-    const uint16_t count = link_graph_members(graph, apid, members);
+    const uint16_t count = supervisor_link_graph_members(graph, apid, members);
     unsigned expected    = 0U;
     uint16_t smallest    = 0U;
     for (uint16_t other = APIDS; other >= 1U; other--) {
@@ -130,7 +130,7 @@ static void check_members(const link_graph_t* graph, uint16_t apid, const bool* 
     }
     TEST_ASSERT_EQUAL(expected, count);
     TEST_ASSERT_EQUAL(apid, members[0]);
-    TEST_ASSERT_EQUAL(smallest, link_graph_network(graph, apid));
+    TEST_ASSERT_EQUAL(smallest, supervisor_link_graph_network(graph, apid));
 }
 
 static void networks_are_the_connected_components(void)
@@ -141,7 +141,7 @@ static void networks_are_the_connected_components(void)
         for (unsigned step = 0U; step < 30U; step++) {
             const uint16_t link = (uint16_t)(1U + draw(20U));
             if (draw(3U) == 0U) {
-                (void)link_graph_remove(&graph, link);
+                (void)supervisor_link_graph_remove(&graph, link);
             } else {
                 add(&graph, link, (uint16_t)(1U + draw(APIDS)), (uint16_t)(1U + draw(APIDS)));
             }

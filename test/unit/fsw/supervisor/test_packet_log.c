@@ -38,7 +38,7 @@ void setUp(void)
 void tearDown(void)
 {
     static const char* const names[] = {"packets.ascii", "packets.spool", "packets.ring"};
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     for (unsigned i = 0U; i < 3U; i++) {
         (void)unlink(path_of(names[i]));
         (void)rmdir(path_of(names[i]));
@@ -56,7 +56,7 @@ static uint32_t draw(uint32_t below)
 
 static void open_log(packet_log_strategy_t strategy)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_open(&packets, folder, strategy, 1U, RING_RECORDS));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, strategy, 1U, RING_RECORDS));
 }
 
 static void read_file(const char* name)
@@ -83,17 +83,17 @@ static void lines_are_numbered_and_timed(void)
     const uint8_t request[3] = {0x18U, 0x10U, 0xC0U};
     const uint8_t report[2]  = {0x08U, 0xFFU};
     open_log(PACKET_LOG_ASCII);
-    packet_log_append(&packets, 0U, true, request, sizeof request);
-    packet_log_append(&packets, 93000500000ULL, false, report, sizeof report);
+    supervisor_packet_log_append(&packets, 0U, true, request, sizeof request);
+    supervisor_packet_log_append(&packets, 93000500000ULL, false, report, sizeof report);
     TEST_ASSERT_EQUAL(3U, packets.next_number);
     expect_text("packets.ascii", ""); // Nothing is written before it is flushed.
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     expect_text("packets.ascii", "1 0.000000000 TC 1810c0\n2 93.000500000 TM 08ff\n");
-    packet_log_close(&packets);
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      packet_log_open(&packets, folder, PACKET_LOG_ASCII, 3U, RING_RECORDS)); // It goes on.
-    packet_log_append(&packets, 1U, true, request, 1U);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 3U,
+                                                            RING_RECORDS)); // It goes on.
+    supervisor_packet_log_append(&packets, 1U, true, request, 1U);
+    supervisor_packet_log_close(&packets);
     expect_text("packets.ascii", "1 0.000000000 TC 1810c0\n2 93.000500000 TM 08ff\n3 0.000000001 TC 18\n");
 }
 
@@ -105,9 +105,9 @@ static void spool_records_are_binary(void)
     const uint8_t request[2]        = {0xAAU, 0xBBU};
     const uint8_t report[1]         = {0xCCU};
     open_log(PACKET_LOG_SQLITE);
-    packet_log_append(&packets, 258U, true, request, 2U);
-    packet_log_append(&packets, 7U, false, report, 1U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_append(&packets, 258U, true, request, 2U);
+    supervisor_packet_log_append(&packets, 7U, false, report, 1U);
+    supervisor_packet_log_step(&packets, 0U);
     read_file("packets.spool");
     TEST_ASSERT_EQUAL(sizeof expected, content_size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, content, sizeof expected);
@@ -117,11 +117,11 @@ static void the_ring_is_written_when_it_is_left(void)
 {
     const uint8_t packet[2] = {0x01U, 0x02U};
     open_log(PACKET_LOG_RING);
-    packet_log_append(&packets, 5U, false, packet, 2U);
-    packet_log_append(&packets, 6U, false, packet, 1U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_append(&packets, 5U, false, packet, 2U);
+    supervisor_packet_log_append(&packets, 6U, false, packet, 1U);
+    supervisor_packet_log_step(&packets, 0U);
     expect_text("packets.ring", "");
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     expect_text("packets.ring", "1 0.000000005 TM 0102\n2 0.000000006 TM 01\n");
 }
 
@@ -143,9 +143,9 @@ static void the_ring_keeps_the_newest(void)
     static uint64_t numbers[1024];
     open_log(PACKET_LOG_RING);
     for (unsigned i = 0U; i < 600U; i++) {
-        packet_log_append(&packets, i, false, packet, 1024U + draw(3072U));
+        supervisor_packet_log_append(&packets, i, false, packet, 1024U + draw(3072U));
     }
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     read_file("packets.ring");
     const char* const gap = strstr((const char*)content, " GAP\n"); // Of the others.
     TEST_ASSERT_NOT_NULL(gap);
@@ -199,15 +199,15 @@ static void all_parts_together_are_the_whole(void)
     for (unsigned i = 0U; i < 3000U; i++) {
         if (draw(20U) == 0U) {
             const packet_log_strategy_t next = strategies[draw(3U)];
-            TEST_ASSERT_EQUAL(STATUS_OK, packet_log_select(&packets, next));
+            TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_select(&packets, next));
             TEST_ASSERT_EQUAL(next, packets.strategy);
         }
-        packet_log_append(&packets, i, draw(2U) == 0U, packet, draw(300U));
+        supervisor_packet_log_append(&packets, i, draw(2U) == 0U, packet, draw(300U));
         if (draw(10U) == 0U) {
-            packet_log_step(&packets, 0U);
+            supervisor_packet_log_step(&packets, 0U);
         }
     }
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     mark_lines("packets.ascii");
     mark_lines("packets.ring");
     mark_spool();
@@ -222,21 +222,21 @@ static void what_no_build_has_is_refused(void)
 {
     const uint8_t packet[1] = {0x18U};
     open_log(PACKET_LOG_ASCII);
-    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, packet_log_select(&packets, PACKET_LOG_POSTGRESQL));
-    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, packet_log_select(&packets, PACKET_LOG_STRATEGIES));
-    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, packet_log_select(&packets, (packet_log_strategy_t)255));
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, supervisor_packet_log_select(&packets, PACKET_LOG_POSTGRESQL));
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, supervisor_packet_log_select(&packets, PACKET_LOG_STRATEGIES));
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, supervisor_packet_log_select(&packets, (packet_log_strategy_t)255));
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
-    packet_log_append(&packets, 0U, true, packet, 1U);
-    packet_log_close(&packets);
+    supervisor_packet_log_append(&packets, 0U, true, packet, 1U);
+    supervisor_packet_log_close(&packets);
     TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED,
-                      packet_log_open(&packets, folder, PACKET_LOG_POSTGRESQL, 1U, RING_RECORDS));
+                      supervisor_packet_log_open(&packets, folder, PACKET_LOG_POSTGRESQL, 1U, RING_RECORDS));
 }
 
 static void append(unsigned count)
 {
     const uint8_t packet[1] = {0x18U};
     for (unsigned i = 0U; i < count; i++) {
-        packet_log_append(&packets, 0U, true, packet, 1U);
+        supervisor_packet_log_append(&packets, 0U, true, packet, 1U);
     }
 }
 
@@ -245,10 +245,10 @@ static void a_strategy_that_cannot_open_leaves_the_old_one(void)
     TEST_ASSERT_EQUAL(0, mkdir(path_of("packets.spool"), 0755)); // No file can be made in its place.
     open_log(PACKET_LOG_ASCII);
     append(1U);
-    TEST_ASSERT_EQUAL(STATUS_IO, packet_log_select(&packets, PACKET_LOG_SQLITE));
+    TEST_ASSERT_EQUAL(STATUS_IO, supervisor_packet_log_select(&packets, PACKET_LOG_SQLITE));
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.wanted);
     append(1U);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     expect_text("packets.ascii", "1 0.000000000 TC 18\n2 0.000000000 TC 18\n");
 }
 
@@ -256,13 +256,13 @@ static void a_ring_that_is_left_goes_into_the_next_file(void)
 {
     open_log(PACKET_LOG_ASCII);
     append(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_select(&packets, PACKET_LOG_RING));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_select(&packets, PACKET_LOG_RING));
     append(2U);
     TEST_ASSERT_EQUAL(2U, packets.first_number);
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_select(&packets, PACKET_LOG_ASCII));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_select(&packets, PACKET_LOG_ASCII));
     TEST_ASSERT_EQUAL(2U, packets.first_number);
     append(1U);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     expect_text("packets.ascii", "1 0.000000000 TC 18\n2 0.000000000 TC 18\n3 0.000000000 TC 18\n"
                                  "4 0.000000000 TC 18\n");
     TEST_ASSERT_EQUAL(0U, packets.failures);
@@ -270,9 +270,9 @@ static void a_ring_that_is_left_goes_into_the_next_file(void)
 
 static void a_mission_says_how_many_records_the_ring_keeps(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_open(&packets, folder, PACKET_LOG_RING, 1U, 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_RING, 1U, 3U));
     append(10U);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     expect_text("packets.ring", "1 7 GAP\n8 0.000000000 TC 18\n9 0.000000000 TC 18\n10 0.000000000 TC 18\n");
     TEST_ASSERT_EQUAL(0U, packets.failures); // It is what a ring is for.
 }
@@ -307,19 +307,19 @@ static void a_folder_that_is_not_there_is_waited_for(void)
     static char long_name[600];
     (void)memset(long_name, 'x', sizeof long_name - 1U);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
-                      packet_log_open(&packets, long_name, PACKET_LOG_ASCII, 1U, RING_RECORDS));
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      packet_log_open(&packets, path_of("nowhere"), PACKET_LOG_ASCII, 1U, RING_RECORDS));
+                      supervisor_packet_log_open(&packets, long_name, PACKET_LOG_ASCII, 1U, RING_RECORDS));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, path_of("nowhere"), PACKET_LOG_ASCII,
+                                                            1U, RING_RECORDS));
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.wanted);
     append(2U);
     TEST_ASSERT_EQUAL(0, mkdir(path_of("nowhere"), 0755));
-    packet_log_step(&packets, SECOND_NS - 1U);
+    supervisor_packet_log_step(&packets, SECOND_NS - 1U);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
-    packet_log_step(&packets, SECOND_NS);
+    supervisor_packet_log_step(&packets, SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     TEST_ASSERT_EQUAL(1U, packets.first_number);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     expect_text("nowhere/packets.ascii", "1 0.000000000 TC 18\n2 0.000000000 TC 18\n");
     (void)unlink(path_of("nowhere/packets.ascii"));
     (void)rmdir(path_of("nowhere"));
@@ -335,18 +335,18 @@ static void a_full_disk_loses_nothing_that_the_ring_holds(void)
             (void)unlink(path_of("packets.spool"));
             open_log(strategies[i]);
             append(2U);
-            packet_log_step(&packets, 0U);
+            supervisor_packet_log_step(&packets, 0U);
             append(2U);
             limit_files(42U + room);
-            packet_log_step(&packets, 0U);
+            supervisor_packet_log_step(&packets, 0U);
             append(3U);
-            packet_log_step(&packets, SECOND_NS);
-            packet_log_step(&packets, 3U * SECOND_NS);
+            supervisor_packet_log_step(&packets, SECOND_NS);
+            supervisor_packet_log_step(&packets, 3U * SECOND_NS);
             room_is_again();
-            packet_log_step(&packets, 1000U * SECOND_NS);
+            supervisor_packet_log_step(&packets, 1000U * SECOND_NS);
             TEST_ASSERT_EQUAL(strategies[i], packets.strategy);
             append(1U);
-            packet_log_close(&packets);
+            supervisor_packet_log_close(&packets);
             TEST_ASSERT_EQUAL(0U, packets.failures);
             (void)memset(seen, 0, sizeof seen);
             if (strategies[i] == PACKET_LOG_ASCII) {
@@ -363,22 +363,22 @@ static void a_full_disk_loses_nothing_that_the_ring_holds(void)
 
 static void what_the_ring_has_lost_is_a_gap_in_the_file(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, 2U));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, 2U));
     append(1U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     limit_files(20U);
     append(1U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_EQUAL(2U, packets.first_number);
     TEST_ASSERT_EQUAL(1U, packets.written_number);
     append(4U);
     room_is_again();
-    packet_log_step(&packets, SECOND_NS);
+    supervisor_packet_log_step(&packets, SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     TEST_ASSERT_EQUAL(5U, packets.first_number);
     TEST_ASSERT_EQUAL(3U, packets.failures);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     expect_text("packets.ascii", "1 0.000000000 TC 18\n2 4 GAP\n5 0.000000000 TC 18\n6 0.000000000 TC 18\n");
 }
 
@@ -388,16 +388,16 @@ static void more_than_the_ring_between_two_steps(void)
     static uint8_t packet[PUS_PACKET_MAX];
     open_log(PACKET_LOG_ASCII);
     for (unsigned i = 0U; i < 140U; i++) {
-        packet_log_append(&packets, 0U, false, packet, sizeof packet);
+        supervisor_packet_log_append(&packets, 0U, false, packet, sizeof packet);
     }
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     TEST_ASSERT_EQUAL(0U, packets.failures);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     TEST_ASSERT_EQUAL(140U, packets.written_number);
     fill_disk("packets.spool");
     open_log(PACKET_LOG_SQLITE);
     for (unsigned i = 0U; i < 140U; i++) {
-        packet_log_append(&packets, 0U, false, packet, sizeof packet);
+        supervisor_packet_log_append(&packets, 0U, false, packet, sizeof packet);
     }
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_TRUE(packets.failures > 0U);
@@ -411,23 +411,23 @@ static void tries_become_rarer(void)
     fill_disk("packets.ascii");
     open_log(PACKET_LOG_ASCII);
     append(1U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     for (size_t i = 0U; i < (sizeof tries_s / sizeof tries_s[0]); i++) {
         TEST_ASSERT_EQUAL_UINT64(tries_s[i] * SECOND_NS, packets.retry_ns);
-        packet_log_step(&packets, packets.retry_ns);
+        supervisor_packet_log_step(&packets, packets.retry_ns);
     }
     TEST_ASSERT_EQUAL(0, unlink(path_of("packets.ascii")));
-    packet_log_step(&packets, 159U * SECOND_NS);
+    supervisor_packet_log_step(&packets, 159U * SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     limit_files(1U);
     append(1U);
-    packet_log_step(&packets, 160U * SECOND_NS); // Soon after: as rare as before.
+    supervisor_packet_log_step(&packets, 160U * SECOND_NS); // Soon after: as rare as before.
     TEST_ASSERT_EQUAL_UINT64(192U * SECOND_NS, packets.retry_ns);
     room_is_again();
-    packet_log_step(&packets, 192U * SECOND_NS);
+    supervisor_packet_log_step(&packets, 192U * SECOND_NS);
     limit_files(1U);
     append(1U);
-    packet_log_step(&packets, 252U * SECOND_NS);
+    supervisor_packet_log_step(&packets, 252U * SECOND_NS);
     TEST_ASSERT_EQUAL_UINT64(253U * SECOND_NS, packets.retry_ns);
     room_is_again();
 }
@@ -436,16 +436,16 @@ static void a_file_that_was_removed_is_made_again(void)
 {
     open_log(PACKET_LOG_ASCII);
     append(1U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     (void)unlink(path_of("packets.ascii"));
     append(1U);
-    packet_log_step(&packets, SECOND_NS);
+    supervisor_packet_log_step(&packets, SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     append(1U);
-    packet_log_step(&packets, 2U * SECOND_NS);
+    supervisor_packet_log_step(&packets, 2U * SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     TEST_ASSERT_EQUAL(3U, packets.first_number); // The merge tells that 1 and 2 are missing.
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     expect_text("packets.ascii", "3 0.000000000 TC 18\n");
 }
 
@@ -455,18 +455,18 @@ static void a_long_ring_is_written_in_portions(void)
     open_log(PACKET_LOG_ASCII);
     limit_files(0U);
     append(1U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     append(3499U);
     room_is_again();
     (void)memset(seen, 0, sizeof seen);
     for (unsigned step = 0U; step < 2U; step++) {
         TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
-        packet_log_step(&packets, SECOND_NS + step);
+        supervisor_packet_log_step(&packets, SECOND_NS + step);
         append(1U);
     }
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     TEST_ASSERT_EQUAL(1U, packets.first_number);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     mark_lines("packets.ascii");
     for (unsigned number = 1U; number <= 3502U; number++) {
         TEST_ASSERT_EQUAL(1U, seen[number]);
@@ -478,15 +478,15 @@ static void at_the_end_the_ring_goes_where_there_is_room(void)
     fill_disk("packets.ascii");
     open_log(PACKET_LOG_ASCII);
     append(2U);
-    packet_log_step(&packets, 0U);
-    packet_log_close(&packets);
+    supervisor_packet_log_step(&packets, 0U);
+    supervisor_packet_log_close(&packets);
     expect_text("packets.ring", "1 0.000000000 TC 18\n2 0.000000000 TC 18\n");
     TEST_ASSERT_EQUAL(0U, packets.failures);
     (void)unlink(path_of("packets.ring"));
     fill_disk("packets.ring");
     open_log(PACKET_LOG_ASCII);
     append(2U);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     TEST_ASSERT_EQUAL(2U, packets.failures);
 }
 
@@ -495,15 +495,15 @@ static void a_file_that_cannot_be_shortened_is_shortened_later(void)
     fill_disk("packets.spool"); // It can neither be written nor shortened.
     open_log(PACKET_LOG_SQLITE);
     append(1U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     TEST_ASSERT_TRUE(packets.is_cut[PACKET_LOG_SQLITE]);
     TEST_ASSERT_EQUAL(0, unlink(path_of("packets.spool")));
     FILE* const file = fopen(path_of("packets.spool"), "wb");
     TEST_ASSERT_NOT_NULL(file);
     TEST_ASSERT_EQUAL(3U, fwrite("abc", 1U, 3U, file)); // A part of a record.
     (void)fclose(file);
-    packet_log_step(&packets, SECOND_NS);
-    packet_log_close(&packets);
+    supervisor_packet_log_step(&packets, SECOND_NS);
+    supervisor_packet_log_close(&packets);
     (void)memset(seen, 0, sizeof seen);
     mark_spool();
     TEST_ASSERT_EQUAL(1U, seen[1]);

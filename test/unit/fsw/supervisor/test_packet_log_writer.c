@@ -50,7 +50,7 @@ void setUp(void)
 void tearDown(void)
 {
     close_pipe(); // Else a write waits for ever.
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     (void)unlink(path_of("packets.ascii"));
     (void)unlink(path_of("packets.spool"));
     (void)unlink(path_of("packets.ring"));
@@ -61,7 +61,7 @@ static void append(unsigned count)
 {
     const uint8_t packet[1] = {0x18U};
     for (unsigned i = 0U; i < count; i++) {
-        packet_log_append(&packets, 0U, true, packet, 1U);
+        supervisor_packet_log_append(&packets, 0U, true, packet, 1U);
     }
 }
 
@@ -80,8 +80,9 @@ static void open_slow_log(uint32_t ring_records)
     pipe_end = open(path_of("packets.ascii"), O_RDONLY | O_NONBLOCK);
     TEST_ASSERT_TRUE(pipe_end >= 0);
     TEST_ASSERT_TRUE(fcntl(pipe_end, F_SETPIPE_SZ, PIPE_OCTETS) >= 0);
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, ring_records));
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_start_writer(&packets));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, ring_records));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_start_writer(&packets));
     content_size = 0U;
 }
 
@@ -98,7 +99,7 @@ static void let_it_finish(uint64_t now_ns)
     while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE) != 0U) {
         read_pipe();
     }
-    packet_log_step(&packets, now_ns);
+    supervisor_packet_log_step(&packets, now_ns);
 }
 
 static void read_until_closed(void* context)
@@ -117,7 +118,7 @@ static void read_until_closed(void* context)
 static void close_slow_log(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&reader, read_until_closed, NULL, 0));
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     osal_task_join(&reader);
     close_pipe();
 }
@@ -148,17 +149,17 @@ static void a_slow_disk_holds_nobody_up(void)
 {
     open_slow_log(RING_RECORDS);
     append(300U); // More than the pipe takes.
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     append(1U);
-    packet_log_step(&packets, SECOND_NS - 1U);
+    supervisor_packet_log_step(&packets, SECOND_NS - 1U);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy); // Not slow yet.
     TEST_ASSERT_EQUAL(0U, packets.written_number);
-    packet_log_step(&packets, SECOND_NS);
+    supervisor_packet_log_step(&packets, SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.wanted);
     TEST_ASSERT_EQUAL(1U, packets.first_number);
     append(300U);
-    packet_log_step(&packets, 5U * SECOND_NS);
+    supervisor_packet_log_step(&packets, 5U * SECOND_NS);
     TEST_ASSERT_EQUAL(0U, packets.written_number);
     let_it_finish(6U * SECOND_NS); // The first piece; the next one begins.
     TEST_ASSERT_EQUAL(300U, packets.written_number);
@@ -168,7 +169,7 @@ static void a_slow_disk_holds_nobody_up(void)
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     TEST_ASSERT_TRUE(packets.slowest_ns > 0U);
     append(1U);
-    packet_log_step(&packets, 6U * SECOND_NS);
+    supervisor_packet_log_step(&packets, 6U * SECOND_NS);
     close_slow_log();
     expect_numbers(1U, 602U);
     TEST_ASSERT_EQUAL(0U, packets.failures);
@@ -180,8 +181,8 @@ static void a_disk_that_stays_slow_leaves_the_ring_in_force(void)
 {
     open_slow_log(RING_RECORDS);
     append(300U);
-    packet_log_step(&packets, 0U);
-    packet_log_step(&packets, SECOND_NS);
+    supervisor_packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, SECOND_NS);
     for (unsigned i = 1U; i <= 5U; i++) {
         append(300U);
         let_it_finish(((i * 2U) * SECOND_NS));
@@ -197,9 +198,9 @@ static void the_ring_overflows_while_the_disk_is_slow(void)
 {
     open_slow_log(100U);
     append(300U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     append(100U);
-    packet_log_step(&packets, SECOND_NS); // From now on it keeps 100 records.
+    supervisor_packet_log_step(&packets, SECOND_NS); // From now on it keeps 100 records.
     append(100U);
     TEST_ASSERT_EQUAL(400U, packets.failures);
     let_it_finish(SECOND_NS);
@@ -216,9 +217,9 @@ static void a_storm_while_the_disk_is_slow(void)
     static uint8_t packet[PUS_PACKET_MAX];
     open_slow_log(RING_RECORDS);
     append(300U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     for (unsigned i = 0U; i < 140U; i++) {
-        packet_log_append(&packets, 0U, false, packet, sizeof packet);
+        supervisor_packet_log_append(&packets, 0U, false, packet, sizeof packet);
     }
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_TRUE(packets.failures > 0U);
@@ -229,11 +230,11 @@ static void a_strategy_is_selected_while_the_disk_is_slow(void)
 {
     open_slow_log(RING_RECORDS);
     append(300U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     append(2U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, packet_log_select(&packets, PACKET_LOG_SQLITE));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, supervisor_packet_log_select(&packets, PACKET_LOG_SQLITE));
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.wanted);
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_select(&packets, PACKET_LOG_RING));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_select(&packets, PACKET_LOG_RING));
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.wanted);
     let_it_finish(0U);
     TEST_ASSERT_EQUAL(300U, packets.written_number); // The piece under way is in the file.
@@ -241,10 +242,10 @@ static void a_strategy_is_selected_while_the_disk_is_slow(void)
     read_pipe();
     expect_numbers(1U, 300U);
     close_pipe();
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_select(&packets, PACKET_LOG_SQLITE));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_select(&packets, PACKET_LOG_SQLITE));
     TEST_ASSERT_EQUAL(301U, packets.first_number);
     append(1U);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     TEST_ASSERT_EQUAL(303U, packets.written_number);
     TEST_ASSERT_EQUAL(0U, packets.failures);
 }
@@ -254,21 +255,21 @@ static void a_disk_fails_below_the_writer(void)
 {
     open_slow_log(RING_RECORDS);
     append(300U);
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     close_pipe();
     while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE) != 0U) {
     }
-    packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 0U);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_EQUAL_UINT64(SECOND_NS, packets.retry_ns);
     TEST_ASSERT_EQUAL_UINT64(0U, packets.whole[PACKET_LOG_ASCII]); // The pipe could not be shortened.
     TEST_ASSERT_EQUAL(0, unlink(path_of("packets.ascii")));
     for (unsigned i = 0U; (packets.strategy == PACKET_LOG_RING) && (i < 100000U); i++) {
-        packet_log_step(&packets, SECOND_NS);
+        supervisor_packet_log_step(&packets, SECOND_NS);
         (void)usleep(100U);
     }
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
-    packet_log_close(&packets);
+    supervisor_packet_log_close(&packets);
     read_file("packets.ascii");
     expect_numbers(1U, 300U);
     TEST_ASSERT_EQUAL(0U, packets.failures);
@@ -280,25 +281,26 @@ static void a_death_while_the_writer_writes(void)
     static uint8_t ring[PACKET_LOG_RING_OCTETS];
     for (unsigned round = 0U; round < 50U; round++) {
         (void)unlink(path_of("packets.ascii"));
-        TEST_ASSERT_EQUAL(STATUS_OK, packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, RING_RECORDS));
-        TEST_ASSERT_EQUAL(STATUS_OK, packet_log_start_writer(&packets));
+        TEST_ASSERT_EQUAL(STATUS_OK,
+                          supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, RING_RECORDS));
+        TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_start_writer(&packets));
         append(100U);
-        packet_log_step(&packets, 0U);
+        supervisor_packet_log_step(&packets, 0U);
         append(draw(100U));
         for (unsigned i = draw(3U); i > 0U; i--) {
-            packet_log_step(&packets, 0U);
+            supervisor_packet_log_step(&packets, 0U);
         }
-        const size_t octets          = octet_ring_copy(&packets.ring, ring, sizeof ring);
+        const size_t octets          = message_ring_copy(&packets.ring, ring, sizeof ring);
         const packet_log_past_t past = {.next_number    = packets.next_number,
                                         .written_number = packets.written_number,
                                         .sizes          = {packets.whole[PACKET_LOG_ASCII]},
                                         .ring           = ring,
                                         .ring_octets    = octets};
-        packet_log_close(&packets); // What it wrote after its last commit.
-        TEST_ASSERT_EQUAL(STATUS_OK,
-                          packet_log_open_after(&packets, folder, PACKET_LOG_ASCII, &past, RING_RECORDS));
+        supervisor_packet_log_close(&packets); // What it wrote after its last commit.
+        TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open_after(&packets, folder, PACKET_LOG_ASCII,
+                                                                      &past, RING_RECORDS));
         append(1U);
-        packet_log_close(&packets);
+        supervisor_packet_log_close(&packets);
         read_file("packets.ascii");
         expect_numbers(1U, past.next_number);
     }

@@ -21,7 +21,7 @@ static pus_token_t token(uint32_t id, uint16_t source, uint8_t ack)
 static void add(uint16_t apid, uint32_t id, uint16_t source, uint8_t ack)
 {
     const pus_token_t added = token(id, source, ack);
-    TEST_ASSERT_EQUAL(STATUS_OK, pending_add(&table, apid, &added, 100U));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_pending_add(&table, apid, &added, 100U));
 }
 
 static void report(uint16_t apid, uint16_t destination, uint32_t id, uint8_t subtype, uint16_t instruction)
@@ -30,7 +30,7 @@ static void report(uint16_t apid, uint16_t destination, uint32_t id, uint8_t sub
         .subtype    = subtype,
         .request_id = id,
         .failure    = {.code = (uint16_t)((subtype % 2U == 0U) ? 0x0204U : 0U), .instruction = instruction}};
-    pending_report(&table, apid, destination, &made);
+    supervisor_pending_report(&table, apid, destination, &made);
 }
 
 // Per flags of acknowledgement: the report of success that ends the chain. 0: not tracked at all.
@@ -38,7 +38,7 @@ static void the_last_report_asked_for_ends_a_request(void)
 {
     static const uint8_t last[16] = {0U, 1U, 3U, 3U, 3U, 3U, 3U, 3U, 7U, 7U, 7U, 7U, 7U, 7U, 7U, 7U};
     for (uint8_t ack = 0U; ack < 16U; ack++) {
-        pending_init(&table);
+        supervisor_pending_init(&table);
         add(16U, 5U, 1U, ack);
         TEST_ASSERT_EQUAL((ack == 0U) ? 0U : 1U, table.count);
         static const uint8_t chain[] = {1U, 3U, 5U, 5U, 7U};
@@ -56,7 +56,7 @@ static void every_failure_but_of_a_step_ends_a_request(void)
 {
     static const uint8_t failures[] = {2U, 4U, 6U, 8U, 10U};
     for (unsigned i = 0U; i < sizeof failures; i++) {
-        pending_init(&table);
+        supervisor_pending_init(&table);
         add(16U, 5U, 1U, 0xFU);
         report(16U, 1U, 5U, failures[i], 0U);
         TEST_ASSERT_EQUAL((failures[i] == 6U) ? 1U : 0U, table.count);
@@ -65,7 +65,7 @@ static void every_failure_but_of_a_step_ends_a_request(void)
 
 static void a_refused_instruction_is_not_the_end(void)
 {
-    pending_init(&table);
+    supervisor_pending_init(&table);
     add(16U, 5U, 1U, 0xFU);
     report(16U, 1U, 5U, 4U, 1U); // One of several; the request ends with its own report.
     report(16U, 1U, 5U, 4U, 2U);
@@ -78,14 +78,14 @@ static void a_refused_instruction_is_not_the_end(void)
 static void a_request_of_which_only_refusals_are_known_is_not_told_lost(void)
 {
     pus_token_t taken;
-    pending_init(&table);
+    supervisor_pending_init(&table);
     add(16U, 5U, 1U, 0xFU);
     report(16U, 1U, 5U, 1U, 0U);
     report(16U, 1U, 5U, 4U, 1U);
     add(16U, 6U, 1U, 0xFU);
-    TEST_ASSERT_TRUE(pending_take(&table, 16U, &taken));
+    TEST_ASSERT_TRUE(supervisor_pending_take(&table, 16U, &taken));
     TEST_ASSERT_EQUAL(6U, taken.request_id);
-    TEST_ASSERT_FALSE(pending_take(&table, 16U, &taken));
+    TEST_ASSERT_FALSE(supervisor_pending_take(&table, 16U, &taken));
     TEST_ASSERT_EQUAL(0U, table.count);
 }
 
@@ -94,18 +94,18 @@ static void a_request_of_which_a_part_was_refused_and_the_rest_has_started_is_to
     pus_token_t taken;
     static const uint8_t started[][2] = {{4U, 3U}, {3U, 4U}, {5U, 4U}};
     for (unsigned i = 0U; i < 3U; i++) {
-        pending_init(&table);
+        supervisor_pending_init(&table);
         add(16U, 5U, 1U, 0xFU);
         report(16U, 1U, 5U, started[i][0], 1U);
         report(16U, 1U, 5U, started[i][1], 1U);
-        TEST_ASSERT_TRUE(pending_take(&table, 16U, &taken));
+        TEST_ASSERT_TRUE(supervisor_pending_take(&table, 16U, &taken));
     }
 }
 
 static void requests_of_which_only_refusals_are_known_make_room(void)
 {
     pus_token_t taken;
-    pending_init(&table);
+    supervisor_pending_init(&table);
     for (uint32_t i = 0U; i < PENDING_MAX; i++) {
         add(16U, i, 1U, 0xFU);
     }
@@ -113,17 +113,17 @@ static void requests_of_which_only_refusals_are_known_make_room(void)
     add(17U, 500U, 1U, 0xFU);
     TEST_ASSERT_EQUAL(PENDING_MAX, table.count);
     TEST_ASSERT_EQUAL(0U, table.refused);
-    TEST_ASSERT_TRUE(pending_take(&table, 17U, &taken));
+    TEST_ASSERT_TRUE(supervisor_pending_take(&table, 17U, &taken));
     TEST_ASSERT_EQUAL(500U, taken.request_id);
     const pus_token_t one = token(501U, 1U, 0xFU);
     add(17U, 502U, 1U, 0xFU);
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pending_add(&table, 17U, &one, 100U));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, supervisor_pending_add(&table, 17U, &one, 100U));
 }
 
 // The ground's sequence count has come round.
 static void a_request_that_is_like_a_refused_one_takes_its_place(void)
 {
-    pending_init(&table);
+    supervisor_pending_init(&table);
     add(16U, 4U, 1U, 0xFU);
     add(16U, 5U, 1U, 0xFU);
     add(16U, 6U, 1U, 0xFU);
@@ -137,7 +137,7 @@ static void a_request_that_is_like_a_refused_one_takes_its_place(void)
 
 static void reports_of_others_change_nothing(void)
 {
-    pending_init(&table);
+    supervisor_pending_init(&table);
     add(16U, 5U, 1U, 0xFU);
     report(17U, 1U, 5U, 7U, 0U); // Another subsystem,
     report(16U, 2U, 5U, 7U, 0U); // another user,
@@ -151,7 +151,7 @@ static void reports_of_others_change_nothing(void)
 
 static void equal_requests_end_one_by_one(void)
 {
-    pending_init(&table);
+    supervisor_pending_init(&table);
     add(16U, 5U, 1U, 0xFU); // A user that counts from 0 again.
     add(16U, 5U, 1U, 0xFU);
     report(16U, 1U, 5U, 7U, 0U);
@@ -163,35 +163,35 @@ static void equal_requests_end_one_by_one(void)
 static void what_a_lost_subsystem_owes_is_taken_out(void)
 {
     pus_token_t taken;
-    pending_init(&table);
+    supervisor_pending_init(&table);
     for (uint32_t i = 0U; i < 10U; i++) {
         add((uint16_t)(16U + (i % 2U)), i, 1U, 0xFU);
     }
     unsigned count = 0U;
-    while (pending_take(&table, 17U, &taken)) {
+    while (supervisor_pending_take(&table, 17U, &taken)) {
         TEST_ASSERT_EQUAL(1U, taken.request_id % 2U);
         TEST_ASSERT_EQUAL(1U, taken.source);
         count++;
     }
     TEST_ASSERT_EQUAL(5U, count);
     TEST_ASSERT_EQUAL(5U, table.count);
-    TEST_ASSERT_FALSE(pending_take(&table, 99U, &taken));
+    TEST_ASSERT_FALSE(supervisor_pending_take(&table, 99U, &taken));
 }
 
 static void a_full_table_counts_what_it_cannot_track(void)
 {
     const pus_token_t more = token(999U, 1U, 0xFU);
     pus_token_t taken;
-    pending_init(&table);
+    supervisor_pending_init(&table);
     for (uint32_t i = 0U; i < PENDING_MAX; i++) {
         add(16U, i, 1U, 0x1U);
     }
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pending_add(&table, 16U, &more, 100U));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, supervisor_pending_add(&table, 16U, &more, 100U));
     TEST_ASSERT_EQUAL(1U, table.refused);
     report(16U, 1U, 64U, 1U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, pending_add(&table, 16U, &more, 100U));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_pending_add(&table, 16U, &more, 100U));
     unsigned count = 0U;
-    while (pending_take(&table, 16U, &taken)) {
+    while (supervisor_pending_take(&table, 16U, &taken)) {
         count++;
     }
     TEST_ASSERT_EQUAL(PENDING_MAX, count);
@@ -200,32 +200,32 @@ static void a_full_table_counts_what_it_cannot_track(void)
 static void only_what_is_late_and_unanswered_is_taken(void)
 {
     pus_token_t taken;
-    pending_init(&table);
+    supervisor_pending_init(&table);
     add(16U, 5U, 1U, PUS_ACK_ALL);
     add(17U, 6U, 1U, PUS_ACK_ACCEPTANCE);
     add(16U, 7U, 1U, PUS_ACK_COMPLETION);
     add(16U, 8U, 1U, PUS_ACK_ALL);
     report(16U, 1U, 8U, 1U, 0U);
-    TEST_ASSERT_FALSE(pending_take_unanswered(&table, 100U, &taken));
-    TEST_ASSERT_TRUE(pending_take_unanswered(&table, 101U, &taken));
+    TEST_ASSERT_FALSE(supervisor_pending_take_unanswered(&table, 100U, &taken));
+    TEST_ASSERT_TRUE(supervisor_pending_take_unanswered(&table, 101U, &taken));
     TEST_ASSERT_EQUAL(5U, taken.request_id);
-    TEST_ASSERT_TRUE(pending_take_unanswered(&table, 101U, &taken));
+    TEST_ASSERT_TRUE(supervisor_pending_take_unanswered(&table, 101U, &taken));
     TEST_ASSERT_EQUAL(6U, taken.request_id);
-    TEST_ASSERT_FALSE(pending_take_unanswered(&table, 101U, &taken));
+    TEST_ASSERT_FALSE(supervisor_pending_take_unanswered(&table, 101U, &taken));
     TEST_ASSERT_EQUAL(2U, table.count);
 }
 
 static void an_own_request_is_open_until_it_ends(void)
 {
-    pending_init(&table);
+    supervisor_pending_init(&table);
     add(16U, 5U, 1U, PUS_ACK_ALL); // Of the ground, with the same number.
-    TEST_ASSERT_FALSE(pending_is_open(&table, 16U, 5U));
+    TEST_ASSERT_FALSE(supervisor_pending_is_open(&table, 16U, 5U));
     add(16U, 5U, PUS_USER_SUPERVISOR, PUS_ACK_ALL);
-    TEST_ASSERT_TRUE(pending_is_open(&table, 16U, 5U));
-    TEST_ASSERT_FALSE(pending_is_open(&table, 16U, 6U));
-    TEST_ASSERT_FALSE(pending_is_open(&table, 17U, 5U));
+    TEST_ASSERT_TRUE(supervisor_pending_is_open(&table, 16U, 5U));
+    TEST_ASSERT_FALSE(supervisor_pending_is_open(&table, 16U, 6U));
+    TEST_ASSERT_FALSE(supervisor_pending_is_open(&table, 17U, 5U));
     report(16U, PUS_USER_SUPERVISOR, 5U, 7U, 0U);
-    TEST_ASSERT_FALSE(pending_is_open(&table, 16U, 5U));
+    TEST_ASSERT_FALSE(supervisor_pending_is_open(&table, 16U, 5U));
     TEST_ASSERT_EQUAL(1U, table.count);
 }
 

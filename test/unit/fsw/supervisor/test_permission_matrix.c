@@ -38,7 +38,7 @@ void tearDown(void)
 static int rule_for(const permission_request_t request)
 {
     int rule              = 99;
-    const status_t status = permission_check(&mission, &request, &rule);
+    const status_t status = supervisor_permission_check(&mission, &request, &rule);
     TEST_ASSERT_EQUAL((rule == PERMISSION_RULE_NONE) ? STATUS_FORBIDDEN : STATUS_OK, status);
     return rule;
 }
@@ -139,7 +139,7 @@ static void without_rules_only_the_built_in_set_is_allowed(void)
                                                       .target  = 16U,
                                                       .state   = (uint8_t)state};
                 int rule                           = 0;
-                const bool is_allowed              = permission_check(&mission, &request, &rule) == STATUS_OK;
+                const bool is_allowed = supervisor_permission_check(&mission, &request, &rule) == STATUS_OK;
                 if (is_allowed != is_in(request.service, request.subtype)) {
                     TEST_FAIL();
                 }

@@ -43,11 +43,11 @@ static unsigned fail(const plan_run_t* run, plan_verdict_t expected)
 {
     unsigned ended = 0U;
     plan_run_t other;
-    while (plan_runner_overrule(&runner, run, &other)) {
+    while (supervisor_plan_runner_overrule(&runner, run, &other)) {
         ended++;
         TEST_ASSERT_TRUE(other.severity < run->severity);
     }
-    TEST_ASSERT_EQUAL(expected, plan_runner_start(&runner, run));
+    TEST_ASSERT_EQUAL(expected, supervisor_plan_runner_start(&runner, run));
     return ended;
 }
 
@@ -85,10 +85,10 @@ static void a_higher_severity_takes_all_members_and_ends_lesser_runs(void)
     TEST_ASSERT_EQUAL(2U, fail(&all, PLAN_STARTED));
     TEST_ASSERT_EQUAL(2U, runs_under_way());
     for (uint16_t member = 1U; member <= 4U; member++) {
-        TEST_ASSERT_EQUAL(2U, plan_runner_of(&runner, member)->apid);
+        TEST_ASSERT_EQUAL(2U, supervisor_plan_runner_of(&runner, member)->apid);
     }
-    TEST_ASSERT_EQUAL(9U, plan_runner_of(&runner, 9U)->apid);
-    TEST_ASSERT_NULL(plan_runner_of(&runner, 5U));
+    TEST_ASSERT_EQUAL(9U, supervisor_plan_runner_of(&runner, 9U)->apid);
+    TEST_ASSERT_NULL(supervisor_plan_runner_of(&runner, 5U));
 }
 
 static void a_lower_severity_starts_nothing_for_a_member_of_a_higher_one(void)
@@ -99,8 +99,8 @@ static void a_lower_severity_starts_nothing_for_a_member_of_a_higher_one(void)
     (void)fail(&high, PLAN_STARTED);
     TEST_ASSERT_EQUAL(0U, fail(&medium, PLAN_OUTRANKED));
     TEST_ASSERT_EQUAL(0U, fail(&beside, PLAN_STARTED)); // 3 came to the network later: it alone.
-    TEST_ASSERT_EQUAL(1U, plan_runner_of(&runner, 3U)->member_count);
-    TEST_ASSERT_EQUAL(1U, plan_runner_of(&runner, 2U)->apid);
+    TEST_ASSERT_EQUAL(1U, supervisor_plan_runner_of(&runner, 3U)->member_count);
+    TEST_ASSERT_EQUAL(1U, supervisor_plan_runner_of(&runner, 2U)->apid);
 }
 
 static void the_same_severity_joins_and_brings_its_members(void)
@@ -112,8 +112,8 @@ static void the_same_severity_joins_and_brings_its_members(void)
     (void)fail(&lesser, PLAN_STARTED);
     TEST_ASSERT_EQUAL(1U, fail(&second, PLAN_JOINED)); // That of 3 ends.
     TEST_ASSERT_EQUAL(1U, runs_under_way());
-    TEST_ASSERT_EQUAL(3U, plan_runner_of(&runner, 3U)->member_count);
-    TEST_ASSERT_EQUAL(1U, plan_runner_of(&runner, 3U)->event_id);
+    TEST_ASSERT_EQUAL(3U, supervisor_plan_runner_of(&runner, 3U)->member_count);
+    TEST_ASSERT_EQUAL(1U, supervisor_plan_runner_of(&runner, 3U)->event_id);
 }
 
 static void every_subsystem_of_the_largest_mission_has_room_for_its_run(void)
@@ -141,14 +141,14 @@ static void no_order_of_failures_gives_a_member_two_runs(void)
         const plan_run_t run =
             failure((descriptor_severity_t)(1U + ((random >> 24U) % 4U)), apid, first, last);
         plan_run_t ended;
-        while (plan_runner_overrule(&runner, &run, &ended)) {
+        while (supervisor_plan_runner_overrule(&runner, &run, &ended)) {
         }
-        (void)plan_runner_start(&runner, &run);
+        (void)supervisor_plan_runner_start(&runner, &run);
         check_one_run_each();
-        TEST_ASSERT_TRUE(plan_runner_of(&runner, apid)->severity >= run.severity);
+        TEST_ASSERT_TRUE(supervisor_plan_runner_of(&runner, apid)->severity >= run.severity);
         if ((random >> 30U) == 0U) {
-            (void)plan_runner_next(&runner.runs[i % PLAN_RUNS], &mission, 10000000000U);
-            (void)plan_runner_next(&runner.runs[i % PLAN_RUNS], &mission, 10000000000U);
+            (void)supervisor_plan_runner_next(&runner.runs[i % PLAN_RUNS], &mission, 10000000000U);
+            (void)supervisor_plan_runner_next(&runner.runs[i % PLAN_RUNS], &mission, 10000000000U);
         }
     }
 }
@@ -158,18 +158,18 @@ static void actions_come_in_their_time_and_the_run_ends(void)
     plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 1U);
     run.plan       = 0U;
     run.start_ns   = 1000000U;
-    TEST_ASSERT_NULL(plan_runner_next(&run, &mission, 1000000U)); // Not under way.
+    TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 1000000U)); // Not under way.
     run.is_used = true;
-    TEST_ASSERT_EQUAL_PTR(&mission.actions[0], plan_runner_next(&run, &mission, 1000000U));
-    TEST_ASSERT_NULL(plan_runner_next(&run, &mission, 3999999U));
+    TEST_ASSERT_EQUAL_PTR(&mission.actions[0], supervisor_plan_runner_next(&run, &mission, 1000000U));
+    TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 3999999U));
     TEST_ASSERT_TRUE(run.is_used);
-    TEST_ASSERT_EQUAL_PTR(&mission.actions[1], plan_runner_next(&run, &mission, 4000000U));
-    TEST_ASSERT_NULL(plan_runner_next(&run, &mission, 4000000U));
+    TEST_ASSERT_EQUAL_PTR(&mission.actions[1], supervisor_plan_runner_next(&run, &mission, 4000000U));
+    TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 4000000U));
     TEST_ASSERT_FALSE(run.is_used);
     run.is_used     = true;
     run.plan        = 1U; // Without actions.
     run.next_action = 0U;
-    TEST_ASSERT_NULL(plan_runner_next(&run, &mission, 4000000U));
+    TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 4000000U));
     TEST_ASSERT_FALSE(run.is_used);
 }
 
@@ -177,11 +177,11 @@ static void what_is_built_in_takes_the_network_offline(void)
 {
     plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 1U);
     run.is_used    = true;
-    TEST_ASSERT_NULL(plan_runner_next(&run, &mission, 499999999U));
-    const mission_action_t* const action = plan_runner_next(&run, &mission, 500000000U);
+    TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 499999999U));
+    const mission_action_t* const action = supervisor_plan_runner_next(&run, &mission, 500000000U);
     TEST_ASSERT_EQUAL(MISSION_NETWORK, action->target);
     TEST_ASSERT_EQUAL(0U, action->state);
-    TEST_ASSERT_NULL(plan_runner_next(&run, &mission, 500000000U));
+    TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 500000000U));
     TEST_ASSERT_FALSE(run.is_used);
 }
 
@@ -189,12 +189,12 @@ static void a_member_whose_process_died_is_no_concern_of_the_run(void)
 {
     const plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 3U);
     (void)fail(&run, PLAN_STARTED);
-    plan_runner_mark_lost(&runner, 2U);
-    plan_runner_mark_lost(&runner, 9U); // Of no run.
-    const plan_run_t* const present = plan_runner_of(&runner, 2U);
-    TEST_ASSERT_TRUE(plan_runner_concerns(present, 1U));
-    TEST_ASSERT_FALSE(plan_runner_concerns(present, 2U));
-    TEST_ASSERT_TRUE(plan_runner_concerns(present, 9U)); // Named by the plan.
+    supervisor_plan_runner_mark_lost(&runner, 2U);
+    supervisor_plan_runner_mark_lost(&runner, 9U); // Of no run.
+    const plan_run_t* const present = supervisor_plan_runner_of(&runner, 2U);
+    TEST_ASSERT_TRUE(supervisor_plan_runner_concerns(present, 1U));
+    TEST_ASSERT_FALSE(supervisor_plan_runner_concerns(present, 2U));
+    TEST_ASSERT_TRUE(supervisor_plan_runner_concerns(present, 9U)); // Named by the plan.
 }
 
 int main(void)

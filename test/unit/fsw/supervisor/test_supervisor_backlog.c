@@ -3,7 +3,7 @@
 // is counted.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -11,13 +11,13 @@
 
 static mission_subsystem_t* ground(void)
 {
-    return (mission_subsystem_t*)roster_find(&bed.supervisor, COMMUNICATION_APID)->mission;
+    return (mission_subsystem_t*)supervisor_registry_find(&fixture.supervisor, COMMUNICATION_APID)->mission;
 }
 
 static void die(void)
 {
-    bed.members[BED_GROUND].is_running = false;
-    bed_run(1U);
+    fixture.members[FIXTURE_GROUND].is_running = false;
+    fixture_run(1U);
 }
 
 /// Dead, and not started again before 100 ms have passed.
@@ -25,33 +25,34 @@ static void be_dead(void)
 {
     ground()->restart_budget = 3U;
     die();
-    bed_run(100U);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
-    TEST_ASSERT_TRUE(ground_backlog_is_empty(&bed.supervisor.ground_backlog));
+    fixture_run(100U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_GROUND].state);
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_is_empty(&fixture.supervisor.ground_backlog));
     die();
-    TEST_ASSERT_EQUAL(PROCESS_LOST, roster_find(&bed.supervisor, COMMUNICATION_APID)->process);
-    bed_forget();
+    TEST_ASSERT_EQUAL(PROCESS_LOST,
+                      supervisor_registry_find(&fixture.supervisor, COMMUNICATION_APID)->process);
+    fixture_forget();
 }
 
 static void be_back(void)
 {
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    bed_run(100U);
-    TEST_ASSERT_EQUAL(2U, bed.starts);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
-    TEST_ASSERT_TRUE(ground_backlog_is_empty(&bed.supervisor.ground_backlog));
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    fixture_run(100U);
+    TEST_ASSERT_EQUAL(2U, fixture.starts);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_GROUND].state);
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_is_empty(&fixture.supervisor.ground_backlog));
 }
 
 static void report_firm(uint16_t number)
 {
     const uint8_t data[4] = {0x18U, ARM, (uint8_t)(0xC0U | (number >> 8U)), (uint8_t)number};
-    bed_report(BED_ARM, PUS_SERVICE_VERIFICATION, 7U, data, sizeof data);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_VERIFICATION, 7U, data, sizeof data);
 }
 
 static void report_number(uint8_t service, uint8_t subtype, uint16_t number)
 {
     const uint8_t data[2] = {(uint8_t)(number >> 8U), (uint8_t)number};
-    bed_report(BED_ARM, service, subtype, data, sizeof data);
+    fixture_report(FIXTURE_ARM, service, subtype, data, sizeof data);
 }
 
 typedef struct {
@@ -77,12 +78,12 @@ static arrivals_t arrivals_of(const char* text, const char* start, const char* f
 
 void setUp(void)
 {
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static void what_is_reported_to_a_dead_one_waits_in_order(void)
@@ -93,14 +94,14 @@ static void what_is_reported_to_a_dead_one_waits_in_order(void)
         report_number(PUS_SERVICE_EVENTS, PUS_SEVERITY_INFORMATIVE, (uint16_t)(1000U + i));
         report_firm(i);
         report_number(PUS_SERVICE_HOUSEKEEPING, 26U, i);
-        bed_step();
+        fixture_step();
         (void)snprintf(&expected[strlen(expected)], 80U, "G/16 5.1 %04X\nG/16 1.7 #%u\nG/16 3.26 %04X\n",
                        1000U + i, i, i);
     }
-    bed_expect("");
+    fixture_expect("");
     be_back();
     char found[2048] = "";
-    for (const char* at = strstr(bed_look(), "G/16"); at != NULL; at = strstr(at + 1U, "G/16")) {
+    for (const char* at = strstr(fixture_look(), "G/16"); at != NULL; at = strstr(at + 1U, "G/16")) {
         (void)strncat(found, at, strcspn(at, "\n") + 1U);
     }
     TEST_ASSERT_EQUAL_STRING(expected, found);
@@ -109,30 +110,30 @@ static void what_is_reported_to_a_dead_one_waits_in_order(void)
 static void what_has_no_room_is_counted_and_nothing_firm_is_lost(void)
 {
     be_dead();
-    const supervisor_ground_t before = bed.supervisor.ground;
+    const supervisor_ground_t before = fixture.supervisor.ground;
     for (uint16_t i = 0U; i < 240U; i++) {
         report_number(PUS_SERVICE_EVENTS, PUS_SEVERITY_INFORMATIVE, (uint16_t)(1000U + i));
         report_firm(i);
         report_number(PUS_SERVICE_HOUSEKEEPING, 26U, i);
-        bed_step();
+        fixture_step();
     }
-    const supervisor_ground_t now = bed.supervisor.ground;
+    const supervisor_ground_t now = fixture.supervisor.ground;
     be_back();
-    const char* const text  = bed_look();
+    const char* const text  = fixture_look();
     const arrivals_t firm   = arrivals_of(text, "G/16 1.7 #", "%u");
     const arrivals_t plain  = arrivals_of(text, "G/16 5.1 ", "%4X");
     const arrivals_t bulk   = arrivals_of(text, "G/16 3.26 ", "%4X");
     const arrivals_t behind = arrivals_of(text, "G 5.2 0028", "%c"); // GROUND_BEHIND: a plain one itself.
     TEST_ASSERT_EQUAL(240U, firm.count);
-    TEST_ASSERT_EQUAL_UINT32(before.dropped_firm, bed.supervisor.ground.dropped_firm);
+    TEST_ASSERT_EQUAL_UINT32(before.dropped_firm, fixture.supervisor.ground.dropped_firm);
     TEST_ASSERT_EQUAL_UINT32(241U, plain.count + behind.count + (now.dropped_plain - before.dropped_plain));
     TEST_ASSERT_EQUAL_UINT32(240U, bulk.count + (now.dropped_bulk - before.dropped_bulk));
     TEST_ASSERT_TRUE((plain.count + bulk.count) <= 512U); // The other smallest blocks are for FIRM ones.
     TEST_ASSERT_TRUE((plain.count >= 200U) && (bulk.count >= 60U));
-    bed_forget();
+    fixture_forget();
     report_firm(7U); // All is as before.
-    bed_run(1U);
-    bed_expect("G/16 1.7 #7\n");
+    fixture_run(1U);
+    fixture_expect("G/16 1.7 #7\n");
 }
 
 /// More than there is room for at all: the first ones arrive, the others are counted.
@@ -141,15 +142,15 @@ static void the_first_firm_ones_are_kept_where_there_are_too_many(void)
     be_dead();
     for (uint16_t i = 0U; i < 600U; i++) {
         report_firm(i);
-        bed_step();
+        fixture_step();
     }
-    TEST_ASSERT_FALSE(ground_takes_requests(&bed.supervisor));
+    TEST_ASSERT_FALSE(supervisor_ground_takes_requests(&fixture.supervisor));
     be_back();
-    const arrivals_t firm = arrivals_of(bed_look(), "G/16 1.7 #", "%u");
+    const arrivals_t firm = arrivals_of(fixture_look(), "G/16 1.7 #", "%u");
     TEST_ASSERT_TRUE((firm.count > 500U) && (firm.count <= GROUND_FIRM_REPORTS));
     TEST_ASSERT_EQUAL(firm.count - 1U, firm.last);
-    TEST_ASSERT_EQUAL_UINT32(600U, firm.count + bed.supervisor.ground.dropped_firm);
-    TEST_ASSERT_TRUE(ground_takes_requests(&bed.supervisor));
+    TEST_ASSERT_EQUAL_UINT32(600U, firm.count + fixture.supervisor.ground.dropped_firm);
+    TEST_ASSERT_TRUE(supervisor_ground_takes_requests(&fixture.supervisor));
 }
 
 int main(void)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the supervisor's descriptor grants the services of the whole spacecraft is all they take.
 #include "fsw/supervisor/supervisor_internal.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "test/unit/fsw/supervisor/releases.h"
 #include "unity.h"
 
@@ -28,41 +28,42 @@ static void grant_little(supervisor_config_t* config)
 
 void setUp(void)
 {
-    bed_configure = grant_little;
-    bed_open_up();
+    fixture_configure = grant_little;
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
-    bed_configure = NULL;
+    fixture_close();
+    fixture_configure = NULL;
 }
 
 static void each_service_is_told_what_it_has(void)
 {
     for (size_t i = 0U; i < sizeof types; i++) {
-        TEST_ASSERT_EQUAL_UINT16(GRANTED, onboard_capacity(&bed.supervisor, types[i], 64U));
-        TEST_ASSERT_EQUAL_UINT16(1U,
-                                 onboard_capacity(&bed.supervisor, types[i], 1U)); // No more than has room.
+        TEST_ASSERT_EQUAL_UINT16(GRANTED, spacecraft_capacity(&fixture.supervisor, types[i], 64U));
+        TEST_ASSERT_EQUAL_UINT16(
+            1U, spacecraft_capacity(&fixture.supervisor, types[i], 1U)); // No more than has room.
     }
     granting.service_count = 0U;
-    TEST_ASSERT_EQUAL_UINT16(64U, onboard_capacity(&bed.supervisor, PUS_SERVICE_FILES, 64U));
-    TEST_ASSERT_EQUAL_UINT16(GRANTED, bed.supervisor.onboard.schedules.time.schedule.config.activity_count);
+    TEST_ASSERT_EQUAL_UINT16(64U, spacecraft_capacity(&fixture.supervisor, PUS_SERVICE_FILES, 64U));
     TEST_ASSERT_EQUAL_UINT16(GRANTED,
-                             bed.supervisor.onboard.schedules.position.schedule.config.activity_count);
+                             fixture.supervisor.spacecraft.schedules.time.schedule.config.activity_count);
+    TEST_ASSERT_EQUAL_UINT16(GRANTED,
+                             fixture.supervisor.spacecraft.schedules.position.schedule.config.activity_count);
 }
 
 static void activities_beyond_it_are_refused(void)
 {
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
     for (uint16_t i = 0U; i < GRANTED; i++) {
-        release_at(bed.now_ns + LATER_NS, LONE, i);
+        release_at(fixture.now_ns + LATER_NS, LONE, i);
     }
-    bed_run(1U);
-    bed_expect("");
-    release_at(bed.now_ns + LATER_NS, LONE, GRANTED);
-    bed_run(1U);
-    bed_expect("G 1.4 #6 0205 2\n"); // PUS_FAILURE_TABLE_FULL, and how many there may be.
+    fixture_run(1U);
+    fixture_expect("");
+    release_at(fixture.now_ns + LATER_NS, LONE, GRANTED);
+    fixture_run(1U);
+    fixture_expect("G 1.4 #6 0205 2\n"); // PUS_FAILURE_TABLE_FULL, and how many there may be.
 }
 
 static void actions_beyond_it_are_refused(void)
@@ -70,11 +71,11 @@ static void actions_beyond_it_are_refused(void)
     for (uint16_t i = 0U; i < GRANTED; i++) {
         release_on((uint16_t)(1U + i), LONE, i);
     }
-    bed_run(1U);
-    bed_expect("");
+    fixture_run(1U);
+    fixture_expect("");
     release_on(1U + GRANTED, LONE, GRANTED);
-    bed_run(1U);
-    bed_expect("G 1.4 #6 0205 2\nG 1.4 #7 0201 100003\n"); // So there is none to be enabled.
+    fixture_run(1U);
+    fixture_expect("G 1.4 #6 0205 2\nG 1.4 #7 0201 100003\n"); // So there is none to be enabled.
 }
 
 static uint16_t take_until_it_warns(pool_t* pool)
@@ -90,23 +91,23 @@ static uint16_t take_until_it_warns(pool_t* pool)
 /// Room for requests and sequences: three quarters in use are an event, once each; peaks are parameters.
 static void pools_of_requests_warn_and_are_told(void)
 {
-    const supervisor_blocks_t* const blocks = &bed.supervisor.blocks;
-    const uint16_t requests = take_until_it_warns(&bed.supervisor.onboard.schedules.chains.pool);
-    TEST_ASSERT_EQUAL_UINT16((ONBOARD_REQUEST_BLOCKS * 3U) / 4U, requests);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 5.2 0005"));
-    bed_forget();
-    bed_run(50U);
-    TEST_ASSERT_FALSE(bed_has("G 5.2"));
-    const uint16_t sequences = take_until_it_warns(&bed.supervisor.onboard.sequences.chains.pool);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 5.2 0005"));
-    while (pool_take(&bed.supervisor.onboard.sequences.chains.pool) != NULL) {
-        TEST_ASSERT_TRUE(sequences < ONBOARD_SEQUENCE_BLOCKS);
+    const supervisor_blocks_t* const blocks = &fixture.supervisor.blocks;
+    const uint16_t requests = take_until_it_warns(&fixture.supervisor.spacecraft.schedules.chains.pool);
+    TEST_ASSERT_EQUAL_UINT16((SPACECRAFT_REQUEST_BLOCKS * 3U) / 4U, requests);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 5.2 0005"));
+    fixture_forget();
+    fixture_run(50U);
+    TEST_ASSERT_FALSE(fixture_has("G 5.2"));
+    const uint16_t sequences = take_until_it_warns(&fixture.supervisor.spacecraft.sequences.chains.pool);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 5.2 0005"));
+    while (pool_take(&fixture.supervisor.spacecraft.sequences.chains.pool) != NULL) {
+        TEST_ASSERT_TRUE(sequences < SPACECRAFT_SEQUENCE_BLOCKS);
     }
-    bed_run(2U);
+    fixture_run(2U);
     TEST_ASSERT_EQUAL_UINT16(requests, blocks->request_peak);
-    TEST_ASSERT_EQUAL_UINT16(ONBOARD_SEQUENCE_BLOCKS, blocks->sequence_peak);
+    TEST_ASSERT_EQUAL_UINT16(SPACECRAFT_SEQUENCE_BLOCKS, blocks->sequence_peak);
     TEST_ASSERT_EQUAL_UINT32(0U, blocks->request_refused);
     TEST_ASSERT_EQUAL_UINT32(1U, blocks->sequence_refused);
 }

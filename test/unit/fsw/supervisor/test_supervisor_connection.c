@@ -2,7 +2,7 @@
 // TC[17,3] to the supervisor: it asks another application, and tells what became of it.
 #include "fsw/supervisor/supervisor.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <string.h>
@@ -11,96 +11,96 @@
 
 void setUp(void)
 {
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static void test_connection(const uint16_t apid)
 {
     const uint8_t data[2] = {(uint8_t)(apid >> 8U), (uint8_t)apid};
-    (void)bed_tc(1U, PUS_SERVICE_TEST, 3U, data, sizeof data);
+    (void)fixture_tc(1U, PUS_SERVICE_TEST, 3U, data, sizeof data);
 }
 
 /// A report of ARM.
 static void answer(const uint8_t service, const uint8_t subtype, const uint16_t destination)
 {
     octet_writer_t writer =
-        pus_tm_begin(&bed.members[BED_ARM].process, service, subtype, destination, bed.now_ns);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&bed.members[BED_ARM].process, &writer));
+        pus_tm_begin(&fixture.members[FIXTURE_ARM].process, service, subtype, destination, fixture.now_ns);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&fixture.members[FIXTURE_ARM].process, &writer));
 }
 
 static void the_supervisor_reaches_itself(void)
 {
     test_connection(1U);
-    bed_run(1U);
-    bed_expect("G 1.1 #0\nG 1.3 #0\nG 17.4 0001\nG 1.7 #0\n");
+    fixture_run(1U);
+    fixture_expect("G 1.1 #0\nG 1.3 #0\nG 17.4 0001\nG 1.7 #0\n");
 }
 
 static void an_application_that_answers_is_reached(void)
 {
     test_connection(ARM);
-    bed_run(1U);
-    bed_expect("G 1.1 #0\nG 1.3 #0\n16 TC 17.1 from 8001\n");
+    fixture_run(1U);
+    fixture_expect("G 1.1 #0\nG 1.3 #0\n16 TC 17.1 from 8001\n");
     answer(PUS_SERVICE_TEST, 2U, PUS_USER_GROUND); // Not what was asked for.
     answer(PUS_SERVICE_TEST, 4U, SUPERVISOR_USER);
     answer(PUS_SERVICE_EVENTS, 2U, SUPERVISOR_USER);
-    bed_run(3U);
-    TEST_ASSERT_FALSE(bed_has("G 17.4"));
+    fixture_run(3U);
+    TEST_ASSERT_FALSE(fixture_has("G 17.4"));
     answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER);
-    bed_forget();
-    bed_run(3U);
-    bed_expect("G 17.4 0010\nG 1.7 #0\n");
+    fixture_forget();
+    fixture_run(3U);
+    fixture_expect("G 17.4 0010\nG 1.7 #0\n");
 }
 
 static void an_application_that_is_silent_is_told_after_a_while(void)
 {
     test_connection(ARM);
     test_connection(HAND);
-    bed_run(50U);
+    fixture_run(50U);
     answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 17.4 0010"));
-    bed_forget();
-    bed_run(60U);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0406 3E8"));
-    bed_forget();
-    bed_run(60U);
-    TEST_ASSERT_FALSE(bed_has("G 1.8 #0"));
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 17.4 0010"));
+    fixture_forget();
+    fixture_run(60U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #1 0406 3E8"));
+    fixture_forget();
+    fixture_run(60U);
+    TEST_ASSERT_FALSE(fixture_has("G 1.8 #0"));
 }
 
 static void applications_that_are_not_there_are_refused(void)
 {
     test_connection(99U);
-    bed_run(1U);
-    bed_expect("G 1.1 #0\nG 1.4 #0 0201 63\n");
+    fixture_run(1U);
+    fixture_expect("G 1.1 #0\nG 1.4 #0 0201 63\n");
 }
 
 static void only_some_are_tested_at_once(void)
 {
-    for (unsigned i = 0U; i <= ONBOARD_CONNECTIONS; i++) {
+    for (unsigned i = 0U; i <= SPACECRAFT_CONNECTIONS; i++) {
         test_connection(ARM);
     }
-    bed_run(4U);
-    TEST_ASSERT_TRUE(bed_has("G 1.4 #4 0205 4"));
+    fixture_run(4U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #4 0205 4"));
     answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER); // It is there: all that ask for it know.
-    bed_forget();
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("G 1.7 #0"));
-    TEST_ASSERT_TRUE(bed_has("G 1.7 #3"));
+    fixture_forget();
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #0"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #3"));
 }
 
 static void an_application_without_room_is_not_asked(void)
 {
-    bed_fill(BED_ARM);
+    fixture_fill(FIXTURE_ARM);
     test_connection(ARM);
-    bed_step();
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #"));
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), " 0002 10\n"));
+    fixture_step();
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #"));
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0002 10\n"));
 }
 
 int main(void)

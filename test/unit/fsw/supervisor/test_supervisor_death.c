@@ -2,7 +2,7 @@
 // The supervisor dies between two steps, and another one goes on with what it has left.
 #include "fsw/supervisor/supervisor.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <setjmp.h>
@@ -18,63 +18,64 @@
 #define STOPPED "G 5.2 0020"
 #define GRIPLESS 5U // HIGH, without a plan.
 
-static vitals_t vitals;
+static checkpoint_t checkpoint;
 static supervisor_config_t configuration;
 static uint32_t life;
 
 static void configure(supervisor_config_t* config)
 {
-    config->vitals = &vitals;
-    configuration  = *config;
+    config->checkpoint = &checkpoint;
+    configuration      = *config;
 }
 
 static void note_arrival(void* context, const uint8_t* frame, size_t size)
 {
-    TEST_ASSERT_TRUE(vitals_add(context, &vitals.arrivals, frame, size, NULL, 0U));
+    TEST_ASSERT_TRUE(supervisor_checkpoint_add(context, &checkpoint.arrivals, frame, size, NULL, 0U));
 }
 
 /// As the program does: what has arrived outlives it.
 static void watch(void)
 {
-    message_watch(&bed.endpoint, (message_arrival_t){&vitals, note_arrival});
+    message_watch(&fixture.endpoint, (message_arrival_t){&checkpoint, note_arrival});
 }
 
 void setUp(void)
 {
-    (void)memset(&vitals, 0, sizeof vitals);
-    bed_configure = configure;
-    life          = 1U;
-    bed_open_up();
+    (void)memset(&checkpoint, 0, sizeof checkpoint);
+    fixture_configure = configure;
+    life              = 1U;
+    fixture_open_up();
     watch();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 /// It is killed, and the next one opens: nothing of its own memory is left.
 static void die(void)
 {
-    static message_place_t inbox[sizeof bed.inbox / sizeof bed.inbox[0]];
-    osal_file_close(&bed.supervisor.log.file); // As the system does.
-    (void)memset(&bed.supervisor, 0, sizeof bed.supervisor);
+    static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
+    osal_file_close(&fixture.supervisor.log.file); // As the system does.
+    (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
     life++; // Unless it takes over the life of the channels.
-    message_open(&bed.endpoint, SUPERVISOR_APID, life, bed.endpoint.carrier, inbox,
+    message_open(&fixture.endpoint, DESCRIPTOR_SUPERVISOR_APID, life, fixture.endpoint.carrier, inbox,
                  sizeof inbox / sizeof inbox[0]);
-    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&bed.endpoint, bed.members[i].apid));
+    for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&fixture.endpoint, fixture.members[i].apid));
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &configuration));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&fixture.supervisor, &configuration));
     watch();
-    bed.now_ns += 5U * BED_TICK_NS;
+    fixture.now_ns += 5U * FIXTURE_TICK_NS;
 }
 
 /// Record numbers of the log: 1, 2, 3 and so on, each once.
 static void expect_whole_log(void)
 {
     unsigned long number = 0UL;
-    for (const char* line = bed_log_file("packets.ascii"); line[0] != '\0'; line = strchr(line, '\n') + 1) {
+    for (const char* line = fixture_log_file("packets.ascii"); line[0] != '\0';
+         line             = strchr(line, '\n') + 1) {
         number++;
         TEST_ASSERT_EQUAL_UINT64(number, strtoul(line, NULL, 10));
     }
@@ -84,182 +85,183 @@ static void expect_whole_log(void)
 static void it_goes_on_and_says_so(void)
 {
     die();
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has(RESTARTED "000000020000"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.4 from 8001")); // Each is asked for its state.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.4 from 8001"));
-    bed_run(60U);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
-    TEST_ASSERT_FALSE(bed_has(DIFFERS));
-    TEST_ASSERT_FALSE(bed_has("2 TC 129.8")); // Who is up stays up, and is told nothing.
-    bed_forget();
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has(RESTARTED "000000020000"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001")); // Each is asked for its state.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.4 from 8001"));
+    fixture_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
+    TEST_ASSERT_FALSE(fixture_has(DIFFERS));
+    TEST_ASSERT_FALSE(fixture_has("2 TC 129.8")); // Who is up stays up, and is told nothing.
+    fixture_forget();
     die();
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has(RESTARTED "000000030000"));
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has(RESTARTED "000000030000"));
     expect_whole_log();
 }
 
 static void who_is_stopped_is_not_asked(void)
 {
     const uint8_t apid[2] = {0U, LONE};
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, apid, sizeof apid);
-    bed_run(2U);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, apid,
+                     sizeof apid);
+    fixture_run(2U);
     die();
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.4 from 8001"));
-    TEST_ASSERT_FALSE(bed_has("18 TC 129.4 from 8001"));
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.4 from 8001"));
+    TEST_ASSERT_FALSE(fixture_has("18 TC 129.4 from 8001"));
 }
 
 static void a_request_that_is_under_way_is_answered_once(void)
 {
-    bed.members[BED_ARM].is_passive = true;
-    const uint16_t number           = bed_request_state(ARM, STATE_PRE_OPERATIONAL);
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 03 from 1"));
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    const uint16_t number                   = fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 03 from 1"));
     die();
-    bed_step();
-    bed_forget();
-    bed_verify(BED_ARM, 1U, number);
-    bed_verify(BED_ARM, 7U, number);
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has("G/16 1.1 #0"));
-    TEST_ASSERT_TRUE(bed_has("G/16 1.7 #0"));
-    TEST_ASSERT_FALSE(bed_has("G 1."));
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
+    fixture_step();
+    fixture_forget();
+    fixture_verify(FIXTURE_ARM, 1U, number);
+    fixture_verify(FIXTURE_ARM, 7U, number);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("G/16 1.1 #0"));
+    TEST_ASSERT_TRUE(fixture_has("G/16 1.7 #0"));
+    TEST_ASSERT_FALSE(fixture_has("G 1."));
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
     expect_whole_log();
 }
 
 static void what_comes_while_it_is_dead_is_done_once(void)
 {
-    bed.members[BED_ARM].is_passive = true;
+    fixture.members[FIXTURE_ARM].is_passive = true;
     die();
-    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
-    bed_step();
-    bed_run(3U);
-    const char* const text  = bed_look();
+    (void)fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
+    fixture_step();
+    fixture_run(3U);
+    const char* const text  = fixture_look();
     const char* const first = strstr(text, "16 TC 129.1 03 from 1");
     TEST_ASSERT_NOT_NULL(first);
     TEST_ASSERT_NULL(strstr(first + 1, "16 TC 129.1 03 from 1"));
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.pending.count);
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.pending.count);
 }
 
 static void a_subsystem_that_dies_meanwhile_still_ends_its_requests(void)
 {
-    bed.members[BED_ARM].is_passive = true;
-    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
-    bed_step();
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    (void)fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
+    fixture_step();
     die();
-    bed.members[BED_ARM].is_running = false;
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0408 10"));
+    fixture.members[FIXTURE_ARM].is_running = false;
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0408 10"));
 }
 
 static void what_it_had_begun_itself_ends_with_the_reason(void)
 {
-    const uint8_t apid[2]           = {0U, ARM};
-    bed.members[BED_ARM].is_passive = true;
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 3U, apid, sizeof apid);
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has("G 1.3 #0"));
-    bed_forget();
+    const uint8_t apid[2]                   = {0U, ARM};
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 3U, apid, sizeof apid);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("G 1.3 #0"));
+    fixture_forget();
     die();
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 040B 2"));
-    TEST_ASSERT_TRUE(bed_has(RESTARTED "000000020001"));
-    bed_forget();
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 040B 2"));
+    TEST_ASSERT_TRUE(fixture_has(RESTARTED "000000020001"));
+    fixture_forget();
     die();
-    bed_run(200U);
-    TEST_ASSERT_FALSE(bed_has("G 1.8")); // Once.
+    fixture_run(200U);
+    TEST_ASSERT_FALSE(fixture_has("G 1.8")); // Once.
 }
 
 static void links_are_as_the_members_say(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
+    fixture_link_up(STATE_OPERATIONAL);
     die();
-    bed_run(5U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.8 00 from 8001"));
-    TEST_ASSERT_FALSE(bed_has(LINK_DIFFERS)); // As it was.
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
-    bed_forget();
-    bed.members[BED_ARM].open_links &= ~((uint32_t)1U << (LINK_ARM_STATE - 1U));
-    bed.members[BED_HAND].open_links |= (uint32_t)1U << (LINK_LONE_STATE - 1U);
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.8 00 from 8001"));
+    TEST_ASSERT_FALSE(fixture_has(LINK_DIFFERS)); // As it was.
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
+    fixture_forget();
+    fixture.members[FIXTURE_ARM].open_links &= ~((uint32_t)1U << (LINK_ARM_STATE - 1U));
+    fixture.members[FIXTURE_HAND].open_links |= (uint32_t)1U << (LINK_LONE_STATE - 1U);
     die();
-    bed_run(5U);
-    TEST_ASSERT_TRUE(bed_has(LINK_DIFFERS "00100001")); // Closed at one end while nobody looked:
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 0001"));      // the other end follows.
-    TEST_ASSERT_TRUE(bed_has(LINK_DIFFERS "00110003")); // Open, and of nobody's making.
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 0003"));
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.graph.count);
-    bed_forget();
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00100001")); // Closed at one end while nobody looked:
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));      // the other end follows.
+    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00110003")); // Open, and of nobody's making.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0003"));
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.graph.count);
+    fixture_forget();
     die();
-    bed_run(5U);
-    TEST_ASSERT_FALSE(bed_has(LINK_DIFFERS));
+    fixture_run(5U);
+    TEST_ASSERT_FALSE(fixture_has(LINK_DIFFERS));
 }
 
 static void networks_are_there_again(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
+    fixture_link_up(STATE_OPERATIONAL);
     die();
-    bed_step();
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
-    bed_forget();
-    bed_event(BED_ARM, 4U, GRIPLESS);
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0602 from 8001"));
+    fixture_step();
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0602 from 8001"));
     die();
-    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
-    bed_forget();
-    bed_run(60U); // The plan goes on to its end.
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 0003 from 8001"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0003 from 8001"));
+    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_forget();
+    fixture_run(60U); // The plan goes on to its end.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0003 from 8001"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
 }
 
 static void a_negotiation_goes_on(void)
 {
-    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
-    bed_place(BED_HAND, STATE_PRE_OPERATIONAL);
-    bed.members[BED_ARM].is_deaf = true;
-    const uint16_t number        = bed_request_link(LINK_ARM_STATE);
-    bed_step();
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture.members[FIXTURE_ARM].is_deaf = true;
+    const uint16_t number                = fixture_request_link(LINK_ARM_STATE);
+    fixture_step();
     die();
-    bed.members[BED_ARM].is_deaf = false;
-    bed_forget();
-    bed_run(5U);
+    fixture.members[FIXTURE_ARM].is_deaf = false;
+    fixture_forget();
+    fixture_run(5U);
     char completed[16];
     (void)snprintf(completed, sizeof completed, "G 1.7 #%u\n", number);
-    TEST_ASSERT_TRUE(bed_has(completed));
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE);
-    bed_run(5U);
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.graph.count);
+    TEST_ASSERT_TRUE(fixture_has(completed));
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.graph.count);
 }
 
 /// ARM and HAND linked in OPERATIONAL; ARM's process dies, and both are on their way back.
 static void lead_back(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    for (uint16_t i = 0U; i < bed.supervisor.mission->subsystem_count; i++) {
-        ((mission_subsystem_t*)bed.supervisor.roster[i].mission)->is_recommissioned = true;
+    fixture_link_up(STATE_OPERATIONAL);
+    for (uint16_t i = 0U; i < fixture.supervisor.mission->subsystem_count; i++) {
+        ((mission_subsystem_t*)fixture.supervisor.registry[i].mission)->is_recommissioned = true;
     }
-    bed_run(20U);
-    bed.members[BED_ARM].is_running = false;
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed.supervisor.roster[0].recommission.is_active);
+    fixture_run(20U);
+    fixture.members[FIXTURE_ARM].is_running = false;
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture.supervisor.registry[0].recommission.is_active);
 }
 
 static void expect_led_back(void)
 {
-    TEST_ASSERT_TRUE(bed_has(BACK "00100005"));
-    TEST_ASSERT_TRUE(bed_has(BACK "00110005"));
-    TEST_ASSERT_FALSE(bed_has(STOPPED));
-    TEST_ASSERT_FALSE(bed_has("G 1.")); // Nobody has asked.
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_ARM].state);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_HAND].state);
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+    TEST_ASSERT_TRUE(fixture_has(BACK "00100005"));
+    TEST_ASSERT_TRUE(fixture_has(BACK "00110005"));
+    TEST_ASSERT_FALSE(fixture_has(STOPPED));
+    TEST_ASSERT_FALSE(fixture_has("G 1.")); // Nobody has asked.
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_HAND].state);
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
 }
 
 /// What a recommissioning goes on with, or begins with.
-static void expect_taken_over(const roster_entry_t* was, const roster_entry_t* entry)
+static void expect_taken_over(const registry_entry_t* was, const registry_entry_t* entry)
 {
     TEST_ASSERT_EQUAL(was->is_restarted, entry->is_restarted);
     TEST_ASSERT_EQUAL_UINT64(was->error_ns, entry->error_ns);
@@ -278,16 +280,17 @@ static void expect_taken_over(const roster_entry_t* was, const roster_entry_t* e
 static void who_is_on_the_way_back_arrives(unsigned ticks)
 {
     lead_back();
-    bed_run(ticks);
-    const roster_entry_t was[2] = {bed.supervisor.roster[0], bed.supervisor.roster[1]};
+    fixture_run(ticks);
+    const registry_entry_t was[2] = {fixture.supervisor.registry[0], fixture.supervisor.registry[1]};
     die();
-    expect_taken_over(&was[0], &bed.supervisor.roster[0]);
-    expect_taken_over(&was[1], &bed.supervisor.roster[1]);
-    bed_run(200U);
+    expect_taken_over(&was[0], &fixture.supervisor.registry[0]);
+    expect_taken_over(&was[1], &fixture.supervisor.registry[1]);
+    fixture_run(200U);
     expect_led_back();
-    bed_forget();
-    bed.members[BED_ARM].is_running = false; // And the next supervisor still knows how to open the links.
-    bed_run(200U);
+    fixture_forget();
+    fixture.members[FIXTURE_ARM].is_running =
+        false; // And the next supervisor still knows how to open the links.
+    fixture_run(200U);
     expect_led_back();
     expect_whole_log();
 }
@@ -306,39 +309,39 @@ static void a_recommissioning_goes_on(void)
 static void who_dies_with_it_is_led_back(void)
 {
     lead_back();
-    bed_run(200U);
+    fixture_run(200U);
     expect_led_back();
-    bed_forget();
-    bed.members[BED_ARM].is_running = false;
+    fixture_forget();
+    fixture.members[FIXTURE_ARM].is_running = false;
     die();
-    bed_run(200U);
+    fixture_run(200U);
     expect_led_back();
 }
 
 static void the_mode_is_there_again(void)
 {
     const uint8_t safe[1] = {MODE_SAFE};
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 1U, safe, sizeof safe);
-    bed_step();
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, 1U, safe, sizeof safe);
+    fixture_step();
     die();
-    bed_step();
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+    fixture_step();
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
 static void select_log(uint8_t strategy)
 {
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &strategy, 1U);
-    bed_run(3U);
-    TEST_ASSERT_EQUAL(strategy, bed.supervisor.log.wanted);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &strategy, 1U);
+    fixture_run(3U);
+    TEST_ASSERT_EQUAL(strategy, fixture.supervisor.log.wanted);
 }
 
 static void records_that_are_in_memory_only_are_there_again(void)
 {
     select_log(PACKET_LOG_RING);
-    bed_run(20U);
+    fixture_run(20U);
     die();
-    bed_run(20U);
-    TEST_ASSERT_EQUAL(PACKET_LOG_RING, bed.supervisor.log.strategy);
+    fixture_run(20U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, fixture.supervisor.log.strategy);
     select_log(PACKET_LOG_ASCII);
     expect_whole_log();
 }
@@ -367,15 +370,15 @@ static status_t mortal_send(void* context, uint16_t to, const uint8_t* frame, si
 /// One step in which it dies at its nth send. False: it has not sent as often.
 static bool dies_within_a_step(unsigned sends)
 {
-    true_carrier         = bed.endpoint.carrier;
-    sends_left           = sends;
-    bed.endpoint.carrier = (message_carrier_t){NULL, mortal_send};
+    true_carrier             = fixture.endpoint.carrier;
+    sends_left               = sends;
+    fixture.endpoint.carrier = (message_carrier_t){NULL, mortal_send};
     if (setjmp(killed) == 0) {
-        (void)supervisor_step(&bed.supervisor, bed.now_ns);
-        bed.endpoint.carrier = true_carrier;
+        (void)supervisor_step(&fixture.supervisor, fixture.now_ns);
+        fixture.endpoint.carrier = true_carrier;
         return false;
     }
-    bed.endpoint.carrier = true_carrier;
+    fixture.endpoint.carrier = true_carrier;
     die();
     return true;
 }
@@ -392,15 +395,15 @@ static unsigned count_lines(const char* text, const char* start)
 /// Requests to a subsystem, one to the supervisor itself, and a report: all taken in by one step.
 static void everything_arrives_once(unsigned sends)
 {
-    bed.members[BED_ARM].is_passive  = true;
-    bed.members[BED_HAND].is_passive = true;
-    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    (void)bed_request_state(HAND, STATE_PRE_OPERATIONAL);
-    bed_event(BED_LONE, 1U, 4U);
+    fixture.members[FIXTURE_ARM].is_passive  = true;
+    fixture.members[FIXTURE_HAND].is_passive = true;
+    (void)fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_request_state(HAND, STATE_PRE_OPERATIONAL);
+    fixture_event(FIXTURE_LONE, 1U, 4U);
     const bool has_died = dies_within_a_step(sends);
-    bed_run(60U);
-    const char* const text = bed_look();
+    fixture_run(60U);
+    const char* const text = fixture_look();
     TEST_ASSERT_EQUAL(1U, count_lines(text, "16 TC 129.1 03 from 1\n"));
     TEST_ASSERT_EQUAL(1U, count_lines(text, "17 TC 129.1 03 from 1\n"));
     TEST_ASSERT_EQUAL(1U, count_lines(text, "G/18 5.1 0004"));
@@ -408,7 +411,7 @@ static void everything_arrives_once(unsigned sends)
     TEST_ASSERT_EQUAL(1U, count_lines(text, "G 17.2"));
     TEST_ASSERT_EQUAL(1U, count_lines(text, "G 1.7 #1\n"));
     TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(text, RESTARTED "000000020000"));
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
     expect_whole_log();
 }
 
@@ -419,7 +422,7 @@ static void a_step_that_was_cut_short_is_done_again(void)
         for (unsigned before = 0U; before < 2U; before++) {
             is_killed_before = (before != 0U);
             everything_arrives_once(sends);
-            deaths += (bed.supervisor.lives > 1U) ? 1U : 0U;
+            deaths += (fixture.supervisor.lives > 1U) ? 1U : 0U;
             tearDown();
             setUp();
         }
@@ -429,66 +432,67 @@ static void a_step_that_was_cut_short_is_done_again(void)
 
 static void a_shutdown_goes_on(void)
 {
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 5U, NULL, 0U);
-    bed_step();
-    if (bed.supervisor.shutdown_step == 0U) {
-        bed.is_stop_requested = true;
-        bed_step();
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, 5U, NULL, 0U);
+    fixture_step();
+    if (fixture.supervisor.shutdown_step == 0U) {
+        fixture.is_stop_requested = true;
+        fixture_step();
     }
-    TEST_ASSERT_TRUE(bed.supervisor.shutdown_step != 0U);
+    TEST_ASSERT_TRUE(fixture.supervisor.shutdown_step != 0U);
     die();
-    bed_run(100U);
-    TEST_ASSERT_TRUE(bed.is_finished);
+    fixture_run(100U);
+    TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
 static void the_word_of_the_member_wins(void)
 {
-    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
-    bed_step();
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_step();
     die();
-    bed.members[BED_ARM].state = STATE_ERROR_OPERATIONAL; // Its report was lost.
-    bed.members[BED_ARM].phase = PHASE_SECURED;
-    bed.next_status_ns         = 0U;
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has(DIFFERS "0010"));
-    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, bed.supervisor.roster[0].state);
-    bed_forget();
-    bed_run(100U);
-    TEST_ASSERT_FALSE(bed_has(DIFFERS)); // Once.
+    fixture.members[FIXTURE_ARM].state = STATE_ERROR_OPERATIONAL; // Its report was lost.
+    fixture.members[FIXTURE_ARM].phase = PHASE_SECURED;
+    fixture.next_status_ns             = 0U;
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has(DIFFERS "0010"));
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, fixture.supervisor.registry[0].state);
+    fixture_forget();
+    fixture_run(100U);
+    TEST_ASSERT_FALSE(fixture_has(DIFFERS)); // Once.
 }
 
 static void a_damaged_commit_falls_back_to_the_one_before(void)
 {
-    bed_step();
-    vitals.banks[(vitals.banks[0].generation > vitals.banks[1].generation) ? 0U : 1U].state.mode ^= 1U;
+    fixture_step();
+    checkpoint.banks[(checkpoint.banks[0].generation > checkpoint.banks[1].generation) ? 0U : 1U]
+        .state.mode ^= 1U;
     die();
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has(DAMAGED "0100"));
-    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
-    TEST_ASSERT_TRUE(bed_has(RESTARTED));
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has(DAMAGED "0100"));
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
+    TEST_ASSERT_TRUE(fixture_has(RESTARTED));
 }
 
 static void without_anything_to_take_over_it_begins_anew_and_says_so(void)
 {
-    vitals.banks[0].sum ^= 1U;
-    vitals.banks[1].sum ^= 1U;
-    configuration.log_records = bed.supervisor.log.next_number - 1U;
+    checkpoint.banks[0].sum ^= 1U;
+    checkpoint.banks[1].sum ^= 1U;
+    configuration.log_records = fixture.supervisor.log.next_number - 1U;
     die();
-    bed_step();
-    TEST_ASSERT_TRUE(bed.supervisor.lives == 1U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.4 from 8001")); // The members know.
-    TEST_ASSERT_FALSE(bed_has("1 TC 129.4"));
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture.supervisor.lives == 1U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001")); // The members know.
+    TEST_ASSERT_FALSE(fixture_has("1 TC 129.4"));
     expect_whole_log();
-    TEST_ASSERT_TRUE(bed_has(DAMAGED "0000"));
-    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, bed.supervisor.mode); // Nobody knows what was under way.
-    bed_run(60U);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+    TEST_ASSERT_TRUE(fixture_has(DAMAGED "0000"));
+    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode); // Nobody knows what was under way.
+    fixture_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
 }
 
 static bool can_keep;
-static const vitals_t* kept;
+static const checkpoint_t* kept;
 
-static bool keep_vitals(void* context, const vitals_t* of)
+static bool keep_checkpoint(void* context, const checkpoint_t* of)
 {
     TEST_ASSERT_EQUAL_PTR(configuration.platform.context, context);
     kept = of;
@@ -498,40 +502,40 @@ static bool keep_vitals(void* context, const vitals_t* of)
 /// For analysis, before it is written over.
 static void what_was_damaged_is_kept(void)
 {
-    configuration.keep_vitals = keep_vitals;
+    configuration.keep_checkpoint = keep_checkpoint;
     die();
     TEST_ASSERT_NULL(kept);
     for (unsigned i = 0U; i < 2U; i++) {
         can_keep = (i == 0U);
-        vitals.banks[0].sum ^= 1U;
-        vitals.banks[1].sum ^= 1U;
+        checkpoint.banks[0].sum ^= 1U;
+        checkpoint.banks[1].sum ^= 1U;
         die();
-        TEST_ASSERT_EQUAL_PTR(&vitals, kept);
-        bed_step();
-        TEST_ASSERT_TRUE(bed_has(can_keep ? DAMAGED "0001" : DAMAGED "0000"));
-        bed_run(5U);
-        bed_forget();
+        TEST_ASSERT_EQUAL_PTR(&checkpoint, kept);
+        fixture_step();
+        TEST_ASSERT_TRUE(fixture_has(can_keep ? DAMAGED "0001" : DAMAGED "0000"));
+        fixture_run(5U);
+        fixture_forget();
     }
 }
 
 /// Where it ran as a thread, its messages are as it has left them: they are not taken over a second time.
 static void messages_that_were_kept_go_on_as_they_are(void)
 {
-    bed_run(5U);
-    const uint32_t sent = bed.supervisor.component.process.counters.sent;
+    fixture_run(5U);
+    const uint32_t sent = fixture.supervisor.subsystem.process.counters.sent;
     TEST_ASSERT_TRUE(sent > 0U);
-    osal_file_close(&bed.supervisor.log.file);
-    (void)memset(&bed.supervisor, 0, sizeof bed.supervisor);
+    osal_file_close(&fixture.supervisor.log.file);
+    (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
     configuration.is_endpoint_kept = true;
-    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &configuration));
-    bed.now_ns += 5U * BED_TICK_NS;
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has(RESTARTED "000000020000"));
-    bed_forget();
-    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
-    bed_run(60U);
-    TEST_ASSERT_TRUE(bed_has("G/16 1.7 #"));
-    TEST_ASSERT_FALSE(bed_has(DIFFERS));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&fixture.supervisor, &configuration));
+    fixture.now_ns += 5U * FIXTURE_TICK_NS;
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has(RESTARTED "000000020000"));
+    fixture_forget();
+    (void)fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
+    fixture_run(60U);
+    TEST_ASSERT_TRUE(fixture_has("G/16 1.7 #"));
+    TEST_ASSERT_FALSE(fixture_has(DIFFERS));
     expect_whole_log();
 }
 

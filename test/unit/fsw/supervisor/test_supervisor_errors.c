@@ -2,7 +2,7 @@
 // Reactions to events by severity, to processes that die and to subsystems that fall silent.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -16,22 +16,22 @@
 
 void setUp(void)
 {
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static void run_ms(unsigned ms)
 {
-    bed_run(ms / 10U);
+    fixture_run(ms / 10U);
 }
 
 static mission_subsystem_t* mission_of(uint16_t apid)
 {
-    return (mission_subsystem_t*)roster_find(&bed.supervisor, apid)->mission;
+    return (mission_subsystem_t*)supervisor_registry_find(&fixture.supervisor, apid)->mission;
 }
 
 static uint64_t patience_of(uint16_t apid)
@@ -43,146 +43,148 @@ static uint64_t patience_of(uint16_t apid)
 
 static void a_high_error_shuts_the_network_down_in_the_same_step(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_place(BED_LONE, STATE_PRE_OPERATIONAL);
-    bed_forget();
-    bed_event(BED_ARM, 4U, GRIPLESS);
-    bed_step();
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_step();
     // HAND is told; ARM goes by itself; LONE is none of them. Network 16 was shut down for 16; its plan
     // began.
-    bed_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
-    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
+    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     run_ms(490);
-    TEST_ASSERT_FALSE(bed_has("16 TC"));
-    bed_forget();
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
+    fixture_forget();
     run_ms(30);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 0003 from 8001"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0003 from 8001"));
-    TEST_ASSERT_FALSE(bed_has("18 TC"));
-    bed_forget();
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0003 from 8001"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
+    TEST_ASSERT_FALSE(fixture_has("18 TC"));
+    fixture_forget();
     run_ms(1000); // Once.
-    TEST_ASSERT_FALSE(bed_has("16 TC 129"));
-    TEST_ASSERT_FALSE(bed_has("17 TC 129"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC 129"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC 129"));
 }
 
 /// The report is disabled (TC[5,6]): the member sends a notice in its place.
 static void notice(unsigned member, uint8_t severity, uint16_t event)
 {
     const pus_event_notice_t content = {.event = event, .severity = severity};
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_event_notice_report(&bed.members[member].process, &content, bed.now_ns));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      pus_event_notice_report(&fixture.members[member].process, &content, fixture.now_ns));
 }
 
 static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    notice(BED_ARM, 4U, GRIPLESS);
-    bed_step();
-    bed_expect("G 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n"); // Not told to ground.
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.plans_started);
-    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_link_up(STATE_OPERATIONAL);
+    notice(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_step();
+    fixture_expect(
+        "G 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n"); // Not told to ground.
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
+    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     run_ms(520);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 0003 from 8001"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0003 from 8001"));
-    bed_place(BED_ARM, STATE_OPERATIONAL);
-    bed_forget();
-    notice(BED_ARM, 3U, TIRED);
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 0401 from 8001"));
-    bed_forget();
-    notice(BED_ARM, 2U, NOTE);
-    notice(BED_ARM, 9U, GRIPLESS); // No severity.
-    bed_run(2U);
-    TEST_ASSERT_FALSE(bed_has("16 TC"));
-    TEST_ASSERT_FALSE(bed_has("17 TC"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0003 from 8001"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_forget();
+    notice(FIXTURE_ARM, 3U, TIRED);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0401 from 8001"));
+    fixture_forget();
+    notice(FIXTURE_ARM, 2U, NOTE);
+    notice(FIXTURE_ARM, 9U, GRIPLESS); // No severity.
+    fixture_run(2U);
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC"));
 }
 
 static void one_failure_has_one_plan(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_event(BED_ARM, 4U, GRIPLESS);
-    bed_step();
-    bed_event(BED_HAND, 4U, BROKEN); // It fails with the other.
-    bed_event(BED_ARM, 4U, GRIPLESS);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.plans_started);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_step();
+    fixture_event(FIXTURE_HAND, 4U, BROKEN); // It fails with the other.
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
     run_ms(700);
-    bed_event(BED_ARM, 4U, GRIPLESS); // When it is over, the next failure has its own.
-    bed_run(2U);
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.counters.plans_started);
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // When it is over, the next failure has its own.
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.plans_started);
 }
 
 static void failures_apart_have_plans_apart(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_place(BED_LONE, STATE_ERROR_OPERATIONAL);
-    bed_forget();
-    bed_event(BED_ARM, 4U, GRIPLESS);
-    bed_event(BED_LONE, 4U, BROKEN);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.counters.plans_started);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_place(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_event(FIXTURE_LONE, 4U, BROKEN);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.plans_started);
     run_ms(600);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 00"));
-    TEST_ASSERT_TRUE(bed_has("18 TC 129.8 00"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
+    TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 00"));
 }
 
 static void who_is_in_error_or_gone_is_not_told_again(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
-    bed_forget();
-    bed_event(BED_ARM, 4U, GRIPLESS);
-    bed_run(2U);
-    TEST_ASSERT_FALSE(bed_has("17 TC 129.8 06"));
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_run(2U);
+    TEST_ASSERT_FALSE(fixture_has("17 TC 129.8 06"));
     run_ms(700);
     tearDown();
     setUp();
-    bed_link_up(STATE_OPERATIONAL);
-    bed.start_result                 = STATUS_NOT_FOUND;
-    bed.members[BED_HAND].is_running = false;
-    bed_event(BED_ARM, 4U, GRIPLESS);
-    bed_run(2U);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.start_result                     = STATUS_NOT_FOUND;
+    fixture.members[FIXTURE_HAND].is_running = false;
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_run(2U);
     run_ms(700);
-    TEST_ASSERT_EQUAL(PROCESS_LOST, bed.supervisor.roster[1].process);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 00"));
+    TEST_ASSERT_EQUAL(PROCESS_LOST, fixture.supervisor.registry[1].process);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 00"));
 }
 
 static void a_plan_of_the_mission_replaces_what_is_built_in(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_event(BED_HAND, 4U, BROKEN);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 06"));
-    TEST_ASSERT_TRUE(bed_has("G 131.2 010003")); // NOMINAL to SAFE, cause plan.
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
-    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
-    bed_forget();
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_event(FIXTURE_HAND, 4U, BROKEN);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
+    TEST_ASSERT_TRUE(fixture_has("G 131.2 010003")); // NOMINAL to SAFE, cause plan.
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
+    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_forget();
     run_ms(170);
-    TEST_ASSERT_FALSE(bed_has("17 TC"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC"));
     run_ms(40);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 00"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 00"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 00"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
 }
 
 static void a_plan_that_only_logs_does_nothing_else(void)
 {
-    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
-    bed_forget();
-    bed_event(BED_ARM, 4U, BROKEN);
+    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, BROKEN);
     run_ms(1000);
-    bed_expect("G/16 5.4 0001\nG 5.1 000600100001\n");
+    fixture_expect("G/16 5.4 0001\nG 5.1 000600100001\n");
 }
 
 static void a_lone_subsystem_goes_down_alone(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_place(BED_LONE, STATE_ERROR_OPERATIONAL);
-    bed_forget();
-    bed_event(BED_LONE, 4U, BROKEN);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_place(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
+    fixture_forget();
+    fixture_event(FIXTURE_LONE, 4U, BROKEN);
     run_ms(700);
-    TEST_ASSERT_TRUE(bed_has("18 TC 129.8 0003 from 8001"));
-    TEST_ASSERT_FALSE(bed_has("17 TC"));
-    TEST_ASSERT_FALSE(bed_has("16 TC"));
-    TEST_ASSERT_FALSE(bed_has("G 5.1 0003"));
+    TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 0003 from 8001"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
+    TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
 }
 
 // ---- MEDIUM, LOW ----
@@ -191,15 +193,16 @@ static void a_medium_error_takes_it_to_safe_in_the_same_step(void)
 {
     static const uint16_t events[] = {STRAIN, TIRED}; // With a plan, and without.
     for (unsigned i = 0U; i < 2U; i++) {
-        bed_place(BED_ARM, STATE_OPERATIONAL);
-        bed_forget();
-        bed_event(BED_ARM, 3U, events[i]);
-        bed_step();
+        fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+        fixture_forget();
+        fixture_event(FIXTURE_ARM, 3U, events[i]);
+        fixture_step();
         // The cause is the plan, or the subsystem's own error.
-        TEST_ASSERT_TRUE(bed_has((i == 0U) ? "16 TC 129.8 0403 from 8001" : "16 TC 129.8 0401 from 8001"));
-        TEST_ASSERT_FALSE(bed_has("17 TC"));
-        bed_run(2U);
-        TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, bed.members[BED_ARM].state);
+        TEST_ASSERT_TRUE(
+            fixture_has((i == 0U) ? "16 TC 129.8 0403 from 8001" : "16 TC 129.8 0401 from 8001"));
+        TEST_ASSERT_FALSE(fixture_has("17 TC"));
+        fixture_run(2U);
+        TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
     }
 }
 
@@ -210,11 +213,11 @@ static void a_medium_error_takes_nothing_up(void)
     static const uint16_t events[] = {STRAIN, TIRED};
     for (unsigned i = 0U; i < 4U; i++) {
         for (unsigned k = 0U; k < 2U; k++) {
-            bed_place(BED_ARM, states[i]);
-            bed_forget();
-            bed_event(BED_ARM, 3U, events[k]);
-            bed_run(3U);
-            TEST_ASSERT_FALSE_MESSAGE(bed_has("16 TC"), "an order to go up");
+            fixture_place(FIXTURE_ARM, states[i]);
+            fixture_forget();
+            fixture_event(FIXTURE_ARM, 3U, events[k]);
+            fixture_run(3U);
+            TEST_ASSERT_FALSE_MESSAGE(fixture_has("16 TC"), "an order to go up");
         }
     }
 }
@@ -225,106 +228,106 @@ static void a_plan_may_take_a_member_to_its_safe_state(void)
     static const state_t states[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_OPERATIONAL,
                                      STATE_ERROR_OPERATIONAL};
     for (unsigned i = 0U; i < 4U; i++) {
-        bed_place(BED_LONE, states[i]);
-        bed_forget();
-        bed_event(BED_LONE, 3U, STRAIN);
-        bed_run(2U);
-        TEST_ASSERT_EQUAL((i == 1U) || (i == 2U), bed_has("18 TC 129.8 0603 from 8001"));
+        fixture_place(FIXTURE_LONE, states[i]);
+        fixture_forget();
+        fixture_event(FIXTURE_LONE, 3U, STRAIN);
+        fixture_run(2U);
+        TEST_ASSERT_EQUAL((i == 1U) || (i == 2U), fixture_has("18 TC 129.8 0603 from 8001"));
     }
 }
 
 static void low_and_informative_are_logged(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_event(BED_ARM, 2U, NOTE);
-    bed_event(BED_ARM, 1U, NOTE);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_event(FIXTURE_ARM, 2U, NOTE);
+    fixture_event(FIXTURE_ARM, 1U, NOTE);
     run_ms(1000);
-    bed_expect("G/16 5.2 0004\nG/16 5.1 0004\n");
+    fixture_expect("G/16 5.2 0004\nG/16 5.1 0004\n");
 }
 
 static void an_event_without_a_number_is_none(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_report(BED_ARM, PUS_SERVICE_EVENTS, 4U, "\1", 1U);
-    bed_report(BED_ARM, PUS_SERVICE_EVENTS, 8U, "\0\0", 2U);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_EVENTS, 4U, "\1", 1U);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_EVENTS, 8U, "\0\0", 2U);
     run_ms(1000);
-    bed_expect("G/16 5.4 01\nG/16 5.8 0000\n");
+    fixture_expect("G/16 5.4 01\nG/16 5.8 0000\n");
 }
 
 // ---- Processes ----
 
 static void a_process_that_dies_is_started_again(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_ARM].is_running = false;
-    bed_step();
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("G 5.4 00010010")); // PROCESS_LOST.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 0001"));
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.restarts);
-    TEST_ASSERT_TRUE(bed.members[BED_ARM].is_running);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_ARM].is_running = false;
+    fixture_step();
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 00010010")); // PROCESS_LOST.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.restarts);
+    TEST_ASSERT_TRUE(fixture.members[FIXTURE_ARM].is_running);
     run_ms(600); // The plan is what is built in, not that of ARM's own event number 1.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 00"));
-    bed_forget();
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 17.1"));
-    TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
+    fixture_forget();
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 17.1"));
+    TEST_ASSERT_EQUAL(MODE_NOMINAL, fixture.supervisor.mode);
 }
 
 /// 20 ms after it should have stepped (the mission's hangAfter), not before; and it costs its time of
 /// booting.
 static void a_process_that_hangs_is_killed_and_started_again(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed.late_apid  = ARM;
-    bed.promise_ns = bed.supervisor.now_ns;
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.late_apid  = ARM;
+    fixture.promise_ns = fixture.supervisor.now_ns;
     run_ms(20);
-    TEST_ASSERT_EQUAL(0U, bed.kills);
-    bed_tick();
-    TEST_ASSERT_EQUAL(1U, bed.kills);
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    TEST_ASSERT_EQUAL_UINT64(50000000U, bed.boot_ns);
-    TEST_ASSERT_EQUAL_UINT32(bed.supervisor.link_epoch, bed.link_floor);
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("G 5.4 001E0010")); // PROCESS_HUNG, and not PROCESS_LOST as well.
-    TEST_ASSERT_FALSE(bed_has("G 5.4 00010010"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
+    TEST_ASSERT_EQUAL(0U, fixture.kills);
+    fixture_tick();
+    TEST_ASSERT_EQUAL(1U, fixture.kills);
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    TEST_ASSERT_EQUAL_UINT64(50000000U, fixture.boot_ns);
+    TEST_ASSERT_EQUAL_UINT32(fixture.supervisor.link_epoch, fixture.link_floor);
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 001E0010")); // PROCESS_HUNG, and not PROCESS_LOST as well.
+    TEST_ASSERT_FALSE(fixture_has("G 5.4 00010010"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
 }
 
 /// At its next look the supervisor sees a process that is later than its mission allows by so much.
 static void see_late(uint16_t apid, uint64_t by_ns)
 {
-    bed_tick();
-    bed.late_apid  = apid;
-    bed.promise_ns = bed.now_ns - patience_of(apid) - by_ns;
-    bed_step();
+    fixture_tick();
+    fixture.late_apid  = apid;
+    fixture.promise_ns = fixture.now_ns - patience_of(apid) - by_ns;
+    fixture_step();
 }
 
 /// Time and again as late as the mission allows, to the nanosecond: slow, and nobody acts.
 static void a_process_that_is_slow_within_its_time_is_left_alone(void)
 {
     const uint64_t patience_ns = patience_of(ARM);
-    bed_link_up(STATE_OPERATIONAL);
-    bed.late_apid = ARM;
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.late_apid = ARM;
     for (unsigned i = 0U; i < 50U; i++) {
-        bed.promise_ns = bed.now_ns;
-        bed_run((unsigned)(patience_ns / BED_TICK_NS)); // It does not step,
-        bed_step();                                     // and is seen at the last instant, too.
-        TEST_ASSERT_EQUAL_UINT64(patience_ns, bed.supervisor.now_ns - bed.promise_ns);
+        fixture.promise_ns = fixture.now_ns;
+        fixture_run((unsigned)(patience_ns / FIXTURE_TICK_NS)); // It does not step,
+        fixture_step();                                         // and is seen at the last instant, too.
+        TEST_ASSERT_EQUAL_UINT64(patience_ns, fixture.supervisor.now_ns - fixture.promise_ns);
     }
-    TEST_ASSERT_EQUAL(0U, bed.kills);
-    TEST_ASSERT_EQUAL(0U, bed.starts);
-    TEST_ASSERT_EQUAL(0U, roster_find(&bed.supervisor, ARM)->deaths);
-    TEST_ASSERT_FALSE(bed_has("G 5.4 "));
-    TEST_ASSERT_FALSE(bed_has("TC 129.8"));
+    TEST_ASSERT_EQUAL(0U, fixture.kills);
+    TEST_ASSERT_EQUAL(0U, fixture.starts);
+    TEST_ASSERT_EQUAL(0U, supervisor_registry_find(&fixture.supervisor, ARM)->deaths);
+    TEST_ASSERT_FALSE(fixture_has("G 5.4 "));
+    TEST_ASSERT_FALSE(fixture_has("TC 129.8"));
     see_late(ARM, 1U); // One nanosecond more.
-    TEST_ASSERT_EQUAL(1U, bed.kills);
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("G 5.4 001E0010"));
+    TEST_ASSERT_EQUAL(1U, fixture.kills);
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 001E0010"));
 }
 
 static unsigned times_told(const char* text, const char* line)
@@ -344,109 +347,109 @@ static void a_hang_that_is_seen_again_is_acted_on_once(void)
     static const unsigned started[]  = {1U, 1U, 2U, 2U}; // At once, after 100 ms; then never.
     for (unsigned hang = 1U; hang <= 3U; hang++) {
         see_late(LONE, 1U);
-        TEST_ASSERT_EQUAL(hang, bed.kills);
-        TEST_ASSERT_EQUAL(started[hang - 1U], bed.starts);
+        TEST_ASSERT_EQUAL(hang, fixture.kills);
+        TEST_ASSERT_EQUAL(started[hang - 1U], fixture.starts);
         for (unsigned i = 0U; i < 8U; i++) {
-            bed_tick();
-            bed_step(); // Twice at one instant, too.
+            fixture_tick();
+            fixture_step(); // Twice at one instant, too.
         }
-        TEST_ASSERT_EQUAL(hang, bed.kills);
-        TEST_ASSERT_EQUAL(started[hang - 1U], bed.starts);
+        TEST_ASSERT_EQUAL(hang, fixture.kills);
+        TEST_ASSERT_EQUAL(started[hang - 1U], fixture.starts);
         run_ms((hang < 3U) ? 200U : 2000U);
-        TEST_ASSERT_EQUAL(hang, bed.kills);
-        TEST_ASSERT_EQUAL(started[hang], bed.starts);
-        const char* const text = bed_look();
+        TEST_ASSERT_EQUAL(hang, fixture.kills);
+        TEST_ASSERT_EQUAL(started[hang], fixture.starts);
+        const char* const text = fixture_look();
         TEST_ASSERT_EQUAL(1U, times_told(text, "G 5.4 001E0012"));
         TEST_ASSERT_EQUAL(0U, times_told(text, "G 5.4 00010012"));
         TEST_ASSERT_EQUAL((hang < 3U) ? 0U : 1U, times_told(text, "G 131.2 01"));
-        bed_forget();
+        fixture_forget();
     }
-    TEST_ASSERT_EQUAL(2U, roster_find(&bed.supervisor, LONE)->deaths);
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+    TEST_ASSERT_EQUAL(2U, supervisor_registry_find(&fixture.supervisor, LONE)->deaths);
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
 /// It might be told in the name of its earlier life, and would never know.
 static void a_restarted_process_is_told_nothing_before_it_is_heard(void)
 {
-    bed.members[BED_LONE].is_silent  = true;
-    bed.members[BED_LONE].is_running = false;
-    bed_tick();
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    bed.members[BED_LONE].heartbeats = 0U;
-    bed_forget();
-    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture.members[FIXTURE_LONE].is_silent  = true;
+    fixture.members[FIXTURE_LONE].is_running = false;
+    fixture_tick();
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    fixture.members[FIXTURE_LONE].heartbeats = 0U;
+    fixture_forget();
+    (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
     run_ms(1500);
-    TEST_ASSERT_TRUE(bed_has("G 1.10 #0 0002"));
-    TEST_ASSERT_EQUAL(0U, bed.members[BED_LONE].heartbeats);
-    bed.members[BED_LONE].is_silent = false;
-    bed_place(BED_LONE, STATE_OFFLINE);
-    bed_run(2U);
-    bed_forget();
-    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.10 #0 0002"));
+    TEST_ASSERT_EQUAL(0U, fixture.members[FIXTURE_LONE].heartbeats);
+    fixture.members[FIXTURE_LONE].is_silent = false;
+    fixture_place(FIXTURE_LONE, STATE_OFFLINE);
+    fixture_run(2U);
+    fixture_forget();
+    (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
     run_ms(1500);
-    TEST_ASSERT_TRUE(bed_has("18 TC 17.1"));
-    TEST_ASSERT_TRUE(bed.members[BED_LONE].heartbeats > 0U);
+    TEST_ASSERT_TRUE(fixture_has("18 TC 17.1"));
+    TEST_ASSERT_TRUE(fixture.members[FIXTURE_LONE].heartbeats > 0U);
 }
 
 static void a_restart_budget_ends_in_mode_safe(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
-        bed.members[BED_LONE].is_running = false; // Its budget is one restart.
+        fixture.members[FIXTURE_LONE].is_running = false; // Its budget is one restart.
         run_ms(1000);
-        TEST_ASSERT_EQUAL((i == 0U) ? MODE_NOMINAL : MODE_SAFE, bed.supervisor.mode);
+        TEST_ASSERT_EQUAL((i == 0U) ? MODE_NOMINAL : MODE_SAFE, fixture.supervisor.mode);
     }
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    TEST_ASSERT_TRUE(bed_has("G 131.2 010001")); // Cause: error.
-    bed_forget();
-    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    TEST_ASSERT_TRUE(fixture_has("G 131.2 010001")); // Cause: error.
+    fixture_forget();
+    (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
     run_ms(5000);
-    TEST_ASSERT_TRUE(bed_has("G 1.10 #0 0002 12"));
-    TEST_ASSERT_FALSE(bed_has("G 5.4")); // Not reported again and again.
-    TEST_ASSERT_EQUAL(1U, bed.starts);
+    TEST_ASSERT_TRUE(fixture_has("G 1.10 #0 0002 12"));
+    TEST_ASSERT_FALSE(fixture_has("G 5.4")); // Not reported again and again.
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
 }
 
 static void a_start_that_fails_ends_in_mode_safe(void)
 {
-    bed.start_result                 = STATUS_NOT_FOUND;
-    bed.members[BED_LONE].is_running = false;
+    fixture.start_result                     = STATUS_NOT_FOUND;
+    fixture.members[FIXTURE_LONE].is_running = false;
     run_ms(100);
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
-    TEST_ASSERT_EQUAL(PROCESS_LOST, bed.supervisor.roster[2].process);
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
+    TEST_ASSERT_EQUAL(PROCESS_LOST, fixture.supervisor.registry[2].process);
 }
 
 static void communication_comes_up_again_by_itself(void)
 {
-    bed.members[BED_GROUND].is_running = false;
+    fixture.members[FIXTURE_GROUND].is_running = false;
     run_ms(1000);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
-    bed_forget();
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G/16 1.7"));
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_GROUND].state);
+    fixture_forget();
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G/16 1.7"));
 }
 
 static void silence_is_an_error(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_ARM].is_silent = true;
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_ARM].is_silent = true;
     run_ms(2900);
-    bed_expect("");
+    fixture_expect("");
     run_ms(400);
-    TEST_ASSERT_TRUE(bed_has("G 5.4 00020010")); // SUBSYSTEM_SILENT.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode); // The plan for the supervisor's own event.
-    TEST_ASSERT_FALSE(bed_has("17 TC 129.8 00"));
-    bed_forget();
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 00020010")); // SUBSYSTEM_SILENT.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode); // The plan for the supervisor's own event.
+    TEST_ASSERT_FALSE(fixture_has("17 TC 129.8 00"));
+    fixture_forget();
     run_ms(2500);
-    TEST_ASSERT_FALSE(bed_has("G 5.4"));
+    TEST_ASSERT_FALSE(fixture_has("G 5.4"));
     run_ms(1500); // And again after the same silence.
-    TEST_ASSERT_TRUE(bed_has("G 5.4 00020010"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 00020010"));
 }
 
 static void who_speaks_is_not_silent(void)
 {
     run_ms(20000);
-    bed_expect("");
+    fixture_expect("");
 }
 
 static void no_history_of_errors_breaks_the_supervisor(void)
@@ -455,33 +458,33 @@ static void no_history_of_errors_breaks_the_supervisor(void)
     for (unsigned i = 0U; i < 3000U; i++) {
         random                = (random * 1664525U) + 1013904223U;
         const uint32_t chance = (random >> 10U) % 12U;
-        const unsigned member = BED_ARM + ((random >> 16U) % 3U);
-        if (!bed.members[member].is_running) {
+        const unsigned member = FIXTURE_ARM + ((random >> 16U) % 3U);
+        if (!fixture.members[member].is_running) {
             // Dead: the supervisor decides.
         } else if (chance < 4U) {
-            bed_event(member, (uint8_t)(chance + 1U), (uint16_t)((random >> 20U) % 6U));
+            fixture_event(member, (uint8_t)(chance + 1U), (uint16_t)((random >> 20U) % 6U));
         } else if (chance == 5U) {
-            bed.members[member].is_running = ((random >> 24U) % 16U) != 0U;
+            fixture.members[member].is_running = ((random >> 24U) % 16U) != 0U;
         } else if (chance == 6U) {
-            bed_place(member, (state_t)((random >> 22U) % 7U));
+            fixture_place(member, (state_t)((random >> 22U) % 7U));
         } else if (chance == 7U) {
-            (void)bed_request_link((uint16_t)(1U + ((random >> 22U) % 2U)));
+            (void)fixture_request_link((uint16_t)(1U + ((random >> 22U) % 2U)));
         } else if (chance == 8U) {
-            (void)bed_open_link((uint16_t)(1U + ((random >> 22U) % 2U)));
+            (void)fixture_open_link((uint16_t)(1U + ((random >> 22U) % 2U)));
         } else {
-            (void)bed_request_state(bed.members[member].apid, (state_t)((random >> 22U) % 7U));
+            (void)fixture_request_state(fixture.members[member].apid, (state_t)((random >> 22U) % 7U));
         }
-        bed_tick();
-        bed_forget();
+        fixture_tick();
+        fixture_forget();
     }
     run_ms(3000);
     for (unsigned i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
-        TEST_ASSERT_EQUAL(SESSION_FREE, bed.supervisor.sessions[i].step);
+        TEST_ASSERT_EQUAL(SESSION_FREE, fixture.supervisor.sessions[i].step);
     }
     for (unsigned i = 0U; i < PLAN_RUNS; i++) {
-        TEST_ASSERT_FALSE(bed.supervisor.plans.runs[i].is_used);
+        TEST_ASSERT_FALSE(fixture.supervisor.plans.runs[i].is_used);
     }
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
 int main(void)

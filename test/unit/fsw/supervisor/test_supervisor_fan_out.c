@@ -3,7 +3,7 @@
 // its own.
 #include "fsw/supervisor/supervisor.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -11,91 +11,91 @@
 
 static void bring_third_reader(void)
 {
-    (void)bed_request_link(LINK_LONE_STATE);
-    bed_run(5U);
-    (void)bed_open_link(LINK_LONE_STATE);
-    bed_run(5U);
-    TEST_ASSERT_EQUAL(3U, bed.supervisor.graph.count);
+    (void)fixture_request_link(LINK_LONE_STATE);
+    fixture_run(5U);
+    (void)fixture_open_link(LINK_LONE_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(3U, fixture.supervisor.graph.count);
 }
 
 void setUp(void)
 {
-    bed_open_up();
-    bed_place(BED_LONE, STATE_PRE_OPERATIONAL);
-    bed_link_up(STATE_PRE_OPERATIONAL);
+    fixture_open_up();
+    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_link_up(STATE_PRE_OPERATIONAL);
     bring_third_reader();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static void a_second_reader_leaves_the_first_alone(void)
 {
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.6 000300000003")); // An epoch of its own.
-    TEST_ASSERT_TRUE(bed_has("18 TC 130.6 000300000003"));
-    TEST_ASSERT_FALSE(bed_has("17 TC 130."));
-    TEST_ASSERT_FALSE(bed_has("130.7"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 000300000003")); // An epoch of its own.
+    TEST_ASSERT_TRUE(fixture_has("18 TC 130.6 000300000003"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC 130."));
+    TEST_ASSERT_FALSE(fixture_has("130.7"));
 }
 
 static void the_network_has_all_readers(void)
 {
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
-    bed_run(2U);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
+    fixture_run(2U);
     // One network, number 16, of 16, 17 and 18, links 1, 2 and 3.
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "G 131.11 0001001000030010001100120003000100020003"));
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 131.11 0001001000030010001100120003000100020003"));
 }
 
 static void a_reader_that_closes_takes_only_its_own_link_along(void)
 {
-    bed_forget();
-    bed_link_changed(BED_LONE, LINK_LONE_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 00030A"));
-    TEST_ASSERT_FALSE(bed_has("17 TC"));
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
-    bed_forget();
+    fixture_forget();
+    fixture_link_changed(FIXTURE_LONE, LINK_LONE_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 00030A"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC"));
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
+    fixture_forget();
     bring_third_reader();
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.6 000300000004")); // Another epoch.
-    TEST_ASSERT_FALSE(bed_has("17 TC 130."));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 000300000004")); // Another epoch.
+    TEST_ASSERT_FALSE(fixture_has("17 TC 130."));
 }
 
 static void the_first_reader_may_go_and_the_second_stays(void)
 {
-    bed_forget();
-    (void)bed_close_link(LINK_ARM_STATE);
-    bed_run(5U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 0001"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 0001"));
-    TEST_ASSERT_FALSE(bed_has("130.7 0003"));
-    TEST_ASSERT_NOT_NULL(link_graph_find(&bed.supervisor.graph, LINK_LONE_STATE));
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+    fixture_forget();
+    (void)fixture_close_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));
+    TEST_ASSERT_FALSE(fixture_has("130.7 0003"));
+    TEST_ASSERT_NOT_NULL(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_LONE_STATE));
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
 }
 
 static void a_reader_that_dies_fails_its_network_and_loses_only_its_own_link(void)
 {
-    bed_forget();
-    bed.members[BED_LONE].is_running = false;
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 06")); // The network: both others, by way of the writer.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 00030A"));
-    TEST_ASSERT_FALSE(bed_has("17 TC 130.7"));
-    TEST_ASSERT_FALSE(bed_has("16 TC 130.7 0001"));
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+    fixture_forget();
+    fixture.members[FIXTURE_LONE].is_running = false;
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06")); // The network: both others, by way of the writer.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 00030A"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC 130.7"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC 130.7 0001"));
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
 }
 
 static void a_writer_that_dies_closes_every_reader(void)
 {
-    bed_forget();
-    bed.members[BED_ARM].is_running = false;
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
-    TEST_ASSERT_TRUE(bed_has("18 TC 129.8 06"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 00010A"));
-    TEST_ASSERT_TRUE(bed_has("18 TC 130.7 00030A"));
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.graph.count);
+    fixture_forget();
+    fixture.members[FIXTURE_ARM].is_running = false;
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
+    TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 06"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 00010A"));
+    TEST_ASSERT_TRUE(fixture_has("18 TC 130.7 00030A"));
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
 }
 
 int main(void)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // ST[23] of the supervisor, and the files that its other services read and write.
-#include "fsw/supervisor/services/onboard_files.h"
+#include "fsw/supervisor/services/files.h"
 
 #include "base/octets.h"
 #include "test/support/disk.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <string.h>
@@ -29,16 +29,16 @@ void setUp(void)
     disk_start();
     disk_directory("a");
     (void)disk_file("a/one", 10U, 'A');
-    bed_configure = give_disk;
-    bed_open_up();
-    files = onboard_file_port(&bed.supervisor);
+    fixture_configure = give_disk;
+    fixture_open_up();
+    files = spacecraft_file_port(&fixture.supervisor);
     TEST_ASSERT_NOT_NULL(files);
 }
 
 void tearDown(void)
 {
-    bed_close();
-    bed_configure = NULL;
+    fixture_close();
+    fixture_configure = NULL;
 }
 
 static status_t open_one(void)
@@ -122,7 +122,7 @@ static void paths_and_names_are_those_of_st23(void)
 
 static void only_some_are_open_at_once(void)
 {
-    for (uint32_t i = 0U; i < ONBOARD_FILES_OPEN; i++) {
+    for (uint32_t i = 0U; i < SPACECRAFT_FILES_OPEN; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, open_one());
         TEST_ASSERT_EQUAL_UINT32(i, file);
     }
@@ -137,10 +137,10 @@ static void only_some_are_open_at_once(void)
 
 static void without_a_store_there_is_no_port(void)
 {
-    bed_close();
-    bed_configure = NULL;
-    bed_open_up();
-    TEST_ASSERT_NULL(onboard_file_port(&bed.supervisor));
+    fixture_close();
+    fixture_configure = NULL;
+    fixture_open_up();
+    TEST_ASSERT_NULL(spacecraft_file_port(&fixture.supervisor));
 }
 
 // ---- ST[23] ----
@@ -149,15 +149,16 @@ static void copies_go_on_while_nothing_else_wakes_the_supervisor(void)
 {
     static const uint8_t copy[]     = "\0\1\0\1a\0\4long\0\1a\0\3two"; // Operation 1.
     const disk_file_t* const copied = disk_file("a/long", DISK_FILE_SIZE, 'B');
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_FILES, 14U, copy, sizeof copy - 1U);
-    const uint64_t wake_ns = supervisor_step(&bed.supervisor, bed.now_ns);
-    TEST_ASSERT_TRUE((wake_ns - bed.now_ns) <= ONBOARD_RETRY_NS);
-    bed_run(20U);
-    TEST_ASSERT_TRUE(bed_has("G 1.7 #0"));
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_FILES, 14U, copy, sizeof copy - 1U);
+    const uint64_t wake_ns = supervisor_step(&fixture.supervisor, fixture.now_ns);
+    TEST_ASSERT_TRUE((wake_ns - fixture.now_ns) <= SPACECRAFT_RETRY_NS);
+    fixture_run(20U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #0"));
     const disk_file_t* const made = disk_find("a/two");
     TEST_ASSERT_NOT_NULL(made);
     TEST_ASSERT_EQUAL_MEMORY(copied->octets, made->octets, DISK_FILE_SIZE);
-    TEST_ASSERT_TRUE((supervisor_step(&bed.supervisor, bed.now_ns) - bed.now_ns) > ONBOARD_RETRY_NS);
+    TEST_ASSERT_TRUE((supervisor_step(&fixture.supervisor, fixture.now_ns) - fixture.now_ns) >
+                     SPACECRAFT_RETRY_NS);
 }
 
 /// What TC[21,1] has behind the identifier, as a file: one request without a delay.
@@ -165,17 +166,17 @@ static void a_sequence_is_loaded_from_a_file(void)
 {
     uint8_t content[64];
     size_t size       = 0U;
-    const pus_tc_t tc = {.apid = LONE, .service = PUS_SERVICE_TEST, .subtype = 1U, .source = BED_USER};
+    const pus_tc_t tc = {.apid = LONE, .service = PUS_SERVICE_TEST, .subtype = 1U, .source = FIXTURE_USER};
     content[0]        = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, &content[1], sizeof content - 1U, &size));
     (void)memset(&content[1U + size], 0, 7U);
     disk_file_t* const made = disk_file("a/seq", 1U + size + 7U, 0U);
     (void)memcpy(made->octets, content, 1U + size + 7U);
     static const uint8_t request[] = "SEQ\0\0\0\0\0\0\1a\0\3seq";
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_SEQUENCES, 8U, request, sizeof request - 1U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("18 TC 17.1 from 1"));
-    TEST_ASSERT_TRUE(bed_has("G 1.7 #0"));
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_SEQUENCES, 8U, request, sizeof request - 1U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("18 TC 17.1 from 1"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #0"));
 }
 
 int main(void)

@@ -2,7 +2,7 @@
 // Whatever the ground and the members send fails no assertion of the supervisor, and it serves on afterwards.
 #include "fsw/supervisor/supervisor.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <string.h>
@@ -11,12 +11,12 @@
 
 void setUp(void)
 {
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static uint32_t random_state = 77U;
@@ -48,8 +48,8 @@ static void send_request(void)
     if ((service == 131U) && (subtype == 5U)) {
         subtype = 8U; // Shutting down is an end, not a round.
     }
-    bed.ack = (uint8_t)draw(16U);
-    (void)bed_tc(apids[draw(10U)], service, subtype, data, (service == 129U) ? (size % 3U) : size);
+    fixture.ack = (uint8_t)draw(16U);
+    (void)fixture_tc(apids[draw(10U)], service, subtype, data, (service == 129U) ? (size % 3U) : size);
 }
 
 /// Member reports that are nearly right: states, events, link answers and verification of any kind.
@@ -59,23 +59,24 @@ static void send_report(unsigned member)
     uint8_t data[64];
     const size_t size     = fill(data, sizeof data);
     const uint8_t service = services[draw(sizeof services)];
-    bed_report(member, service, (uint8_t)draw(12U), data, (service == 129U) && (draw(2U) == 0U) ? 12U : size);
+    fixture_report(member, service, (uint8_t)draw(12U), data,
+                   (service == 129U) && (draw(2U) == 0U) ? 12U : size);
 }
 
 static void send_octets(unsigned member)
 {
     uint8_t octets[64];
     const size_t size = fill(octets, sizeof octets);
-    bed_send(member, octets, size);
+    fixture_send(member, octets, size);
 }
 
 static void nothing_on_the_wire_fails_an_assertion(void)
 {
     for (unsigned round = 0U; round < ROUNDS; round++) {
-        const unsigned member = draw(BED_MEMBERS);
+        const unsigned member = draw(FIXTURE_MEMBERS);
         const uint32_t kind   = draw(10U);
-        if (!bed.members[member].is_running) {
-            (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        if (!fixture.members[member].is_running) {
+            (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
         } else if (kind < 5U) {
             send_request();
         } else if (kind < 9U) {
@@ -83,24 +84,24 @@ static void nothing_on_the_wire_fails_an_assertion(void)
         } else {
             send_octets(member);
         }
-        bed.members[member].is_passive    = (draw(20U) == 0U);
-        bed.members[member].ignores_links = (draw(20U) == 0U);
-        bed_tick();
-        bed_forget();
+        fixture.members[member].is_passive    = (draw(20U) == 0U);
+        fixture.members[member].ignores_links = (draw(20U) == 0U);
+        fixture_tick();
+        fixture_forget();
     }
-    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
-        bed.members[i].is_passive    = false;
-        bed.members[i].ignores_links = false;
+    for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
+        fixture.members[i].is_passive    = false;
+        fixture.members[i].ignores_links = false;
     }
-    bed.ack = PUS_ACK_ALL;
-    bed_run(400U);
-    bed_forget();
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("G 17.2"));
-    bed.is_stop_requested = true;
-    bed_run(1500U);
-    TEST_ASSERT_TRUE(bed.is_finished);
+    fixture.ack = PUS_ACK_ALL;
+    fixture_run(400U);
+    fixture_forget();
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("G 17.2"));
+    fixture.is_stop_requested = true;
+    fixture_run(1500U);
+    TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
 int main(void)

@@ -6,7 +6,7 @@
 #include "fsw/supervisor/supervisor.h"
 #include "fsw/supervisor/undo.h"
 #include "test/support/recorded_media.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "test/unit/fsw/supervisor/releases.h"
 #include "unity.h"
 
@@ -181,10 +181,10 @@ static status_t mortal_resize(void* context, uint64_t size)
 
 // ---- Lives ----
 
-static vitals_t vitals;
+static checkpoint_t checkpoint;
 static journal_t journal;
 static journal_slot_t slots[JOURNAL_SLOTS(RECORDS)];
-static medium_t store_media[ONBOARD_STORES];
+static medium_t store_media[SPACECRAFT_STORES];
 static supervisor_config_t configuration;
 
 static void open_media(void)
@@ -194,11 +194,11 @@ static void open_media(void)
     for (unsigned i = 0U; i < 3U; i++) {
         const medium_t mortal = {&inner[i],   mortal_read, mortal_write,
                                  mortal_sync, mortal_size, mortal_resize};
-        media[i]              = undo_open(&guards[i], &vitals, (uint8_t)i, &mortal);
+        media[i]              = supervisor_undo_open(&guards[i], &checkpoint, (uint8_t)i, &mortal);
     }
     static uint64_t none; // The size of the others.
     store_media[0] = media[2];
-    for (unsigned i = 1U; i < ONBOARD_STORES; i++) {
+    for (unsigned i = 1U; i < SPACECRAFT_STORES; i++) {
         store_media[i] = (medium_t){&none, read_store, write_store, sync_store, size_of_store, resize_store};
     }
     const journal_configuration_t config = {.media    = {media[0], media[1]},
@@ -215,7 +215,7 @@ static void configure(supervisor_config_t* config)
     config->platform.start      = mortal_start;
     config->platform.stop       = mortal_stop;
     config->platform.is_running = mortal_is_running;
-    config->vitals              = &vitals;
+    config->checkpoint          = &checkpoint;
     config->journal             = &journal;
     config->store_media         = store_media;
     configuration               = *config;
@@ -224,41 +224,42 @@ static void configure(supervisor_config_t* config)
 static void note_arrival(void* context, const uint8_t* frame, size_t size)
 {
     (void)context;
-    TEST_ASSERT_TRUE(vitals_add(&vitals, &vitals.arrivals, frame, size, NULL, 0U));
+    TEST_ASSERT_TRUE(supervisor_checkpoint_add(&checkpoint, &checkpoint.arrivals, frame, size, NULL, 0U));
 }
 
 static void watch_arrivals(void)
 {
-    message_watch(&bed.endpoint, (message_arrival_t){NULL, note_arrival});
+    message_watch(&fixture.endpoint, (message_arrival_t){NULL, note_arrival});
 }
 
 /// The next one opens: nothing of the memory of the one before is left.
 static void succeed(void)
 {
-    static message_place_t inbox[sizeof bed.inbox / sizeof bed.inbox[0]];
-    osal_file_close(&bed.supervisor.log.file); // As the system does.
-    (void)memset(&bed.supervisor, 0, sizeof bed.supervisor);
-    message_open(&bed.endpoint, SUPERVISOR_APID, 1U, carrier, inbox, sizeof inbox / sizeof inbox[0]);
-    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&bed.endpoint, bed.members[i].apid));
+    static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
+    osal_file_close(&fixture.supervisor.log.file); // As the system does.
+    (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
+    message_open(&fixture.endpoint, DESCRIPTOR_SUPERVISOR_APID, 1U, carrier, inbox,
+                 sizeof inbox / sizeof inbox[0]);
+    for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&fixture.endpoint, fixture.members[i].apid));
     }
     open_media();
-    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&bed.supervisor, &configuration));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&fixture.supervisor, &configuration));
     watch_arrivals();
-    bed.now_ns += 5U * BED_TICK_NS;
+    fixture.now_ns += 5U * FIXTURE_TICK_NS;
 }
 
 /// One step that ends at the point `at`. False: it has fewer points.
 static bool dies(unsigned at)
 {
-    bed.endpoint.carrier.send = mortal_send;
-    points                    = 0U;
-    deadline                  = at;
+    fixture.endpoint.carrier.send = mortal_send;
+    points                        = 0U;
+    deadline                      = at;
     if (setjmp(killed) == 0) {
         is_armed = true;
-        (void)supervisor_step(&bed.supervisor, bed.now_ns);
-        is_armed             = false;
-        bed.endpoint.carrier = carrier;
+        (void)supervisor_step(&fixture.supervisor, fixture.now_ns);
+        is_armed                 = false;
+        fixture.endpoint.carrier = carrier;
         return false;
     }
     succeed();
@@ -269,29 +270,29 @@ void setUp(void)
 {
     static const image_t empty[2];
     recorded_clear(empty);
-    (void)memset(&vitals, 0, sizeof vitals);
-    store_size    = 0U;
-    inner[0]      = recorded_medium(0U);
-    inner[1]      = recorded_medium(1U);
-    inner[2]      = (medium_t){&store_size, read_store, write_store, sync_store, size_of_store, resize_store};
-    bed_configure = configure;
+    (void)memset(&checkpoint, 0, sizeof checkpoint);
+    store_size = 0U;
+    inner[0]   = recorded_medium(0U);
+    inner[1]   = recorded_medium(1U);
+    inner[2]   = (medium_t){&store_size, read_store, write_store, sync_store, size_of_store, resize_store};
+    fixture_configure = configure;
     open_media();
-    bed_open_up();
-    carrier = bed.endpoint.carrier;
+    fixture_open_up();
+    carrier = fixture.endpoint.carrier;
     watch_arrivals();
     REQUEST(PUS_SERVICE_STORAGE, 20U, "\1" RING "\0\1\0\0\0\0");
     REQUEST(PUS_SERVICE_STORAGE, 3U, RING "\1\0\20\1\3\1\32");
     REQUEST(PUS_SERVICE_STORAGE, 31U, RING "\1\0\20\0");
     REQUEST(PUS_SERVICE_STORAGE, 1U, "\1" RING);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
-    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
-    bed_place(BED_HAND, STATE_PRE_OPERATIONAL);
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
 }
 
 void tearDown(void)
 {
-    bed_close();
-    bed_configure = NULL;
+    fixture_close();
+    fixture_configure = NULL;
 }
 
 // ---- Judgement ----
@@ -332,18 +333,20 @@ static void see(uint64_t number, const char* hex)
 /// Text of the records in their order: those of ASCII first, for they are the earlier ones.
 static void expect_whole_log(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, packet_log_select(&bed.supervisor.log, PACKET_LOG_RING)); // All is written.
+    TEST_ASSERT_EQUAL(
+        STATUS_OK, supervisor_packet_log_select(&fixture.supervisor.log, PACKET_LOG_RING)); // All is written.
     (void)memset(seen, 0, sizeof seen);
     for (unsigned i = 0U; i < APIDS; i++) {
         last_count[i] = -1;
     }
-    for (const char* line = bed_log_file("packets.ascii"); line[0] != '\0'; line = strchr(line, '\n') + 1) {
+    for (const char* line = fixture_log_file("packets.ascii"); line[0] != '\0';
+         line             = strchr(line, '\n') + 1) {
         see(strtoul(line, NULL, 10), strstr(line, " T") + 4);
     }
     static char content[1048576];
     char path[160];
     size_t size = 0U;
-    (void)snprintf(path, sizeof path, "%s/packets.spool", bed_folder());
+    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_folder());
     if (osal_file_load(path, content, sizeof content, &size) != STATUS_OK) {
         size = 0U;
     }
@@ -359,7 +362,7 @@ static void expect_whole_log(void)
         (void)snprintf(hex, sizeof hex, "%02x%02x%02x%02x", packet[0], packet[1], packet[2], packet[3]);
         see(number, hex);
     }
-    for (uint64_t number = 1U; number < bed.supervisor.log.next_number; number++) {
+    for (uint64_t number = 1U; number < fixture.supervisor.log.next_number; number++) {
         TEST_ASSERT_EQUAL_MESSAGE(1U, seen[number], "a record is missing");
     }
 }
@@ -367,16 +370,16 @@ static void expect_whole_log(void)
 /// Every frame was taken once, in both directions, by those that have lived all the time.
 static void expect_frames_once(void)
 {
-    for (unsigned i = BED_GROUND; i <= BED_ARM; i++) {
-        const message_endpoint_t* const member = &bed.members[i].endpoint;
+    for (unsigned i = FIXTURE_GROUND; i <= FIXTURE_ARM; i++) {
+        const message_endpoint_t* const member = &fixture.members[i].endpoint;
         const message_channel_t* const up      = &member->places[0].channel;
-        const message_channel_t* const down    = &bed.endpoint.places[i].channel;
+        const message_channel_t* const down    = &fixture.endpoint.places[i].channel;
         TEST_ASSERT_EQUAL(0U, member->counters.lost);
         TEST_ASSERT_TRUE(member->counters.stale <= 2U); // For each death one frame may come again.
         TEST_ASSERT_EQUAL(down->sent, member->counters.received);
         TEST_ASSERT_EQUAL(up->sent, down->taken);
     }
-    TEST_ASSERT_EQUAL(0U, bed.endpoint.counters.lost);
+    TEST_ASSERT_EQUAL(0U, fixture.endpoint.counters.lost);
 }
 
 static const char* numbered(const char* format, uint16_t number)
@@ -409,31 +412,33 @@ static void make_busy(void)
 {
     const uint8_t sqlite = PACKET_LOG_SQLITE;
     const uint8_t lone[] = {0U, LONE};
-    release_at(bed.now_ns + (5U * MS), ARM, 77U);
-    bed.now_ns += BED_TICK_NS;
-    bed_forget();
-    bed.ack                          = PUS_ACK_ALL;
-    bed.members[BED_HAND].is_running = false; // Its process.
+    release_at(fixture.now_ns + (5U * MS), ARM, 77U);
+    fixture.now_ns += FIXTURE_TICK_NS;
+    fixture_forget();
+    fixture.ack                              = PUS_ACK_ALL;
+    fixture.members[FIXTURE_HAND].is_running = false; // Its process.
     for (unsigned i = 0U; i < 6U; i++) {
-        busy.pings[i] = bed_tc((i < 4U) ? ARM : SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        busy.pings[i] =
+            fixture_tc((i < 4U) ? ARM : DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
     }
-    busy.stop = bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, lone, sizeof lone);
-    busy.log  = bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &sqlite, 1U);
-    busy.link = bed_request_link(LINK_ARM_STATE);
+    busy.stop = fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, lone,
+                           sizeof lone);
+    busy.log  = fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &sqlite, 1U);
+    busy.link = fixture_request_link(LINK_ARM_STATE);
     request_begin();
     octet_write_octets(&request_data, (const uint8_t*)"\1\1\1", 3U);
-    pus_time_write(&request_data,
-                   ((uint64_t)bed.supervisor.mission->epoch_s * 1000000000U) + bed.now_ns + (100000U * MS));
+    pus_time_write(&request_data, ((uint64_t)fixture.supervisor.mission->epoch_s * 1000000000U) +
+                                      fixture.now_ns + (100000U * MS));
     request_within(ARM, 78U);
-    busy.insert =
-        bed_tc(SUPERVISOR_APID, PUS_SERVICE_TIME_SCHEDULE, 4U, request_data.octets, request_data.position);
-    bed_event(BED_ARM, 1U, 4U);
-    bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "ab", 2U);
+    busy.insert = fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TIME_SCHEDULE, 4U, request_data.octets,
+                             request_data.position);
+    fixture_event(FIXTURE_ARM, 1U, 4U);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "ab", 2U);
 }
 
 static void expect_store_of_one(void)
 {
-    pus_packet_store_t* const store = &bed.supervisor.onboard.storage.service.stores[0].log;
+    pus_packet_store_t* const store = &fixture.supervisor.spacecraft.storage.service.stores[0].log;
     pus_stored_packet_t packet;
     uint64_t cursor = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_next(store, &cursor, &packet));
@@ -442,7 +447,7 @@ static void expect_store_of_one(void)
 
 static void expect_all_once(void)
 {
-    text = bed_look();
+    text = fixture_look();
     for (unsigned i = 0U; i < 4U; i++) {
         TEST_ASSERT_EQUAL(1U, count_lines(numbered("G/16 1.7 #%u\n", busy.pings[i])));
     }
@@ -459,10 +464,10 @@ static void expect_all_once(void)
     TEST_ASSERT_EQUAL(1U, count_lines("G/16 5.1 0004"));
     TEST_ASSERT_EQUAL(1U, count_lines("G/16 3.26 6162"));
     TEST_ASSERT_EQUAL(1U, count_lines("G 5.4 00010011")); // PROCESS_LOST.
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    TEST_ASSERT_EQUAL(1U, bed.stops);
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.onboard.schedules.time.schedule.count);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    TEST_ASSERT_EQUAL(1U, fixture.stops);
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.spacecraft.schedules.time.schedule.count);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
     expect_store_of_one();
     expect_whole_log();
     expect_frames_once();
@@ -482,7 +487,7 @@ static void wherever_it_dies_all_happens_once(void)
         at++;
         make_busy();
         has_died = dies(at);
-        bed_run(120U);
+        fixture_run(120U);
         expect_all_once();
         TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(RESTARTED "000000020000"));
         begin_anew();
@@ -498,7 +503,7 @@ static void wherever_two_die_all_happens_once(void)
             make_busy();
             TEST_ASSERT_TRUE(dies(first));
             (void)dies(second);
-            bed_run(120U);
+            fixture_run(120U);
             expect_all_once();
             begin_anew();
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What came in parts is routed like a request that came whole; what is longer than a packet goes in parts.
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include "base/crc.h"
@@ -17,12 +17,12 @@ static size_t whole_size;
 
 void setUp(void)
 {
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 /// A request with `size` octets of data, which begin with `data` and go on with zeros; its number is 99.
@@ -47,8 +47,9 @@ static void send_part(const uint16_t number, const size_t sent, const size_t siz
     uint8_t data[4U + PART] = {0U, 7U, (uint8_t)(number >> 8U), (uint8_t)number};
     const uint8_t between   = (number == 1U) ? 9U : 10U;
     memcpy(&data[4], &whole[sent], size);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_LARGE_PACKETS, is_last ? 11U : between, data, 4U + size);
-    bed_run(1U);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_LARGE_PACKETS, is_last ? 11U : between, data,
+                     4U + size);
+    fixture_run(1U);
 }
 
 /// Send it, in two parts at least; forget what was told of all parts but the last.
@@ -56,13 +57,13 @@ static void send_request(void)
 {
     uint16_t number = 1U;
     size_t sent     = 0U;
-    bed.ack         = 0U;
+    fixture.ack     = 0U;
     for (size_t part = (whole_size > PART) ? PART : 8U; sent < whole_size; number++) {
         const size_t left = whole_size - sent;
         send_part(number, sent, (left < part) ? left : part, left <= part);
         sent += (left < part) ? left : part;
     }
-    bed.ack = PUS_ACK_ALL;
+    fixture.ack = PUS_ACK_ALL;
 }
 
 static void ask_for_values(void)
@@ -71,77 +72,78 @@ static void ask_for_values(void)
     for (size_t i = 0U; i < VALUES_ASKED; i++) {
         octets_put_u32(&data[1U + (4U * i)], SUPERVISOR_STATUS);
     }
-    make_request(SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, BED_USER, data, sizeof data, sizeof data);
+    make_request(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, FIXTURE_USER, data, sizeof data,
+                 sizeof data);
     send_request();
 }
 
 static void a_request_in_parts_is_routed(void)
 {
     const uint8_t target = (uint8_t)STATE_PRE_OPERATIONAL;
-    make_request(ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REQUEST_STATE, BED_USER, &target, 1U, 1U);
+    make_request(ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REQUEST_STATE, FIXTURE_USER, &target, 1U, 1U);
     send_request();
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 03 from 1"));
-    TEST_ASSERT_TRUE(bed_has("G/16 1.7 #99"));
-    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.large_packets.service.counters.requests);
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 03 from 1"));
+    TEST_ASSERT_TRUE(fixture_has("G/16 1.7 #99"));
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.large_packets.service.counters.requests);
 }
 
 static void parts_are_no_way_around_permission(void)
 {
-    make_request(ARM, PUS_SERVICE_FUNCTIONS, 1U, BED_USER, "MOVE\0\0\0", 8U, 8U);
+    make_request(ARM, PUS_SERVICE_FUNCTIONS, 1U, FIXTURE_USER, "MOVE\0\0\0", 8U, 8U);
     send_request();
-    bed_run(1U);
-    bed_expect("G 1.2 #99 0110 100\n");
-    make_request(99U, PUS_SERVICE_TEST, 1U, BED_USER, "", 0U, 0U);
+    fixture_run(1U);
+    fixture_expect("G 1.2 #99 0110 100\n");
+    make_request(99U, PUS_SERVICE_TEST, 1U, FIXTURE_USER, "", 0U, 0U);
     send_request();
-    bed_run(1U);
-    bed_expect("G 1.10 #99 0001 63\n");
+    fixture_run(1U);
+    fixture_expect("G 1.10 #99 0001 63\n");
     const uint8_t none = 0U; // Application data that TC[17,1] does not have.
-    make_request(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, BED_USER, &none, 1U, 60000U);
+    make_request(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, FIXTURE_USER, &none, 1U, 60000U);
     send_request();
-    bed_run(1U);
-    bed_expect("G 1.2 #99 0108 0\n");
+    fixture_run(1U);
+    fixture_expect("G 1.2 #99 0108 0\n");
 }
 
 static void a_request_to_another_subsystem_fits_a_packet(void)
 {
-    make_request(ARM, PUS_SERVICE_TEST, 1U, BED_USER, "", 0U, PUS_TC_DATA_MAX + 1U);
-    bed.ack = 0U;
+    make_request(ARM, PUS_SERVICE_TEST, 1U, FIXTURE_USER, "", 0U, PUS_TC_DATA_MAX + 1U);
+    fixture.ack = 0U;
     send_part(1U, 0U, PART, false);
-    TEST_ASSERT_TRUE(bed_has("G 13.16 000703"));
-    TEST_ASSERT_TRUE(bed_has("G 1.4 #0 0205 1000"));
+    TEST_ASSERT_TRUE(fixture_has("G 13.16 000703"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #0 0205 1000"));
 }
 
 /// ARM's mailbox is full: the request waits for it.
 static void a_request_waits_for_room(void)
 {
-    bed.members[BED_ARM].is_deaf = true;
-    bed.ack                      = 0U;
+    fixture.members[FIXTURE_ARM].is_deaf = true;
+    fixture.ack                          = 0U;
     for (unsigned i = 0U; i < MESSAGE_WINDOW; i++) {
-        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, "", 0U);
-        bed_step();
+        (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, "", 0U);
+        fixture_step();
     }
-    make_request(ARM, PUS_SERVICE_TEST, 1U, BED_USER, "", 0U, 0U);
+    make_request(ARM, PUS_SERVICE_TEST, 1U, FIXTURE_USER, "", 0U, 0U);
     send_request();
-    bed_run(2U);
-    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.large_packets.service.counters.requests);
-    bed.members[BED_ARM].is_deaf = false;
-    bed_run(3U);
-    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.large_packets.service.counters.requests);
-    TEST_ASSERT_TRUE(bed_has("G/16 1.1 #99"));
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.large_packets.service.counters.requests);
+    fixture.members[FIXTURE_ARM].is_deaf = false;
+    fixture_run(3U);
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.large_packets.service.counters.requests);
+    TEST_ASSERT_TRUE(fixture_has("G/16 1.1 #99"));
 }
 
 /// The parts of a user on board become a request of that user.
 static void a_user_on_board_may_send_parts(void)
 {
     uint8_t packet[PUS_TC_MIN + 4U + 32U];
-    make_request(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, PUS_USER_ONBOARD | ARM, "", 0U, 0U);
+    make_request(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, PUS_USER_ONBOARD | ARM, "", 0U, 0U);
     for (uint8_t i = 0U; i < 2U; i++) {
         const size_t first   = (i == 0U) ? 0U : 8U;
         const size_t size    = (i == 0U) ? 8U : (whole_size - 8U);
         uint8_t data[4U + 8] = {0U, 7U, 0U, (uint8_t)(i + 1U)};
         size_t packet_size   = 0U;
-        const pus_tc_t tc    = {.apid    = SUPERVISOR_APID,
+        const pus_tc_t tc    = {.apid    = DESCRIPTOR_SUPERVISOR_APID,
                                 .service = PUS_SERVICE_LARGE_PACKETS,
                                 .subtype = (uint8_t)(9U + (2U * i)),
                                 .source  = PUS_USER_ONBOARD | ARM,
@@ -149,43 +151,46 @@ static void a_user_on_board_may_send_parts(void)
                                 .size    = 4U + size};
         memcpy(&data[4], &whole[first], size);
         TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &packet_size));
-        bed_send(BED_ARM, packet, packet_size);
-        bed_run(1U);
+        fixture_send(FIXTURE_ARM, packet, packet_size);
+        fixture_run(1U);
     }
-    bed_run(1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.large_packets.service.counters.requests);
-    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.counters.tc_forbidden);
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.large_packets.service.counters.requests);
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_forbidden);
 }
 
 static void a_report_longer_than_a_packet_goes_in_parts(void)
 {
     ask_for_values();
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("G 1.7 #99"));
-    TEST_ASSERT_TRUE(bed_has("G 13.1 00000001"));
-    TEST_ASSERT_TRUE(bed_has("G 13.2 00000002"));
-    TEST_ASSERT_TRUE(bed_has("G 13.3 0000000C"));
-    TEST_ASSERT_EQUAL_UINT32(REPORT_PARTS, bed.supervisor.onboard.large_packets.service.counters.parts);
-    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.large_packets.service.counters.aborted);
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #99"));
+    TEST_ASSERT_TRUE(fixture_has("G 13.1 00000001"));
+    TEST_ASSERT_TRUE(fixture_has("G 13.2 00000002"));
+    TEST_ASSERT_TRUE(fixture_has("G 13.3 0000000C"));
+    TEST_ASSERT_EQUAL_UINT32(REPORT_PARTS,
+                             fixture.supervisor.spacecraft.large_packets.service.counters.parts);
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.large_packets.service.counters.aborted);
 }
 
 /// They leave what others need to wait for ground, and are lost themselves neither.
 static void parts_wait_for_ground(void)
 {
-    const pus_large_t* const service = &bed.supervisor.onboard.large_packets.service;
-    bed.members[BED_GROUND].is_deaf  = true;
+    const pus_large_t* const service        = &fixture.supervisor.spacecraft.large_packets.service;
+    fixture.members[FIXTURE_GROUND].is_deaf = true;
     for (unsigned i = 0U; i < 8U; i++) {
         ask_for_values();
-        bed_run(2U);
+        fixture_run(2U);
     }
     TEST_ASSERT_TRUE(service->counters.reports < 8U);
-    TEST_ASSERT_TRUE(ground_backlog_room(&bed.supervisor.ground_backlog, PUS_CLASS_FIRM) > 16384U);
-    const uint32_t lost             = service->counters.refused; // What finds no buffer is told.
-    bed.members[BED_GROUND].is_deaf = false;
-    bed_run(100U);
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_room(&fixture.supervisor.ground_backlog, PUS_CLASS_FIRM) >
+                     16384U);
+    const uint32_t lost                     = service->counters.refused; // What finds no buffer is told.
+    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture_run(100U);
     TEST_ASSERT_EQUAL_UINT32(8U - lost, service->counters.reports);
     TEST_ASSERT_EQUAL_UINT32((8U - lost) * REPORT_PARTS, service->counters.parts);
-    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.ground.dropped_bulk + bed.supervisor.ground.dropped_firm);
+    TEST_ASSERT_EQUAL_UINT32(0U,
+                             fixture.supervisor.ground.dropped_bulk + fixture.supervisor.ground.dropped_firm);
 }
 
 int main(void)

@@ -2,7 +2,7 @@
 // What the supervisor does by itself from start to shutdown, and service 131.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -16,7 +16,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static unsigned count_lines(const char* text, const char* start)
@@ -30,7 +30,7 @@ static unsigned count_lines(const char* text, const char* start)
 
 static uint16_t mission_tc(uint8_t subtype, const void* data, size_t size)
 {
-    return bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, subtype, data, size);
+    return fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, subtype, data, size);
 }
 
 static uint16_t process_tc(uint8_t subtype, uint16_t apid)
@@ -43,11 +43,11 @@ static uint16_t process_tc(uint8_t subtype, uint16_t apid)
 
 static void supervisor_and_communication_come_up_by_themselves(void)
 {
-    bed_open();
-    bed_run(60U);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component));
-    const char* const text            = bed_look();
+    fixture_open();
+    fixture_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_GROUND].state);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
+    const char* const text            = fixture_look();
     static const char* const orders[] = {"2 TC 129.8 0300 from 8001", "2 TC 129.3 0001 from 8001",
                                          "2 TC 129.8 0400 from 8001", "2 TC 129.8 0500 from 8001"};
     for (unsigned i = 0U; i < 4U; i++) {
@@ -56,43 +56,43 @@ static void supervisor_and_communication_come_up_by_themselves(void)
     TEST_ASSERT_EQUAL(4U, count_lines(text, "2 TC"));
     TEST_ASSERT_EQUAL(0U,
                       count_lines(text, "16 TC") + count_lines(text, "17 TC") + count_lines(text, "18 TC"));
-    bed_run(500U);
-    bed_expect("");
+    fixture_run(500U);
+    fixture_expect("");
 }
 
 static void nobody_is_ordered_before_it_was_heard(void)
 {
-    bed_open();
-    bed.members[BED_GROUND].is_silent = true;
-    bed_run(60U);
-    TEST_ASSERT_FALSE(bed_has("2 TC"));
-    bed.members[BED_GROUND].is_silent = false;
-    bed_run(120U);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
+    fixture_open();
+    fixture.members[FIXTURE_GROUND].is_silent = true;
+    fixture_run(60U);
+    TEST_ASSERT_FALSE(fixture_has("2 TC"));
+    fixture.members[FIXTURE_GROUND].is_silent = false;
+    fixture_run(120U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_GROUND].state);
 }
 
 static void communication_ordered_down_comes_back(void)
 {
-    bed_open_up();
-    (void)bed_request_state(COMMUNICATION_APID, STATE_OFFLINE);
-    bed_run(60U);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_GROUND].state);
+    fixture_open_up();
+    (void)fixture_request_state(COMMUNICATION_APID, STATE_OFFLINE);
+    fixture_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_GROUND].state);
 }
 
 static void expect_heartbeats(unsigned count)
 {
-    for (unsigned i = BED_ARM; i < BED_MEMBERS; i++) {
-        bed.members[i].heartbeats = 0U;
+    for (unsigned i = FIXTURE_ARM; i < FIXTURE_MEMBERS; i++) {
+        fixture.members[i].heartbeats = 0U;
     }
-    bed_run(1000U);
-    for (unsigned i = BED_ARM; i < BED_MEMBERS; i++) {
-        TEST_ASSERT_EQUAL(count, bed.members[i].heartbeats);
+    fixture_run(1000U);
+    for (unsigned i = FIXTURE_ARM; i < FIXTURE_MEMBERS; i++) {
+        TEST_ASSERT_EQUAL(count, fixture.members[i].heartbeats);
     }
 }
 
 static void members_hear_the_supervisor_once_a_second(void)
 {
-    bed_open_up();
+    fixture_open_up();
     expect_heartbeats(10U);
 }
 
@@ -108,9 +108,9 @@ static void make_impatient(supervisor_config_t* config)
 /// Who stays OPERATIONAL without it for a short time only, by its mission, hears it three times in that time.
 static void the_least_patient_member_sets_the_interval(void)
 {
-    bed_configure = make_impatient;
-    bed_open_up();
-    bed_configure = NULL;
+    fixture_configure = make_impatient;
+    fixture_open_up();
+    fixture_configure = NULL;
     expect_heartbeats(50U);
 }
 
@@ -142,40 +142,40 @@ static void check_order_of_shutdown(const char* text, bool has_request)
 
 static void a_mission_goes_down_with_communication_last(void)
 {
-    bed_open_up();
-    bed_link_up(STATE_OPERATIONAL);
-    bed_place(BED_LONE, STATE_PRE_OPERATIONAL);
-    bed_forget();
+    fixture_open_up();
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_forget();
     const uint8_t mode[1] = {MODE_SAFE};
     (void)mission_tc(PUS_MISSION_SET_MODE, mode, 1U); // Allowed in any mode.
-    bed_run(2U);
-    bed_forget();
+    fixture_run(2U);
+    fixture_forget();
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
-    bed_run(30U);
-    check_order_of_shutdown(bed_look(), true);
-    TEST_ASSERT_TRUE(bed.is_finished);
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.supervisor.component));
-    for (unsigned i = 0U; i < BED_MEMBERS; i++) {
-        TEST_ASSERT_EQUAL(STATE_OFFLINE, bed.members[i].state);
+    fixture_run(30U);
+    check_order_of_shutdown(fixture_look(), true);
+    TEST_ASSERT_TRUE(fixture.is_finished);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.supervisor.subsystem));
+    for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
+        TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[i].state);
     }
-    const char* const log = bed_log_file("packets.ascii"); // Flushed, to the very last record.
-    TEST_ASSERT_EQUAL(bed.supervisor.log.next_number - 1U, count_lines(log, ""));
+    const char* const log = fixture_log_file("packets.ascii"); // Flushed, to the very last record.
+    TEST_ASSERT_EQUAL(fixture.supervisor.log.next_number - 1U, count_lines(log, ""));
 }
 
 /// A request that was lost on its way to a subsystem, which lives.
 static void the_shutdown_ends_what_was_not_answered(void)
 {
-    bed_open_up();
-    bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_HAND].is_passive = true;
-    const uint16_t number            = bed_tc(17U, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    bed.members[BED_HAND].is_passive = false;
-    bed_forget();
+    fixture_open_up();
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_HAND].is_passive = true;
+    const uint16_t number                    = fixture_tc(17U, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    fixture.members[FIXTURE_HAND].is_passive = false;
+    fixture_forget();
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
-    bed_run(30U);
-    TEST_ASSERT_TRUE(bed.is_finished);
-    const char* const text = bed_look();
+    fixture_run(30U);
+    TEST_ASSERT_TRUE(fixture.is_finished);
+    const char* const text = fixture_look();
     char line[32];
     (void)snprintf(line, sizeof line, "G 1.8 #%u 0406", number);
     const char* const lost = at(text, line);
@@ -184,97 +184,98 @@ static void the_shutdown_ends_what_was_not_answered(void)
 
 static void a_stop_request_does_the_same(void)
 {
-    bed_open_up();
-    bed_link_up(STATE_OPERATIONAL);
-    bed_place(BED_LONE, STATE_PRE_OPERATIONAL);
-    bed_forget();
-    bed.is_stop_requested = true;
-    bed_run(30U);
-    check_order_of_shutdown(bed_look(), false);
-    TEST_ASSERT_TRUE(bed.is_finished);
+    fixture_open_up();
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_forget();
+    fixture.is_stop_requested = true;
+    fixture_run(30U);
+    check_order_of_shutdown(fixture_look(), false);
+    TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
 static void a_stop_request_at_once_is_followed_too(void)
 {
-    bed_open();
-    bed.is_stop_requested = true;
-    bed_run(30U);
-    TEST_ASSERT_TRUE(bed.is_finished);
+    fixture_open();
+    fixture.is_stop_requested = true;
+    fixture_run(30U);
+    TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
 static void a_member_that_hangs_holds_nobody_up(void)
 {
-    bed_open_up();
-    bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_HAND].is_passive = true;
+    fixture_open_up();
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_HAND].is_passive = true;
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
-    bed_run(250U);
-    TEST_ASSERT_FALSE(bed.is_finished);
-    bed_run(60U); // Three seconds for each step.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 00"));
-    bed_run(320U);
-    TEST_ASSERT_TRUE(bed.is_finished);
+    fixture_run(250U);
+    TEST_ASSERT_FALSE(fixture.is_finished);
+    fixture_run(60U); // Three seconds for each step.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
+    fixture_run(320U);
+    TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
 static void without_communication_it_shuts_down_too(void)
 {
-    bed_open_up();
-    bed.start_result                   = STATUS_NOT_FOUND; // It cannot be started again.
-    bed.members[BED_GROUND].is_running = false;
-    bed_run(100U);
-    TEST_ASSERT_EQUAL(PROCESS_LOST, roster_find(&bed.supervisor, COMMUNICATION_APID)->process);
-    bed.is_stop_requested = true;
-    bed_run(30U);
-    TEST_ASSERT_TRUE(bed.is_finished);
+    fixture_open_up();
+    fixture.start_result                       = STATUS_NOT_FOUND; // It cannot be started again.
+    fixture.members[FIXTURE_GROUND].is_running = false;
+    fixture_run(100U);
+    TEST_ASSERT_EQUAL(PROCESS_LOST,
+                      supervisor_registry_find(&fixture.supervisor, COMMUNICATION_APID)->process);
+    fixture.is_stop_requested = true;
+    fixture_run(30U);
+    TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
 static void a_second_shutdown_is_refused(void)
 {
-    bed_open_up();
-    bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_HAND].is_passive = true;
+    fixture_open_up();
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_HAND].is_passive = true;
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
-    bed_run(5U);
-    bed_forget();
+    fixture_run(5U);
+    fixture_forget();
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
-    bed_run(2U);
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), " 0204 0\n"));
+    fixture_run(2U);
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0204 0\n"));
 }
 
 static void nothing_is_recovered_on_the_way_down(void)
 {
-    bed_open_up();
-    bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_HAND].is_passive = true; // Keeps the sequence waiting.
+    fixture_open_up();
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_HAND].is_passive = true; // Keeps the sequence waiting.
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
-    bed_run(5U);
-    bed_forget();
-    bed_event(BED_ARM, 4U, 5U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06")); // The network is secured; no plan, no restart.
-    bed.members[BED_ARM].is_running = false;
-    bed_run(20U);
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.counters.plans_started);
-    TEST_ASSERT_EQUAL(0U, bed.starts);
-    TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
+    fixture_run(5U);
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, 5U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06")); // The network is secured; no plan, no restart.
+    fixture.members[FIXTURE_ARM].is_running = false;
+    fixture_run(20U);
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.counters.plans_started);
+    TEST_ASSERT_EQUAL(0U, fixture.starts);
+    TEST_ASSERT_EQUAL(MODE_NOMINAL, fixture.supervisor.mode);
 }
 
 // ---- Modes ----
 
 static void modes_are_set_and_told(void)
 {
-    bed_open_up();
+    fixture_open_up();
     const uint8_t safe[1]    = {MODE_SAFE};
     const uint8_t unknown[1] = {7U};
     (void)mission_tc(PUS_MISSION_SET_MODE, safe, 1U);
-    bed_run(2U);
-    bed_expect("G 1.1 #0\nG 131.2 010000\nG 5.1 00040100\nG 1.3 #0\nG 1.7 #0\n");
+    fixture_run(2U);
+    fixture_expect("G 1.1 #0\nG 131.2 010000\nG 5.1 00040100\nG 1.3 #0\nG 1.7 #0\n");
     (void)mission_tc(PUS_MISSION_SET_MODE, safe, 1U);
-    bed_run(2U);
-    bed_expect("G 1.1 #1\nG 1.3 #1\nG 1.7 #1\n");
+    fixture_run(2U);
+    fixture_expect("G 1.1 #1\nG 1.3 #1\nG 1.7 #1\n");
     (void)mission_tc(PUS_MISSION_SET_MODE, unknown, 1U);
-    bed_run(2U);
-    bed_expect("G 1.1 #2\nG 1.4 #2 0201 7\n");
+    fixture_run(2U);
+    fixture_expect("G 1.1 #2\nG 1.4 #2 0201 7\n");
 }
 
 // ---- Packet log ----
@@ -282,19 +283,19 @@ static void modes_are_set_and_told(void)
 static void select_log(uint8_t strategy)
 {
     (void)mission_tc(PUS_MISSION_SELECT_LOG, &strategy, 1U);
-    bed_run(2U);
+    fixture_run(2U);
 }
 
 static void the_log_is_switched_at_a_record(void)
 {
-    bed_open_up();
+    fixture_open_up();
     select_log(PACKET_LOG_SQLITE);
-    const char* const line = at(bed_look(), "G 131.4 0001");
+    const char* const line = at(fixture_look(), "G 131.4 0001");
     const uint64_t first   = strtoull(line + strlen("G 131.4 0001"), NULL, 16) >> 16U; // Code behind it.
-    TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, bed.supervisor.log.strategy);
+    TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, fixture.supervisor.log.strategy);
     select_log(PACKET_LOG_ASCII);
-    TEST_ASSERT_TRUE(bed_has("G 1.1 #1"));
-    const char* const log = bed_log_file("packets.ascii");
+    TEST_ASSERT_TRUE(fixture_has("G 1.1 #1"));
+    const char* const log = fixture_log_file("packets.ascii");
     char last_before[32];
     char first_after[32];
     (void)snprintf(last_before, sizeof last_before, "\n%llu ", (unsigned long long)(first - 1U));
@@ -305,187 +306,187 @@ static void the_log_is_switched_at_a_record(void)
 
 static void strategies_that_are_none_are_refused(void)
 {
-    bed_open_up();
+    fixture_open_up();
     select_log(PACKET_LOG_POSTGRESQL);
-    bed_expect("G 1.1 #0\nG 1.4 #0 0201 2\n");
+    fixture_expect("G 1.1 #0\nG 1.4 #0 0201 2\n");
     select_log(4U);
-    bed_expect("G 1.1 #1\nG 1.4 #1 0203 0\n");
-    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, bed.supervisor.log.strategy);
+    fixture_expect("G 1.1 #1\nG 1.4 #1 0203 0\n");
+    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, fixture.supervisor.log.strategy);
 }
 
 static void a_log_that_fails_is_told_once_and_goes_on_in_the_ring(void)
 {
     char path[160];
-    bed_open_up();
-    (void)snprintf(path, sizeof path, "%s/packets.spool", bed_folder());
+    fixture_open_up();
+    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_folder());
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
     select_log(PACKET_LOG_SQLITE);
-    bed_run(300U);
-    const char* const told = bed_look();
+    fixture_run(300U);
+    const char* const told = fixture_look();
     TEST_ASSERT_EQUAL(1U, count_lines(told, "G 5.4 000801")); // LOG_FAILED, strategy 1.
     TEST_ASSERT_EQUAL(1U, count_lines(told, "G 131.4 0103")); // The ring in its place,
     TEST_ASSERT_NOT_NULL(strstr(told, "0404"));               // because of PUS_FAILURE_IO.
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.log.failures);
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.log.failures);
     select_log(PACKET_LOG_ASCII);
-    TEST_ASSERT_TRUE(bed_has("G 131.4 0300"));
+    TEST_ASSERT_TRUE(fixture_has("G 131.4 0300"));
 }
 
 static void a_log_that_can_be_written_again_is_told(void)
 {
     char path[160];
-    bed_open_up();
-    (void)snprintf(path, sizeof path, "%s/packets.spool", bed_folder());
+    fixture_open_up();
+    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_folder());
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
     select_log(PACKET_LOG_SQLITE);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL(PACKET_LOG_RING, bed.supervisor.log.strategy);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, fixture.supervisor.log.strategy);
     TEST_ASSERT_EQUAL(0, unlink(path));
-    bed_run(1500U);
-    TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, bed.supervisor.log.strategy);
-    TEST_ASSERT_EQUAL(1U, count_lines(bed_look(), "G 131.4 0301")); // By itself, one second later.
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.log.failures);
+    fixture_run(1500U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, fixture.supervisor.log.strategy);
+    TEST_ASSERT_EQUAL(1U, count_lines(fixture_look(), "G 131.4 0301")); // By itself, one second later.
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.log.failures);
 }
 
 // ---- Tables and processes ----
 
 static void subsystems_are_listed(void)
 {
-    bed_open_up();
-    bed_place(BED_ARM, STATE_SAFE_OPERATIONAL);
-    bed_forget();
+    fixture_open_up();
+    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_forget();
     (void)mission_tc(PUS_MISSION_REPORT_SUBSYSTEMS, NULL, 0U);
-    bed_run(2U);
+    fixture_run(2U);
     // {APID, process, state, phase, configuration, restarts}, in the order of the mission.
-    bed_expect("G 1.1 #0\nG 1.3 #0\nG 131.9 0005"
-               "0010010400000200"
-               "0011010000000000"
-               "0012010000000000"
-               "0001010500000100"
-               "0002010500000100\nG 1.7 #0\n");
+    fixture_expect("G 1.1 #0\nG 1.3 #0\nG 131.9 0005"
+                   "0010010400000200"
+                   "0011010000000000"
+                   "0012010000000000"
+                   "0001010500000100"
+                   "0002010500000100\nG 1.7 #0\n");
     (void)mission_tc(PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
-    bed_run(2U);
-    bed_expect("G 1.1 #1\nG 1.3 #1\nG 131.11 0000\nG 1.7 #1\n");
+    fixture_run(2U);
+    fixture_expect("G 1.1 #1\nG 1.3 #1\nG 131.11 0000\nG 1.7 #1\n");
 }
 
 static void processes_are_stopped_and_started(void)
 {
-    bed_open_up();
+    fixture_open_up();
     (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
-    bed_run(2U);
-    bed_expect("G 1.1 #0\nG 1.3 #0\nG 1.7 #0\n");
-    TEST_ASSERT_EQUAL(1U, bed.stops);
-    bed_run(500U);
-    bed_expect(""); // It is not lost: it was sent away.
-    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    bed_expect("G 1.10 #1 0002 12\n");
+    fixture_run(2U);
+    fixture_expect("G 1.1 #0\nG 1.3 #0\nG 1.7 #0\n");
+    TEST_ASSERT_EQUAL(1U, fixture.stops);
+    fixture_run(500U);
+    fixture_expect(""); // It is not lost: it was sent away.
+    (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    fixture_expect("G 1.10 #1 0002 12\n");
     (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
     (void)process_tc(PUS_MISSION_START_PROCESS, LONE);
-    bed_run(2U);
-    bed_expect("G 1.1 #2\nG 1.4 #2 0204 12\nG 1.1 #3\nG 1.3 #3\nG 1.7 #3\n");
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    bed_run(100U);
-    bed_forget();
-    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("18 TC 17.1"));
+    fixture_run(2U);
+    fixture_expect("G 1.1 #2\nG 1.4 #2 0204 12\nG 1.1 #3\nG 1.3 #3\nG 1.7 #3\n");
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    fixture_run(100U);
+    fixture_forget();
+    (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("18 TC 17.1"));
 }
 
 static void what_may_not_be_started_or_stopped_stays(void)
 {
-    bed_open_up();
-    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
-    bed_forget();
+    fixture_open_up();
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_forget();
     (void)process_tc(PUS_MISSION_STOP_PROCESS, ARM); // Not OFFLINE.
-    (void)process_tc(PUS_MISSION_STOP_PROCESS, SUPERVISOR_APID);
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, DESCRIPTOR_SUPERVISOR_APID);
     (void)process_tc(PUS_MISSION_STOP_PROCESS, 99U);
     (void)process_tc(PUS_MISSION_START_PROCESS, ARM); // Runs.
-    (void)process_tc(PUS_MISSION_START_PROCESS, SUPERVISOR_APID);
+    (void)process_tc(PUS_MISSION_START_PROCESS, DESCRIPTOR_SUPERVISOR_APID);
     (void)process_tc(PUS_MISSION_START_PROCESS, 99U);
-    bed_run(2U);
-    bed_expect("G 1.1 #0\nG 1.4 #0 0204 10\nG 1.1 #1\nG 1.4 #1 0204 1\nG 1.1 #2\nG 1.4 #2 0201 63\n"
-               "G 1.1 #3\nG 1.4 #3 0204 10\nG 1.1 #4\nG 1.4 #4 0204 1\nG 1.1 #5\nG 1.4 #5 0201 63\n");
-    TEST_ASSERT_EQUAL(0U, bed.starts + bed.stops);
+    fixture_run(2U);
+    fixture_expect("G 1.1 #0\nG 1.4 #0 0204 10\nG 1.1 #1\nG 1.4 #1 0204 1\nG 1.1 #2\nG 1.4 #2 0201 63\n"
+                   "G 1.1 #3\nG 1.4 #3 0204 10\nG 1.1 #4\nG 1.4 #4 0204 1\nG 1.1 #5\nG 1.4 #5 0201 63\n");
+    TEST_ASSERT_EQUAL(0U, fixture.starts + fixture.stops);
 }
 
 static void requests_to_a_stopped_process_end(void)
 {
-    bed_open_up();
-    bed.members[BED_LONE].is_passive = true;
-    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    bed_forget();
+    fixture_open_up();
+    fixture.members[FIXTURE_LONE].is_passive = true;
+    (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    fixture_forget();
     (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0408 12"));
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0408 12"));
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
 /// Requests to LONE are under way; its answers stand behind the order in the inboxes of the supervisor.
 static void end_life_before_the_answers(bool is_started_again)
 {
-    bed_open_up();
-    bed.members[BED_LONE].is_passive = true;
-    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    (void)bed_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    bed_verify(BED_LONE, 1U, 0U);
-    bed_verify(BED_LONE, 7U, 0U);
+    fixture_open_up();
+    fixture.members[FIXTURE_LONE].is_passive = true;
+    (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    fixture_verify(FIXTURE_LONE, 1U, 0U);
+    fixture_verify(FIXTURE_LONE, 7U, 0U);
     (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
     if (is_started_again) {
         (void)process_tc(PUS_MISSION_START_PROCESS, LONE);
     }
-    bed_verify(BED_LONE, 1U, 1U);
-    bed_verify(BED_LONE, 7U, 1U);
-    bed_forget();
-    bed_step();
+    fixture_verify(FIXTURE_LONE, 1U, 1U);
+    fixture_verify(FIXTURE_LONE, 7U, 1U);
+    fixture_forget();
+    fixture_step();
 }
 
 static void a_request_that_has_ended_is_not_answered(void)
 {
     end_life_before_the_answers(false);
-    bed_expect("G/18 1.1 #0\nG/18 1.7 #0\nG 1.1 #2\nG 1.8 #1 0408 12\nG 1.3 #2\nG 1.7 #2\n");
-    TEST_ASSERT_EQUAL(2U, bed.endpoint.counters.stale);
-    bed_verify(BED_LONE, 7U, 1U); // Its process is still about to end.
-    bed_run(2U);
-    bed_expect("");
-    TEST_ASSERT_EQUAL(3U, bed.endpoint.counters.stale);
+    fixture_expect("G/18 1.1 #0\nG/18 1.7 #0\nG 1.1 #2\nG 1.8 #1 0408 12\nG 1.3 #2\nG 1.7 #2\n");
+    TEST_ASSERT_EQUAL(2U, fixture.endpoint.counters.stale);
+    fixture_verify(FIXTURE_LONE, 7U, 1U); // Its process is still about to end.
+    fixture_run(2U);
+    fixture_expect("");
+    TEST_ASSERT_EQUAL(3U, fixture.endpoint.counters.stale);
 }
 
 static void last_words_do_not_make_the_next_life_heard(void)
 {
     end_life_before_the_answers(true);
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0408 12"));
-    TEST_ASSERT_FALSE(bed_has("G/18 1.7 #1"));
-    TEST_ASSERT_EQUAL(2U, bed.endpoint.counters.stale);
-    TEST_ASSERT_FALSE(bed.supervisor.roster[2].is_heard);
-    bed_run(100U);
-    TEST_ASSERT_TRUE(bed.supervisor.roster[2].is_heard);
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #1 0408 12"));
+    TEST_ASSERT_FALSE(fixture_has("G/18 1.7 #1"));
+    TEST_ASSERT_EQUAL(2U, fixture.endpoint.counters.stale);
+    TEST_ASSERT_FALSE(fixture.supervisor.registry[2].is_heard);
+    fixture_run(100U);
+    TEST_ASSERT_TRUE(fixture.supervisor.registry[2].is_heard);
 }
 
 static void what_has_waited_for_longer_than_its_life_is_dropped(void)
 {
-    bed_open_up();
-    bed_report(BED_GROUND, PUS_SERVICE_TEST, 2U, NULL, 0U);
-    message_take_control(&bed.endpoint); // It waits.
-    message_set_life(&bed.endpoint, COMMUNICATION_APID, 9U);
-    bed_step();
-    bed_expect("");
-    TEST_ASSERT_EQUAL(1U, bed.endpoint.counters.stale);
+    fixture_open_up();
+    fixture_report(FIXTURE_GROUND, PUS_SERVICE_TEST, 2U, NULL, 0U);
+    message_take_control(&fixture.endpoint); // It waits.
+    message_set_life(&fixture.endpoint, COMMUNICATION_APID, 9U);
+    fixture_step();
+    fixture_expect("");
+    TEST_ASSERT_EQUAL(1U, fixture.endpoint.counters.stale);
 }
 
 static void a_start_that_fails_is_told(void)
 {
-    bed_open_up();
+    fixture_open_up();
     (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
-    bed_run(2U);
-    bed_forget();
-    bed.start_result = STATUS_NOT_FOUND;
+    fixture_run(2U);
+    fixture_forget();
+    fixture.start_result = STATUS_NOT_FOUND;
     (void)process_tc(PUS_MISSION_START_PROCESS, LONE);
-    bed_run(2U);
-    bed_expect("G 1.1 #1\nG 1.3 #1\nG 1.7 #1\nG 131.2 010001\nG 5.1 00040100\n");
-    TEST_ASSERT_EQUAL(PROCESS_LOST, bed.supervisor.roster[2].process);
+    fixture_run(2U);
+    fixture_expect("G 1.1 #1\nG 1.3 #1\nG 1.7 #1\nG 131.2 010001\nG 5.1 00040100\n");
+    TEST_ASSERT_EQUAL(PROCESS_LOST, fixture.supervisor.registry[2].process);
 }
 
 // ---- What members say of themselves ----
@@ -493,31 +494,31 @@ static void a_start_that_fails_is_told(void)
 static void states_that_are_none_are_not_believed(void)
 {
     static const uint8_t states[] = {10U, 11U, 128U, 255U};
-    bed_open_up();
-    bed_place(BED_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_open_up();
+    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
     for (unsigned i = 0U; i < sizeof states; i++) {
         const pus_transition_t made         = {.state = states[i], .phase = 0U};
         const pus_subsystem_status_t status = {.state = states[i], .phase = 0U};
         const pus_transition_t phase        = {.state = 3U, .phase = states[i]};
-        (void)pus_transition_report(&bed.members[BED_ARM].process, &made, bed.now_ns);
-        (void)pus_subsystem_status_report(&bed.members[BED_ARM].process, PUS_USER_GROUND, &status,
-                                          bed.now_ns);
-        (void)pus_transition_report(&bed.members[BED_ARM].process, &phase, bed.now_ns);
-        bed_step();
-        TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, bed.supervisor.roster[0].state);
-        (void)bed_request_state(LONE, STATE_PRE_OPERATIONAL); // Power is reckoned from all states.
-        bed_run(2U);
+        (void)pus_transition_report(&fixture.members[FIXTURE_ARM].process, &made, fixture.now_ns);
+        (void)pus_subsystem_status_report(&fixture.members[FIXTURE_ARM].process, PUS_USER_GROUND, &status,
+                                          fixture.now_ns);
+        (void)pus_transition_report(&fixture.members[FIXTURE_ARM].process, &phase, fixture.now_ns);
+        fixture_step();
+        TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, fixture.supervisor.registry[0].state);
+        (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL); // Power is reckoned from all states.
+        fixture_run(2U);
     }
 }
 
 static void own_figures_are_parameters(void)
 {
-    bed_open_up();
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, "\1\0\x38\0\0", 5U);
-    bed_run(3U);
+    fixture_open_up();
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, "\1\0\x38\0\0", 5U);
+    fixture_run(3U);
     // Mode 1, log 0, 5 subsystems, 1 network, 2 links, 0 pending.
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "G 20.2 00010038000001000005000100020000"));
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 20.2 00010038000001000005000100020000"));
 }
 
 int main(void)

@@ -2,7 +2,7 @@
 // The manager of real-time links: sessions with two members, what ends them, and the graph of what is open.
 #include "fsw/supervisor/supervisor.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -10,27 +10,27 @@
 
 void setUp(void)
 {
-    bed_open_up();
-    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
-    bed_place(BED_HAND, STATE_PRE_OPERATIONAL);
-    bed_forget();
+    fixture_open_up();
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_forget();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static unsigned edges(void)
 {
-    return bed.supervisor.graph.count;
+    return fixture.supervisor.graph.count;
 }
 
 static unsigned sessions(void)
 {
     unsigned count = 0U;
     for (unsigned i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
-        count += (bed.supervisor.sessions[i].step != SESSION_FREE) ? 1U : 0U;
+        count += (fixture.supervisor.sessions[i].step != SESSION_FREE) ? 1U : 0U;
     }
     return count;
 }
@@ -53,9 +53,9 @@ static bool was_asked(const char* text, unsigned apid, const char* link_and_ends
 
 static void both_ends_agree_then_open_with_one_epoch(void)
 {
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(5U);
-    const char* text = bed_look();
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    const char* text = fixture_look();
     TEST_ASSERT_TRUE(was_asked(text, ARM, "00010010000100110002"));
     TEST_ASSERT_TRUE(was_asked(text, HAND, "00010010000100110002"));
     TEST_ASSERT_TRUE(strstr(text, "16 TC 130.3") < strstr(text, "17 TC 130.3")); // The producer first.
@@ -63,9 +63,9 @@ static void both_ends_agree_then_open_with_one_epoch(void)
     TEST_ASSERT_NOT_NULL(strstr(text, "G 130.4 000000070001000000000000000800000003E800000003"));
     TEST_ASSERT_NOT_NULL(strstr(text, "G 1.7 #0"));
     TEST_ASSERT_EQUAL(0U, edges());
-    (void)bed_open_link(LINK_ARM_STATE);
-    bed_run(5U);
-    text = bed_look();
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    text = fixture_look();
     // Link, epoch, no endpoint (kind and size 0), and two seconds to open.
     const char* const first  = strstr(text, "16 TC 130.6 0001000000010000000007D0 ");
     const char* const second = strstr(text, "17 TC 130.6 0001000000010000000007D0 ");
@@ -79,61 +79,63 @@ static void each_opening_has_an_epoch_of_its_own(void)
 {
     for (unsigned i = 1U; i <= 3U; i++) {
         char expected[64];
-        (void)bed_request_link(LINK_ARM_STATE);
-        bed_run(5U);
-        (void)bed_open_link(LINK_ARM_STATE);
-        bed_run(5U);
+        (void)fixture_request_link(LINK_ARM_STATE);
+        fixture_run(5U);
+        (void)fixture_open_link(LINK_ARM_STATE);
+        fixture_run(5U);
         (void)snprintf(expected, sizeof expected, "16 TC 130.6 0001%08X", i);
-        TEST_ASSERT_TRUE(bed_has(expected));
-        bed_forget();
+        TEST_ASSERT_TRUE(fixture_has(expected));
+        fixture_forget();
     }
 }
 
 static void two_links_are_negotiated_at_once(void)
 {
-    (void)bed_request_link(LINK_ARM_STATE); // Both with the same transaction number of the ground.
-    (void)bed_request_link(LINK_HAND_POS);
-    bed_run(6U);
-    const char* const text = bed_look(); // Each is answered with its own link.
+    (void)fixture_request_link(LINK_ARM_STATE); // Both with the same transaction number of the ground.
+    (void)fixture_request_link(LINK_HAND_POS);
+    fixture_run(6U);
+    const char* const text = fixture_look(); // Each is answered with its own link.
     TEST_ASSERT_NOT_NULL(strstr(text, "G 130.4 000000070001000000000000000800000003E80000000300000000"
                                       "0000\nG 1.7 #0\n"));
     TEST_ASSERT_NOT_NULL(strstr(text, "G 130.4 000000070002000000000000000800000003E80000000300000000"
                                       "0000\nG 1.7 #1\n"));
-    (void)bed_open_link(LINK_HAND_POS);
-    (void)bed_open_link(LINK_ARM_STATE);
-    bed_run(6U);
-    TEST_ASSERT_TRUE(bed_has("G 1.7 #2"));
-    TEST_ASSERT_TRUE(bed_has("G 1.7 #3"));
+    (void)fixture_open_link(LINK_HAND_POS);
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(6U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #2"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #3"));
     TEST_ASSERT_EQUAL(2U, edges());
-    TEST_ASSERT_EQUAL(ARM, link_graph_find(&bed.supervisor.graph, LINK_ARM_STATE)->producer_apid);
-    TEST_ASSERT_EQUAL(HAND, link_graph_find(&bed.supervisor.graph, LINK_HAND_POS)->producer_apid);
+    TEST_ASSERT_EQUAL(ARM,
+                      supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE)->producer_apid);
+    TEST_ASSERT_EQUAL(HAND,
+                      supervisor_link_graph_find(&fixture.supervisor.graph, LINK_HAND_POS)->producer_apid);
 }
 
 // ---- Refusals ----
 
 static void requests_that_make_no_sense_are_refused(void)
 {
-    bed_place(BED_HAND, STATE_SAFE_OPERATIONAL);
-    bed_forget();
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 130.5 000000070600")); // Reason: state.
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0409 600"));
-    TEST_ASSERT_FALSE(bed_has("16 TC"));
-    bed_place(BED_HAND, STATE_PRE_OPERATIONAL);
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE); // Never negotiated.
-    (void)bed_open_link(0U);
-    (void)bed_open_link(99U);
-    (void)bed_close_link(LINK_ARM_STATE);
-    (void)bed_close_link(0U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 1.4 #1 0201 1"));
-    TEST_ASSERT_TRUE(bed_has("G 1.4 #2 0201 0"));
-    TEST_ASSERT_TRUE(bed_has("G 1.4 #3 0201 63"));
-    TEST_ASSERT_TRUE(bed_has("G 1.4 #4 0201 1"));
-    TEST_ASSERT_TRUE(bed_has("G 1.4 #5 0201 0"));
-    TEST_ASSERT_FALSE(bed_has("16 TC"));
+    fixture_place(FIXTURE_HAND, STATE_SAFE_OPERATIONAL);
+    fixture_forget();
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 130.5 000000070600")); // Reason: state.
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0409 600"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
+    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE); // Never negotiated.
+    (void)fixture_open_link(0U);
+    (void)fixture_open_link(99U);
+    (void)fixture_close_link(LINK_ARM_STATE);
+    (void)fixture_close_link(0U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #1 0201 1"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #2 0201 0"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #3 0201 63"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #4 0201 1"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #5 0201 0"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
 }
 
 static void links_outside_the_mission_are_denied(void)
@@ -142,43 +144,43 @@ static void links_outside_the_mission_are_denied(void)
     octet_writer_t writer            = octet_writer(data, sizeof data);
     const pus_link_request_t request = {.transaction = 7U, .ends = {ARM, 1U, LONE, 2U}};
     pus_link_request_write(&writer, &request);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, data, writer.position);
-    bed_run(2U);
-    bed_expect("G 1.2 #0 0110 105\n");
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, data, writer.position);
+    fixture_run(2U);
+    fixture_expect("G 1.2 #0 0110 105\n");
 }
 
 static void a_member_s_refusal_is_passed_on(void)
 {
-    bed.members[BED_HAND].refuses_links = PUS_LINK_REASON_PERIOD;
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(5U);
-    TEST_ASSERT_TRUE(bed_has("G 130.5 000000070304"));
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0409 304"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 0001")); // The producer accepted for nothing.
+    fixture.members[FIXTURE_HAND].refuses_links = PUS_LINK_REASON_PERIOD;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has("G 130.5 000000070304"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0409 304"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The producer accepted for nothing.
     TEST_ASSERT_EQUAL(0U, sessions());
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE); // It was not agreed.
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 1.4 #1 0201 1"));
-    bed.members[BED_HAND].refuses_links = 0U;
-    bed.members[BED_ARM].refuses_links  = PUS_LINK_REASON_LAYOUT;
-    bed_forget();
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(5U);
-    TEST_ASSERT_TRUE(bed_has("G 130.5 000000070104"));
-    TEST_ASSERT_FALSE(bed_has("17 TC")); // The consumer was not even asked.
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE); // It was not agreed.
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #1 0201 1"));
+    fixture.members[FIXTURE_HAND].refuses_links = 0U;
+    fixture.members[FIXTURE_ARM].refuses_links  = PUS_LINK_REASON_LAYOUT;
+    fixture_forget();
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has("G 130.5 000000070104"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC")); // The consumer was not even asked.
 }
 
 static void one_link_has_one_session(void)
 {
-    bed.members[BED_ARM].ignores_links = true;
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(2U);
-    bed_forget();
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 130.5 000000070500")); // Reason: resource.
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0409 500"));
+    fixture.members[FIXTURE_ARM].ignores_links = true;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(2U);
+    fixture_forget();
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 130.5 000000070500")); // Reason: resource.
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #1 0409 500"));
     TEST_ASSERT_EQUAL(1U, sessions());
 }
 
@@ -186,87 +188,87 @@ static void one_link_has_one_session(void)
 
 static void a_silent_member_ends_the_session_in_time(void)
 {
-    static const unsigned silent[] = {BED_ARM, BED_HAND};
+    static const unsigned silent[] = {FIXTURE_ARM, FIXTURE_HAND};
     for (unsigned i = 0U; i < 2U; i++) {
         char expected[64];
-        bed.members[silent[i]].ignores_links = true;
-        const uint16_t number                = bed_request_link(LINK_ARM_STATE);
-        bed_run(199U);
+        fixture.members[silent[i]].ignores_links = true;
+        const uint16_t number                    = fixture_request_link(LINK_ARM_STATE);
+        fixture_run(199U);
         (void)snprintf(expected, sizeof expected, "G 1.8 #%u 0406 7D0", number);
-        TEST_ASSERT_FALSE(bed_has(expected));
-        bed_run(6U);
-        TEST_ASSERT_TRUE(bed_has(expected));
+        TEST_ASSERT_FALSE(fixture_has(expected));
+        fixture_run(6U);
+        TEST_ASSERT_TRUE(fixture_has(expected));
         TEST_ASSERT_EQUAL(0U, sessions());
-        bed.members[silent[i]].ignores_links = false;
-        bed_forget();
+        fixture.members[silent[i]].ignores_links = false;
+        fixture_forget();
     }
 }
 
 static void every_session_ends_in_time(void)
 {
-    bed.members[BED_ARM].ignores_links  = true;
-    bed.members[BED_HAND].ignores_links = true;
-    (void)bed_request_link(LINK_ARM_STATE);
-    (void)bed_request_link(LINK_HAND_POS);
-    bed_run(3U);
+    fixture.members[FIXTURE_ARM].ignores_links  = true;
+    fixture.members[FIXTURE_HAND].ignores_links = true;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    (void)fixture_request_link(LINK_HAND_POS);
+    fixture_run(3U);
     TEST_ASSERT_EQUAL(2U, sessions());
-    bed_run(205U);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0406"));
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0406"));
+    fixture_run(205U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0406"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #1 0406"));
     TEST_ASSERT_EQUAL(0U, sessions());
 }
 
 static void a_member_that_dies_ends_its_sessions_at_once(void)
 {
-    bed.members[BED_HAND].ignores_links = true;
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(4U);
+    fixture.members[FIXTURE_HAND].ignores_links = true;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(4U);
     TEST_ASSERT_EQUAL(1U, sessions());
-    bed.members[BED_LONE].is_running = false; // Not one of the two.
-    bed_run(3U);
+    fixture.members[FIXTURE_LONE].is_running = false; // Not one of the two.
+    fixture_run(3U);
     TEST_ASSERT_EQUAL(1U, sessions());
-    bed_forget();
-    bed.members[BED_HAND].is_running = false;
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0408 11"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 0001"));
+    fixture_forget();
+    fixture.members[FIXTURE_HAND].is_running = false;
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0408 11"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001"));
     TEST_ASSERT_EQUAL(0U, sessions());
 }
 
 static void an_end_that_does_not_open_leaves_the_other_closed(void)
 {
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(5U);
-    bed.members[BED_HAND].ignores_links = true;
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE);
-    bed_run(210U);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0406 7D0"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 0001")); // The producer must not stay open alone.
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    fixture.members[FIXTURE_HAND].ignores_links = true;
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(210U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #1 0406 7D0"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The producer must not stay open alone.
     TEST_ASSERT_EQUAL(0U, edges());
-    bed.members[BED_HAND].ignores_links = false;
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(5U);
-    bed.members[BED_HAND].fails_to_open = true;
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE);
-    bed_run(5U);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #3 0404 11"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 0001"));
+    fixture.members[FIXTURE_HAND].ignores_links = false;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    fixture.members[FIXTURE_HAND].fails_to_open = true;
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #3 0404 11"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001"));
     TEST_ASSERT_EQUAL(0U, edges());
     TEST_ASSERT_EQUAL(0U, sessions());
 }
 
 static void a_producer_that_fails_to_open_ends_it(void)
 {
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(5U);
-    bed.members[BED_ARM].fails_to_open = true;
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE);
-    bed_run(5U);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0404 10"));
-    TEST_ASSERT_FALSE(bed_has("17 TC 130.6"));
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    fixture.members[FIXTURE_ARM].fails_to_open = true;
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #1 0404 10"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC 130.6"));
     TEST_ASSERT_EQUAL(0U, edges());
 }
 
@@ -274,182 +276,184 @@ static void a_producer_that_fails_to_open_ends_it(void)
 
 static void closing_takes_both_ends(void)
 {
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    const uint16_t number = bed_close_link(LINK_ARM_STATE);
-    bed_run(5U);
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    const uint16_t number = fixture_close_link(LINK_ARM_STATE);
+    fixture_run(5U);
     char expected[64];
     (void)snprintf(expected, sizeof expected, "G 1.7 #%u", number);
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 000100"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 000100"));
-    TEST_ASSERT_TRUE(bed_has(expected));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 000100"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 000100"));
+    TEST_ASSERT_TRUE(fixture_has(expected));
     TEST_ASSERT_EQUAL(1U, edges());
     TEST_ASSERT_EQUAL(0U, sessions());
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE); // It has to be negotiated anew.
-    bed_run(2U);
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), " 0201 1\n"));
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE); // It has to be negotiated anew.
+    fixture_run(2U);
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
 static void closing_ends_even_if_nobody_answers(void)
 {
     char expected[64];
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    bed.members[BED_ARM].ignores_links = true;
-    const uint16_t number              = bed_close_link(LINK_ARM_STATE);
-    bed_run(210U);
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    fixture.members[FIXTURE_ARM].ignores_links = true;
+    const uint16_t number                      = fixture_close_link(LINK_ARM_STATE);
+    fixture_run(210U);
     (void)snprintf(expected, sizeof expected, "G 1.8 #%u 0406 7D0", number);
-    TEST_ASSERT_TRUE(bed_has(expected));
+    TEST_ASSERT_TRUE(fixture_has(expected));
     TEST_ASSERT_EQUAL(1U, edges());
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE);
-    bed_run(2U);
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), " 0201 1\n"));
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(2U);
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
 static void a_negotiated_link_can_be_given_up(void)
 {
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(5U);
-    bed_forget();
-    (void)bed_close_link(LINK_ARM_STATE);
-    bed_run(5U);
-    TEST_ASSERT_TRUE(bed_has("G 1.7 #1"));
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    fixture_forget();
+    (void)fixture_close_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #1"));
     TEST_ASSERT_EQUAL(0U, sessions());
 }
 
 static void an_end_that_closes_takes_the_other_along(void)
 {
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    bed_link_changed(BED_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 00010A")); // Reason: peer.
-    TEST_ASSERT_FALSE(bed_has("16 TC 130.7"));
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    fixture_link_changed(FIXTURE_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 00010A")); // Reason: peer.
+    TEST_ASSERT_FALSE(fixture_has("16 TC 130.7"));
     TEST_ASSERT_EQUAL(1U, edges());
-    TEST_ASSERT_NULL(link_graph_find(&bed.supervisor.graph, LINK_ARM_STATE));
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE); // Nothing of it is left.
-    bed_run(2U);
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), " 0201 1\n"));
+    TEST_ASSERT_NULL(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE));
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE); // Nothing of it is left.
+    fixture_run(2U);
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
 static void an_end_that_closes_by_itself_is_not_told_to(void)
 {
     static const state_t downwards[] = {STATE_OFFLINE, STATE_POST_OPERATIONAL};
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    bed_link_changed(BED_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
-    bed_link_changed(BED_HAND, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
-    bed_run(10U);
-    TEST_ASSERT_FALSE(bed_has("16 TC 130.7"));
-    TEST_ASSERT_FALSE(bed_has("17 TC 130.7"));
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    fixture_link_changed(FIXTURE_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    fixture_run(10U);
+    TEST_ASSERT_FALSE(fixture_has("16 TC 130.7"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC 130.7"));
     for (unsigned i = 0U; i < 2U; i++) { // It goes where it closes all of them.
         tearDown();
         setUp();
-        bed_link_up(STATE_PRE_OPERATIONAL);
-        bed_place(BED_HAND, downwards[i]);
-        bed_link_changed(BED_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
-        bed_run(10U);
-        TEST_ASSERT_FALSE(bed_has("17 TC 130.7"));
+        fixture_link_up(STATE_PRE_OPERATIONAL);
+        fixture_place(FIXTURE_HAND, downwards[i]);
+        fixture_link_changed(FIXTURE_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+        fixture_run(10U);
+        TEST_ASSERT_FALSE(fixture_has("17 TC 130.7"));
     }
 }
 
 static void a_close_that_waits_comes_before_a_new_agreement(void)
 {
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    bed_link_changed(BED_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 00010A"));
-    bed_run(4U);
-    (void)bed_open_link(LINK_ARM_STATE);
-    bed_run(10U);
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    fixture_link_changed(FIXTURE_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 00010A"));
+    fixture_run(4U);
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(10U);
     TEST_ASSERT_EQUAL(2U, edges());
 }
 
 static void an_agreement_that_ran_out_is_forgotten(void)
 {
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(5U);
-    bed_forget();
-    bed_link_changed(BED_HAND, LINK_ARM_STATE, PUS_LINK_STATE_ACCEPTED, PUS_LINK_STATE_CLOSED);
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.7 0001")); // The other end need not wait for its own deadline.
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 1.4 #1 0201 1"));
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    fixture_forget();
+    fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_ACCEPTED, PUS_LINK_STATE_CLOSED);
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The other end need not wait for its own deadline.
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #1 0201 1"));
 }
 
 static void a_lost_member_closes_its_links(void)
 {
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    bed.members[BED_ARM].is_running = false;
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 00010A"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.7 00020A"));
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    fixture.members[FIXTURE_ARM].is_running = false;
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 00010A"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 00020A"));
     TEST_ASSERT_EQUAL(0U, edges());
-    bed_forget();
-    (void)bed_open_link(LINK_ARM_STATE); // What its predecessor agreed on binds nobody.
-    bed_run(2U);
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), " 0201 1\n"));
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE); // What its predecessor agreed on binds nobody.
+    fixture_run(2U);
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
 static void staleness_is_kept_in_the_graph(void)
 {
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    bed_link_changed(BED_HAND, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
-    bed_run(1U);
-    TEST_ASSERT_TRUE(link_graph_find(&bed.supervisor.graph, LINK_ARM_STATE)->is_stale);
-    bed_link_changed(BED_HAND, LINK_ARM_STATE, PUS_LINK_STATE_STALE, PUS_LINK_STATE_OPEN);
-    bed_run(1U);
-    TEST_ASSERT_FALSE(link_graph_find(&bed.supervisor.graph, LINK_ARM_STATE)->is_stale);
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE)->is_stale);
+    fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_STALE, PUS_LINK_STATE_OPEN);
+    fixture_run(1U);
+    TEST_ASSERT_FALSE(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE)->is_stale);
 }
 
 // ---- What members may not do ----
 
 static void answers_of_strangers_count_nothing(void)
 {
-    pus_link_accept_t accepted         = {.transaction = 1U, .link = LINK_ARM_STATE};
-    bed.members[BED_ARM].ignores_links = true;
-    (void)bed_request_link(LINK_ARM_STATE);
-    bed_run(2U);
-    bed_forget();
+    pus_link_accept_t accepted                 = {.transaction = 1U, .link = LINK_ARM_STATE};
+    fixture.members[FIXTURE_ARM].ignores_links = true;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(2U);
+    fixture_forget();
     for (uint32_t transaction = 0U; transaction < 20U; transaction++) {
         accepted.transaction = transaction;
-        (void)pus_link_accept_report(&bed.members[BED_LONE].process, 0x8001U, &accepted, bed.now_ns);
-        (void)pus_link_accept_report(&bed.members[BED_HAND].process, 0x8001U, &accepted, bed.now_ns);
+        (void)pus_link_accept_report(&fixture.members[FIXTURE_LONE].process, 0x8001U, &accepted,
+                                     fixture.now_ns);
+        (void)pus_link_accept_report(&fixture.members[FIXTURE_HAND].process, 0x8001U, &accepted,
+                                     fixture.now_ns);
     }
-    bed_link_changed(BED_LONE, LINK_ARM_STATE, PUS_LINK_STATE_ACCEPTED, PUS_LINK_STATE_OPEN);
-    bed_link_changed(BED_ARM, 99U, PUS_LINK_STATE_ACCEPTED, PUS_LINK_STATE_OPEN);
-    bed_link_changed(BED_ARM, 0U, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
-    bed_link_changed(BED_ARM, 0xFFFFU, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
-    bed_run(2U);
+    fixture_link_changed(FIXTURE_LONE, LINK_ARM_STATE, PUS_LINK_STATE_ACCEPTED, PUS_LINK_STATE_OPEN);
+    fixture_link_changed(FIXTURE_ARM, 99U, PUS_LINK_STATE_ACCEPTED, PUS_LINK_STATE_OPEN);
+    fixture_link_changed(FIXTURE_ARM, 0U, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    fixture_link_changed(FIXTURE_ARM, 0xFFFFU, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    fixture_run(2U);
     TEST_ASSERT_EQUAL(1U, sessions());
     TEST_ASSERT_EQUAL(0U, edges());
-    TEST_ASSERT_FALSE(bed_has("17 TC"));
+    TEST_ASSERT_FALSE(fixture_has("17 TC"));
 }
 
 static void strangers_do_not_close_links(void)
 {
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    bed_link_changed(BED_LONE, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
-    bed_link_changed(BED_LONE, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
-    bed_run(2U);
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    fixture_link_changed(FIXTURE_LONE, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    fixture_link_changed(FIXTURE_LONE, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
+    fixture_run(2U);
     TEST_ASSERT_EQUAL(2U, edges());
-    TEST_ASSERT_FALSE(link_graph_find(&bed.supervisor.graph, LINK_ARM_STATE)->is_stale);
-    TEST_ASSERT_FALSE(bed_has("17 TC"));
-    TEST_ASSERT_FALSE(bed_has("16 TC"));
+    TEST_ASSERT_FALSE(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE)->is_stale);
+    TEST_ASSERT_FALSE(fixture_has("17 TC"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
 }
 
 static void the_manager_tells_its_links(void)
 {
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\1\0\2", 3U);
-    bed_run(2U);
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "G 130.9 00010002030011000100100002"));
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
-    bed_run(2U);
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\1\0\2", 3U);
+    fixture_run(2U);
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 130.9 00010002030011000100100002"));
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
+    fixture_run(2U);
     // One network, number 16, of 16 and 17, links 1 and 2.
-    TEST_ASSERT_NOT_NULL(strstr(bed_look(), "G 131.11 00010010000200100011000200010002"));
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 131.11 00010010000200100011000200010002"));
 }
 
 int main(void)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // ST[06] of the supervisor: its buffer for files, and what becomes of files where there is no store.
 #include "fsw/framework/subsystem/memory_service.h"
-#include "fsw/supervisor/services/onboard_memory.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "fsw/supervisor/services/memory.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 static struct {
@@ -10,34 +10,34 @@ static struct {
     pus_memory_operation_t operations[1];
 } services;
 
-static void add_services(void* const context, component_t* const component)
+static void add_services(void* const context, subsystem_t* const subsystem)
 {
     (void)context;
-    memory_service_add(component, &services.memory, services.operations, 1U);
+    subsystem_memory_service_add(subsystem, &services.memory, services.operations, 1U);
 }
 
 static void give_service(supervisor_config_t* const config)
 {
-    config->optional = (component_services_t){&services, add_services};
+    config->optional = (subsystem_services_t){&services, add_services};
 }
 
 void setUp(void)
 {
-    bed_configure = give_service;
-    bed_open_up();
-    bed.ack = 0U;
+    fixture_configure = give_service;
+    fixture_open_up();
+    fixture.ack = 0U;
 }
 
 void tearDown(void)
 {
-    bed_close();
-    bed_configure = NULL;
+    fixture_close();
+    fixture_configure = NULL;
 }
 
 static void request(const uint8_t subtype, const char* const data, const size_t size)
 {
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MEMORY, subtype, data, size);
-    bed_run(2U);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MEMORY, subtype, data, size);
+    fixture_run(2U);
 }
 #define REQUEST(subtype, octets) request((subtype), (octets), sizeof(octets) - 1U)
 
@@ -45,18 +45,18 @@ static void the_buffer_is_loaded_and_dumped(void)
 {
     REQUEST(2U, "\3\1\0\1\377\376\0\2ab\151\360"); // The last two octets.
     REQUEST(2U, "\3\1\0\2\0\0\0\1a\0\0");          // Behind the end.
-    TEST_ASSERT_EQUAL_MEMORY("ab", &bed.supervisor.onboard.memory.buffer[ONBOARD_MEMORY_BUFFER_OCTETS - 2U],
-                             2U);
-    TEST_ASSERT_TRUE(bed_has("G 1.4 "));
-    bed_forget();
+    TEST_ASSERT_EQUAL_MEMORY(
+        "ab", &fixture.supervisor.spacecraft.memory.buffer[SPACECRAFT_MEMORY_BUFFER_OCTETS - 2U], 2U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 "));
+    fixture_forget();
     REQUEST(5U, "\3\1\0\1\377\376\0\0\0\2");
-    TEST_ASSERT_TRUE(bed_has("G 6.6 0300010001FFFE0002616269F0"));
+    TEST_ASSERT_TRUE(fixture_has("G 6.6 0300010001FFFE0002616269F0"));
 }
 
 static void without_a_store_there_are_no_files(void)
 {
     REQUEST(20U, "\3\0\1/\0\1a\1\0\0\0\0\0\0\0\1");
-    TEST_ASSERT_TRUE(bed_has("G 1.4 "));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 "));
 }
 
 int main(void)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What ST[12] of the supervisor watches, and when there is a value to judge.
-#include "fsw/supervisor/services/onboard_monitoring.h"
+#include "fsw/supervisor/services/monitoring.h"
 #include "fsw/supervisor/supervisor_internal.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #define FORCE PARAMETER_ID(ARM, VALUE_UINT16, 7U)
@@ -12,18 +12,18 @@ static pus_parameter_port_t port;
 
 void setUp(void)
 {
-    telemetry_directory_t* const directory = &bed.supervisor.onboard.directory;
-    bed_open_up();
-    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
+    telemetry_directory_t* const directory = &fixture.supervisor.spacecraft.directory;
+    fixture_open_up();
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     directory->parameters[0]   = (telemetry_parameter_t){FORCE, 2U}; // As if the descriptors had been read.
     directory->parameters[1]   = (telemetry_parameter_t){NOWHERE, 2U};
     directory->parameter_count = 2U;
-    port                       = onboard_watched(&bed.supervisor);
+    port                       = spacecraft_watched(&fixture.supervisor);
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static status_t find(const uint32_t parameter_id, uint16_t* const out_handle)
@@ -42,8 +42,8 @@ static void report_force(const uint16_t force)
     octet_write_u16(&writer, 1U);
     octet_write_u32(&writer, FORCE);
     octet_write_u16(&writer, force);
-    bed_report(BED_ARM, PUS_SERVICE_PARAMETERS, 2U, data, sizeof data);
-    bed_run(2U);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_PARAMETERS, 2U, data, sizeof data);
+    fixture_run(2U);
 }
 
 static void what_was_reported_is_watched_while_its_subsystem_runs(void)
@@ -57,7 +57,7 @@ static void what_was_reported_is_watched_while_its_subsystem_runs(void)
     port.read(port.context, handle, &writer);
     TEST_ASSERT_EQUAL_HEX8(0x0AU, octets[0]);
     TEST_ASSERT_EQUAL_HEX8(0x0BU, octets[1]);
-    roster_find(&bed.supervisor, ARM)->process = PROCESS_LOST;
+    supervisor_registry_find(&fixture.supervisor, ARM)->process = PROCESS_LOST;
     TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
 }
 
@@ -65,14 +65,14 @@ static void a_value_that_is_not_reported_any_more_is_none(void)
 {
     uint16_t handle = 0U;
     report_force(1U);
-    bed_run(1000U); // Reported once: on request, perhaps. No limit.
+    fixture_run(1000U); // Reported once: on request, perhaps. No limit.
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
     report_force(2U);
-    bed_run(98U); // A second later.
+    fixture_run(98U); // A second later.
     report_force(3U);
-    bed_run(290U);
+    fixture_run(290U);
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
-    bed_run(20U);
+    fixture_run(20U);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
     report_force(4U);
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
@@ -82,15 +82,15 @@ static void a_subsystem_that_is_offline_or_not_heard_has_no_values(void)
 {
     uint16_t handle = 0U;
     report_force(1U);
-    bed_place(BED_ARM, STATE_OFFLINE);
+    fixture_place(FIXTURE_ARM, STATE_OFFLINE);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
-    bed_place(BED_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
-    bed.members[BED_ARM].is_silent = true;
-    bed_run(160U);
+    fixture.members[FIXTURE_ARM].is_silent = true;
+    fixture_run(160U);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
-    bed.members[BED_ARM].is_silent = false;
-    bed_run(100U);
+    fixture.members[FIXTURE_ARM].is_silent = false;
+    fixture_run(100U);
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
 }
 
@@ -100,10 +100,11 @@ static void its_own_parameters_are_watched_as_they_are(void)
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     uint16_t handle       = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, find(SUPERVISOR_PARAMETER_ORBIT_PERIOD, &handle));
-    bed.supervisor.orbit_period_ms = 0x01020304U;
+    fixture.supervisor.orbit_period_ms = 0x01020304U;
     port.read(port.context, handle, &writer);
     TEST_ASSERT_EQUAL_HEX8(4U, octets[3]);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(PARAMETER_ID(SUPERVISOR_APID, VALUE_UINT8, 999U), &handle));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
+                      find(PARAMETER_ID(DESCRIPTOR_SUPERVISOR_APID, VALUE_UINT8, 999U), &handle));
 }
 
 static void what_no_descriptor_tells_of_is_unknown(void)
@@ -111,14 +112,14 @@ static void what_no_descriptor_tells_of_is_unknown(void)
     uint16_t handle = 0U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(PARAMETER_ID(ARM, VALUE_UINT16, 8U), &handle));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, find(NOWHERE, &handle)); // Of no subsystem of this mission.
-    telemetry_directory_init(&bed.supervisor.onboard.directory);
+    supervisor_telemetry_directory_init(&fixture.supervisor.spacecraft.directory);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(FORCE, &handle));
 }
 
-static void what_the_mirror_has_no_room_for_is_unknown(void)
+static void what_the_telemetry_cache_has_no_room_for_is_unknown(void)
 {
-    uint16_t handle                           = 0U;
-    bed.supervisor.onboard.mirror.value_count = MIRROR_PARAMETERS;
+    uint16_t handle                                 = 0U;
+    fixture.supervisor.spacecraft.cache.value_count = TELEMETRY_CACHE_PARAMETERS;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(FORCE, &handle));
 }
 
@@ -130,6 +131,6 @@ int main(void)
     RUN_TEST(a_subsystem_that_is_offline_or_not_heard_has_no_values);
     RUN_TEST(its_own_parameters_are_watched_as_they_are);
     RUN_TEST(what_no_descriptor_tells_of_is_unknown);
-    RUN_TEST(what_the_mirror_has_no_room_for_is_unknown);
+    RUN_TEST(what_the_telemetry_cache_has_no_room_for_is_unknown);
     return UNITY_END();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // ST[18] of the supervisor: what its procedures send, read and raise, and what one without an end takes.
 #include "base/crc.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <string.h>
@@ -17,7 +17,8 @@ static status_t load_own(void* const context, const uint16_t index,
 {
     *out_descriptor = own;
     TEST_ASSERT_EQUAL_PTR(&own, context);
-    return (has_descriptor && (bed.supervisor.mission->subsystems[index].apid == SUPERVISOR_APID))
+    return (has_descriptor &&
+            (fixture.supervisor.mission->subsystems[index].apid == DESCRIPTOR_SUPERVISOR_APID))
                ? STATUS_OK
                : STATUS_NOT_FOUND;
 }
@@ -31,9 +32,9 @@ static void give_descriptors(supervisor_config_t* const config)
 
 static void begin(void)
 {
-    bed_configure = give_descriptors;
-    bed_open_up();
-    bed.ack = 0U;
+    fixture_configure = give_descriptors;
+    fixture_open_up();
+    fixture.ack = 0U;
 }
 
 void setUp(void)
@@ -44,13 +45,13 @@ void setUp(void)
 
 void tearDown(void)
 {
-    bed_close();
-    bed_configure = NULL;
+    fixture_close();
+    fixture_configure = NULL;
 }
 
 static const pus_procedures_t* service(void)
 {
-    return &bed.supervisor.onboard.procedures.service;
+    return &fixture.supervisor.spacecraft.procedures.service;
 }
 
 /// Load a procedure under LOOK or a name of its own.
@@ -64,16 +65,16 @@ static void load(const char* const name, const char* const code)
     octet_write_octets(&writer, octets, strlen(code));
     octet_write_u16(&writer, crc16_ccitt(octets, strlen(code)));
     TEST_ASSERT_FALSE(writer.failed);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 1U, data, writer.position);
-    bed_step();
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 1U, data, writer.position);
+    fixture_step();
 }
 
 static void activate(const char* const name)
 {
     uint8_t data[NAME_OCTETS + 2U] = {0}; // No level, no arguments.
     (void)memcpy(data, name, NAME_OCTETS);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 3U, data, sizeof data);
-    bed_step();
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 3U, data, sizeof data);
+    fixture_step();
 }
 
 static void run(const char* const code)
@@ -84,7 +85,7 @@ static void run(const char* const code)
 
 static void expect_ends(const uint32_t ended, const uint32_t failed)
 {
-    const char* const text = bed.supervisor.onboard.procedures.slots[0].text; // Of the last error.
+    const char* const text = fixture.supervisor.spacecraft.procedures.slots[0].text; // Of the last error.
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(failed, service()->counters.failed, text);
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(ended, service()->counters.ended, text);
 }
@@ -92,8 +93,8 @@ static void expect_ends(const uint32_t ended, const uint32_t failed)
 static void a_request_is_routed_and_its_end_awaited(void)
 {
     run("assert(send(16, 17, 1, '', true)) assert(send(16, 17, 1))");
-    bed_run(3U);
-    bed_expect("16 TC 17.1 from 8001\n16 TC 17.1 from 8001\n");
+    fixture_run(3U);
+    fixture_expect("16 TC 17.1 from 8001\n16 TC 17.1 from 8001\n");
     expect_ends(1U, 0U);
 }
 
@@ -101,99 +102,100 @@ static void what_is_not_permitted_is_refused(void)
 {
     run("local ok, code = send(16, 8, 1, 'MOVE\\0\\0\\0\\0\\0', true) assert(not ok and code == 0x0110)\n"
         "ok, code = send(99, 17, 1, '', true) assert(not ok and code == 0x0001)");
-    bed_run(5U);
-    bed_expect("");
+    fixture_run(5U);
+    fixture_expect("");
     expect_ends(1U, 0U);
 }
 
 static void who_does_not_answer_is_told(void)
 {
-    bed.members[BED_ARM].is_passive = true;
+    fixture.members[FIXTURE_ARM].is_passive = true;
     run("local ok, code = send(16, 17, 1, '', true) assert(not ok and code == 0x0406, code)");
-    bed_run(1100U); // The supervisor ends what is not even accepted.
+    fixture_run(1100U); // The supervisor ends what is not even accepted.
     expect_ends(1U, 0U);
 }
 
 static void requests_share_the_counts_of_the_supervisor(void)
 {
-    bed_place(BED_ARM, STATE_OPERATIONAL);
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     run("for i = 1, 3 do assert(send(16, 17, 1, '', true)) end");
-    bed_event(BED_ARM, 3U, 2U); // Its plan orders ARM about.
-    bed_run(10U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 "));
+    fixture_event(FIXTURE_ARM, 3U, 2U); // Its plan orders ARM about.
+    fixture_run(10U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 "));
     expect_ends(1U, 0U);
-    TEST_ASSERT_EQUAL_UINT16(0U, bed.supervisor.onboard.procedures.requester.addressee_count);
-    TEST_ASSERT_TRUE(bed.supervisor.requester.addressee_count > 0U);
+    TEST_ASSERT_EQUAL_UINT16(0U, fixture.supervisor.spacecraft.procedures.requester.addressee_count);
+    TEST_ASSERT_TRUE(fixture.supervisor.requester.addressee_count > 0U);
 }
 
 static void telemetry_is_read_by_name_and_number(void)
 {
     static const uint8_t values[] = {0, 1, 0x02, 0x02, 0, 5, 0, 0, 0x10, 0x92}; // TM[20,2]: UINT32 5 of ARM.
     static const uint8_t large[]  = {0, 1, 0x02, 0x03, 0, 6, 0, 0, 0, 0, 0, 0, 0, 7};
-    bed_run(600U); // Until the supervisor has reported itself.
-    bed_report(BED_ARM, PUS_SERVICE_PARAMETERS, 2U, values, sizeof values);
-    bed_report(BED_ARM, PUS_SERVICE_PARAMETERS, 2U, large, sizeof large);
-    bed_step();
+    fixture_run(600U); // Until the supervisor has reported itself.
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_PARAMETERS, 2U, values, sizeof values);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_PARAMETERS, 2U, large, sizeof large);
+    fixture_step();
     run("assert(get('SUPERVISOR.STATUS.SUBSYSTEMS') == 5)\n"
         "assert(get(0x02020005) == 4242 and get(0x02030006) == 7)\n"
         "assert(get(0x02020007) == nil and get(0x02180005) == nil and get('ARM.NOTHING') == nil)\n"
         "assert(get('SUPERVISOR.ORBIT.ANGLE') == nil)"); // Never reported.
-    bed_run(3U);
+    fixture_run(3U);
     expect_ends(1U, 0U);
 }
 
 static void names_come_from_descriptors(void)
 {
-    bed_close();
+    fixture_close();
     has_descriptor = false;
     begin();
-    bed_run(600U);
+    fixture_run(600U);
     run("assert(get('SUPERVISOR.STATUS.SUBSYSTEMS') == nil)");
-    bed_run(3U);
+    fixture_run(3U);
     expect_ends(1U, 0U);
 }
 
 static void only_events_for_procedures_are_raised(void)
 {
     run("step(2) assert(event(15) and event(16)) assert(not event(1) and not event(13) and not event(99))");
-    bed_run(3U);
-    bed_expect("G 5.1 000F4C4F4F4B000000000002\nG 5.2 00104C4F4F4B000000000002\n");
+    fixture_run(3U);
+    fixture_expect("G 5.1 000F4C4F4F4B000000000002\nG 5.2 00104C4F4F4B000000000002\n");
     expect_ends(1U, 0U);
 }
 
 static void an_error_is_told(void)
 {
     run("\nerror('no light')");
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 5.2 000E4C4F4F4B00000000030000000000024C4F4F4B3A323A206E6F206C6967687400"));
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(
+        fixture_has("G 5.2 000E4C4F4F4B00000000030000000000024C4F4F4B3A323A206E6F206C6967687400"));
     expect_ends(0U, 1U);
 }
 
-/// The bed sees in each step that the supervisor wants to be woken, and that within a tick.
+/// The fixture sees in each step that the supervisor wants to be woken, and that within a tick.
 static void those_without_an_end_take_their_share_only(void)
 {
     char name[NAME_OCTETS] = "SPIN";
-    for (unsigned i = 1U; i < ONBOARD_PROCEDURE_SLOTS; i++) {
+    for (unsigned i = 1U; i < SPACECRAFT_PROCEDURE_SLOTS; i++) {
         name[4] = (char)('0' + (int)i);
         load(name, "while true do pcall(string.rep, 'x', 1000) end");
         activate(name);
     }
     run("while true do send(16, 17, 1) event(15) end");
-    bed_forget();
+    fixture_forget();
     for (unsigned i = 0U; i < 101U; i++) {
         unsigned calls = 0U;
-        bed_run(1U);
-        for (const char* line = bed_look(); line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        fixture_run(1U);
+        for (const char* line = fixture_look(); line[0] != '\0'; line = strchr(line, '\n') + 1) {
             calls++;
         }
-        TEST_ASSERT_TRUE(calls <= ONBOARD_PROCEDURE_CALLS);
+        TEST_ASSERT_TRUE(calls <= SPACECRAFT_PROCEDURE_CALLS);
     }
-    TEST_ASSERT_EQUAL_UINT32(ONBOARD_PROCEDURE_SLOTS, service()->counters.started);
-    TEST_ASSERT_TRUE(service()->counters.sent >= (100U * ONBOARD_PROCEDURE_CALLS / 2U));
-    TEST_ASSERT_TRUE(bed.members[BED_ARM].heartbeats > 0U);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 17U, NULL, 0U);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL_UINT32(ONBOARD_PROCEDURE_SLOTS, service()->counters.aborted);
+    TEST_ASSERT_EQUAL_UINT32(SPACECRAFT_PROCEDURE_SLOTS, service()->counters.started);
+    TEST_ASSERT_TRUE(service()->counters.sent >= (100U * SPACECRAFT_PROCEDURE_CALLS / 2U));
+    TEST_ASSERT_TRUE(fixture.members[FIXTURE_ARM].heartbeats > 0U);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 17U, NULL, 0U);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL_UINT32(SPACECRAFT_PROCEDURE_SLOTS, service()->counters.aborted);
     TEST_ASSERT_FALSE(pus_procedures_are_active(service()));
 }
 
@@ -201,18 +203,18 @@ static void those_without_an_end_take_their_share_only(void)
 /// of a second at most.
 static void requests_to_who_takes_nothing_end_in_time(void)
 {
-    bed.members[BED_ARM].is_deaf     = true;
-    bed.members[BED_LONE].is_running = false;
-    bed_run(20U);
+    fixture.members[FIXTURE_ARM].is_deaf     = true;
+    fixture.members[FIXTURE_LONE].is_running = false;
+    fixture_run(20U);
     load("SPIN\0\0\0\0", "while true do send(16, 17, 1) send(18, 17, 1) send(99, 17, 1) end");
     activate("SPIN\0\0\0\0");
-    bed_run(200U); // ARM's mailbox is full.
-    TEST_ASSERT_TRUE(bed.supervisor.counters.tc_unroutable > 100U);
+    fixture_run(200U); // ARM's mailbox is full.
+    TEST_ASSERT_TRUE(fixture.supervisor.counters.tc_unroutable > 100U);
     load(LOOK, "send(17, 17, 1)");
-    bed_forget();
+    fixture_forget();
     activate(LOOK);
-    bed_run((unsigned)(ONBOARD_PATIENCE_NS / BED_TICK_NS) + 3U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 17.1 "));
+    fixture_run((unsigned)(SPACECRAFT_PATIENCE_NS / FIXTURE_TICK_NS) + 3U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 17.1 "));
 }
 
 int main(void)

@@ -2,7 +2,7 @@
 // Two failures, in any order, one after the other: no plan under way masks what is built in.
 #include "fsw/supervisor/supervisor.h"
 
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -11,17 +11,17 @@
 
 void setUp(void)
 {
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static void run_ms(unsigned ms)
 {
-    bed_run(ms / 10U);
+    fixture_run(ms / 10U);
 }
 
 typedef struct {
@@ -32,15 +32,15 @@ typedef struct {
 } failure_t;
 
 static const failure_t failures[] = {
-    {"TIRED, MEDIUM, no plan", BED_ARM, 3U, 3U},
-    {"STRAIN, MEDIUM, a plan of one action", BED_ARM, 3U, 2U},
-    {"TORQUE, MEDIUM, a plan of 20 s", BED_ARM, 3U, 6U},
-    {"HAND's STRAIN, MEDIUM, no plan", BED_HAND, 3U, 2U},
-    {"WORN, LOW, a plan of 0.1 s", BED_ARM, 2U, 8U},
-    {"GRIPLESS, HIGH, no plan", BED_ARM, 4U, 5U},
-    {"BROKEN, HIGH, a plan that logs", BED_ARM, 4U, 1U},
-    {"JAMMED, HIGH, a plan of 30 s", BED_ARM, 4U, 7U},
-    {"HAND's BROKEN, HIGH, a plan of 0.2 s", BED_HAND, 4U, 1U},
+    {"TIRED, MEDIUM, no plan", FIXTURE_ARM, 3U, 3U},
+    {"STRAIN, MEDIUM, a plan of one action", FIXTURE_ARM, 3U, 2U},
+    {"TORQUE, MEDIUM, a plan of 20 s", FIXTURE_ARM, 3U, 6U},
+    {"HAND's STRAIN, MEDIUM, no plan", FIXTURE_HAND, 3U, 2U},
+    {"WORN, LOW, a plan of 0.1 s", FIXTURE_ARM, 2U, 8U},
+    {"GRIPLESS, HIGH, no plan", FIXTURE_ARM, 4U, 5U},
+    {"BROKEN, HIGH, a plan that logs", FIXTURE_ARM, 4U, 1U},
+    {"JAMMED, HIGH, a plan of 30 s", FIXTURE_ARM, 4U, 7U},
+    {"HAND's BROKEN, HIGH, a plan of 0.2 s", FIXTURE_HAND, 4U, 1U},
 };
 
 #define FAILURES (sizeof failures / sizeof failures[0])
@@ -49,28 +49,28 @@ static const failure_t failures[] = {
 static void fail(const failure_t* failure)
 {
     if (failure->severity == 4U) {
-        bed_place(failure->member, STATE_ERROR_OPERATIONAL);
+        fixture_place(failure->member, STATE_ERROR_OPERATIONAL);
     }
-    bed_event(failure->member, failure->severity, failure->event);
-    bed_step();
-    bed_step(); // Their answers.
+    fixture_event(failure->member, failure->severity, failure->event);
+    fixture_step();
+    fixture_step(); // Their answers.
 }
 
 /// Both are up again, by whatever the operator did.
 static void bring_back_up(void)
 {
-    bed_place(BED_ARM, STATE_OPERATIONAL);
-    bed_place(BED_HAND, STATE_OPERATIONAL);
-    bed_forget();
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_place(FIXTURE_HAND, STATE_OPERATIONAL);
+    fixture_forget();
 }
 
 static void check(const failure_t* failure, const char* text)
 {
-    const unsigned other = (failure->member == BED_ARM) ? BED_HAND : BED_ARM;
+    const unsigned other = (failure->member == FIXTURE_ARM) ? FIXTURE_HAND : FIXTURE_ARM;
     if (failure->severity == 4U) {
-        TEST_ASSERT_EQUAL_MESSAGE(STATE_ERROR_OPERATIONAL, bed.members[other].state, text);
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_ERROR_OPERATIONAL, fixture.members[other].state, text);
     } else if (failure->severity == 3U) {
-        TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, bed.members[failure->member].state, text);
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, fixture.members[failure->member].state, text);
     } else {
         // Layer 1 does nothing.
     }
@@ -87,7 +87,7 @@ static void no_plan_under_way_masks_a_reaction(void)
         (void)snprintf(text, sizeof text, "%s, %u ms later %s", first->name, phase_ms, second->name);
         tearDown();
         setUp();
-        bed_link_up(STATE_OPERATIONAL);
+        fixture_link_up(STATE_OPERATIONAL);
         fail(first);
         check(first, text);
         run_ms(phase_ms);
@@ -96,10 +96,10 @@ static void no_plan_under_way_masks_a_reaction(void)
         check(second, text);
         if (second->severity == 4U) {
             run_ms(2100U);
-            const bool is_log_only = (second->event == 1U) && (second->member == BED_ARM);
+            const bool is_log_only = (second->event == 1U) && (second->member == FIXTURE_ARM);
             if (!is_log_only && (first->severity < 4U)) { // A HIGH plan takes both down in the end.
-                TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, bed.members[BED_ARM].state, text);
-                TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, bed.members[BED_HAND].state, text);
+                TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, fixture.members[FIXTURE_ARM].state, text);
+                TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, fixture.members[FIXTURE_HAND].state, text);
             }
         }
     }
@@ -107,110 +107,110 @@ static void no_plan_under_way_masks_a_reaction(void)
 
 static void a_high_error_ends_a_medium_plan(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_event(BED_ARM, 3U, 6U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 0403 from 8001"));
-    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
-    bed_forget();
-    bed_event(BED_ARM, 4U, 5U);
-    bed_step();
-    bed_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 00130010000600100005\nG 5.1 000600100005\n"
-               "17 TC 129.8 0602 from 8001\n");
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.reactions.overruled);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_event(FIXTURE_ARM, 3U, 6U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0403 from 8001"));
+    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, 5U);
+    fixture_step();
+    fixture_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 00130010000600100005\nG 5.1 000600100005\n"
+                   "17 TC 129.8 0602 from 8001\n");
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.overruled);
     run_ms(600);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0003 from 8001"));
-    bed_forget();
-    bed_place(BED_ARM, STATE_OPERATIONAL);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
+    fixture_forget();
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     run_ms(25000); // Nothing is left of the plan of 20 s.
-    TEST_ASSERT_FALSE(bed_has("16 TC"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
 }
 
 static void a_medium_error_under_a_high_plan_has_none(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
-    bed_event(BED_ARM, 4U, 7U);
-    bed_run(2U);
-    bed_place(BED_HAND, STATE_OPERATIONAL);
-    bed_forget();
-    bed_event(BED_HAND, 3U, 2U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0401 from 8001")); // But layer 1.
-    bed_event(BED_ARM, 3U, 6U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 5.1 00130010000600100007"));
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.plans_started);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_event(FIXTURE_ARM, 4U, 7U);
+    fixture_run(2U);
+    fixture_place(FIXTURE_HAND, STATE_OPERATIONAL);
+    fixture_forget();
+    fixture_event(FIXTURE_HAND, 3U, 2U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0401 from 8001")); // But layer 1.
+    fixture_event(FIXTURE_ARM, 3U, 6U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 5.1 00130010000600100007"));
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
 }
 
 static void the_same_severity_is_joined(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_event(BED_ARM, 4U, 7U);
-    bed_event(BED_HAND, 4U, 1U);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.plans_started);
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.reactions.joined);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_event(FIXTURE_ARM, 4U, 7U);
+    fixture_event(FIXTURE_HAND, 4U, 1U);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.joined);
 }
 
 static void an_order_that_is_out_is_not_given_again(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_ARM].is_passive = true;
-    bed_event(BED_ARM, 3U, 3U);
-    bed_step();
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 04"));
-    bed_forget();
-    bed_event(BED_ARM, 3U, 3U);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 3U, 3U);
     run_ms(500);
-    TEST_ASSERT_FALSE(bed_has("16 TC 129.8 04"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
     run_ms(600); // But it may have been lost.
-    bed_event(BED_ARM, 3U, 3U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 04"));
-    bed_forget();
-    bed_event(BED_HAND, 4U, 1U); // Another one is given at once, and does what the first was to do.
-    bed_event(BED_ARM, 3U, 3U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 06"));
-    TEST_ASSERT_FALSE(bed_has("16 TC 129.8 04"));
+    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
+    fixture_forget();
+    fixture_event(FIXTURE_HAND, 4U, 1U); // Another one is given at once, and does what the first was to do.
+    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
 }
 
 static void an_order_that_is_owed_is_not_replaced_by_a_lesser_one(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_fill(BED_ARM);
-    bed_event(BED_HAND, 4U, 1U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed.supervisor.roster[0].is_order_owed);
-    bed_event(BED_ARM, 3U, 3U);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, bed.supervisor.roster[0].ordered);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_fill(FIXTURE_ARM);
+    fixture_event(FIXTURE_HAND, 4U, 1U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture.supervisor.registry[0].is_order_owed);
+    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, fixture.supervisor.registry[0].ordered);
 }
 
 static void an_error_during_the_shutdown_still_secures_the_network(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_HAND].is_passive = true;
-    bed.members[BED_ARM].is_passive  = true;
-    bed.is_stop_requested            = true;
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 04"));
-    bed_forget();
-    bed_event(BED_ARM, 4U, 5U);
-    bed_event(BED_ARM, 3U, 6U);
-    bed_event(BED_ARM, 2U, 8U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06"));
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.counters.plans_started);
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_HAND].is_passive = true;
+    fixture.members[FIXTURE_ARM].is_passive  = true;
+    fixture.is_stop_requested                = true;
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 04"));
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, 5U);
+    fixture_event(FIXTURE_ARM, 3U, 6U);
+    fixture_event(FIXTURE_ARM, 2U, 8U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.counters.plans_started);
     run_ms(3100); // Late: all are ordered to OFFLINE, and nothing stops them on the way.
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 00"));
-    bed_forget();
-    bed_event(BED_ARM, 4U, 5U);
-    bed_event(BED_ARM, 3U, 3U);
-    bed_run(2U);
-    TEST_ASSERT_FALSE(bed_has("17 TC"));
-    TEST_ASSERT_FALSE(bed_has("16 TC"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, 5U);
+    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_run(2U);
+    TEST_ASSERT_FALSE(fixture_has("17 TC"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
 }
 
 // ---- Events of the supervisor itself ----
@@ -219,45 +219,46 @@ static void break_the_log(void)
 {
     static const uint8_t sqlite[1] = {PACKET_LOG_SQLITE};
     char path[160];
-    (void)snprintf(path, sizeof path, "%s/packets.spool", bed_folder());
+    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_folder());
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SELECT_LOG, sqlite, 1U);
-    bed_run(100U);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SELECT_LOG, sqlite, 1U);
+    fixture_run(100U);
 }
 
 static void the_supervisors_own_errors_have_plans(void)
 {
-    bed_place(BED_LONE, STATE_PRE_OPERATIONAL);
-    bed_forget();
+    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_forget();
     break_the_log();
     run_ms(300);
-    TEST_ASSERT_TRUE(bed_has("G 5.4 000801"));
-    TEST_ASSERT_TRUE(bed_has("G 5.1 000600010008")); // PLAN_STARTED: no subsystem but the supervisor.
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
-    TEST_ASSERT_TRUE(bed_has("18 TC 129.8 0003 from 8001"));
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&bed.supervisor.component)); // SELF is not OFFLINE.
-    TEST_ASSERT_FALSE(bed_has("G 5.1 0003"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 000801"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.1 000600010008")); // PLAN_STARTED: no subsystem but the supervisor.
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
+    TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 0003 from 8001"));
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL,
+                      subsystem_state(&fixture.supervisor.subsystem)); // SELF is not OFFLINE.
+    TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
 }
 
 static void a_report_that_is_disabled_takes_no_plan_away(void)
 {
     static const uint8_t log_failed[3] = {1U, 0U, 8U};
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_EVENTS, 6U, log_failed, sizeof log_failed);
-    bed_run(2U);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_EVENTS, 6U, log_failed, sizeof log_failed);
+    fixture_run(2U);
     break_the_log();
     run_ms(300);
-    TEST_ASSERT_FALSE(bed_has("G 5.4"));
-    TEST_ASSERT_TRUE(bed_has("G 5.1 000600010008"));
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+    TEST_ASSERT_FALSE(fixture_has("G 5.4"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.1 000600010008"));
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
 /// No event of the supervisor but those of its members is of that severity yet.
 static void raise_as_high(uint16_t event)
 {
-    component_t* const component = &bed.supervisor.component;
-    for (uint16_t i = 0U; i < component->descriptor->event_count; i++) {
-        if (component->event_definitions[i].id == event) {
-            component->event_definitions[i].severity = PUS_SEVERITY_HIGH;
+    subsystem_t* const subsystem = &fixture.supervisor.subsystem;
+    for (uint16_t i = 0U; i < subsystem->descriptor->event_count; i++) {
+        if (subsystem->event_definitions[i].id == event) {
+            subsystem->event_definitions[i].severity = PUS_SEVERITY_HIGH;
         }
     }
 }
@@ -266,20 +267,20 @@ static void an_own_event_concerns_the_subsystem_that_its_descriptor_says(void)
 {
     static const uint8_t of_hand[2] = {0U, HAND};
     static const uint8_t unknown[2] = {0U, 99U};
-    bed_link_up(STATE_OPERATIONAL);
+    fixture_link_up(STATE_OPERATIONAL);
     raise_as_high(SUPERVISOR_EVENT_RESOURCE_REFUSED); // {APID}
     raise_as_high(SUPERVISOR_EVENT_MODE_CHANGED);     // {PREVIOUS, MODE}: no APID, whatever it looks like.
-    (void)subsystem_raise(&bed.supervisor.component, SUPERVISOR_EVENT_RESOURCE_REFUSED, unknown, 2U);
-    (void)subsystem_raise(&bed.supervisor.component, SUPERVISOR_EVENT_MODE_CHANGED, of_hand, 2U);
-    bed_run(2U);
-    TEST_ASSERT_FALSE(bed_has("17 TC 129.8"));
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.counters.plans_started);
-    (void)subsystem_raise(&bed.supervisor.component, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
-    (void)subsystem_raise(&bed.supervisor.component, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 06")); // It has not failed by itself: it is secured, too.
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.8 06"));
-    TEST_ASSERT_EQUAL(1U, bed.supervisor.counters.plans_started);
+    (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, unknown, 2U);
+    (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_MODE_CHANGED, of_hand, 2U);
+    fixture_run(2U);
+    TEST_ASSERT_FALSE(fixture_has("17 TC 129.8"));
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.counters.plans_started);
+    (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
+    (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, of_hand, 2U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06")); // It has not failed by itself: it is secured, too.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
+    TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
 }
 
 int main(void)

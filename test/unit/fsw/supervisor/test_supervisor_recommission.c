@@ -4,7 +4,7 @@
 #include "fsw/supervisor/recommission.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -16,29 +16,29 @@
 
 static mission_subsystem_t* mission_of(uint16_t apid)
 {
-    return (mission_subsystem_t*)roster_find(&bed.supervisor, apid)->mission;
+    return (mission_subsystem_t*)supervisor_registry_find(&fixture.supervisor, apid)->mission;
 }
 
 /// ARM and HAND linked and in a state, both to be led back.
 static void link_up(state_t state)
 {
-    bed_open_up();
+    fixture_open_up();
     mission_of(ARM)->is_recommissioned  = true;
     mission_of(HAND)->is_recommissioned = true;
-    bed_link_up(state);
+    fixture_link_up(state);
 }
 
 static void die(unsigned member)
 {
-    bed.members[member].is_running = false;
-    bed_run(1U);
+    fixture.members[member].is_running = false;
+    fixture_run(1U);
 }
 
 static void expect_line(const char* format, unsigned first, unsigned second)
 {
     char expected[64];
     (void)snprintf(expected, sizeof expected, format, first, second);
-    TEST_ASSERT_TRUE_MESSAGE(bed_has(expected), expected);
+    TEST_ASSERT_TRUE_MESSAGE(fixture_has(expected), expected);
 }
 
 static void expect_back(uint16_t apid, state_t state)
@@ -48,7 +48,7 @@ static void expect_back(uint16_t apid, state_t state)
 
 static bool is_under_way(uint16_t apid)
 {
-    return roster_find(&bed.supervisor, apid)->recommission.is_active;
+    return supervisor_registry_find(&fixture.supervisor, apid)->recommission.is_active;
 }
 
 /// From now on the supervisor hears what a user asks for.
@@ -56,7 +56,7 @@ static void expect_stopped(uint16_t apid, state_t state, unsigned code)
 {
     char expected[64];
     (void)snprintf(expected, sizeof expected, STOPPED "%04X%04X%04X", apid, (unsigned)state, code);
-    TEST_ASSERT_TRUE_MESSAGE(bed_has(expected), expected);
+    TEST_ASSERT_TRUE_MESSAGE(fixture_has(expected), expected);
     TEST_ASSERT_FALSE(is_under_way(apid));
 }
 
@@ -66,7 +66,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 // ---- The way back ----
@@ -74,23 +74,23 @@ void tearDown(void)
 static void the_network_is_back_with_its_links(void)
 {
     link_up(STATE_OPERATIONAL);
-    die(BED_ARM);
+    die(FIXTURE_ARM);
     TEST_ASSERT_TRUE(is_under_way(ARM));
     TEST_ASSERT_TRUE(is_under_way(HAND));
-    bed_run(2U * SECOND);
+    fixture_run(2U * SECOND);
     expect_back(ARM, STATE_OPERATIONAL);
     expect_back(HAND, STATE_OPERATIONAL);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_ARM].state);
-    TEST_ASSERT_EQUAL(2U, bed.members[BED_ARM].configuration);
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, bed.members[BED_HAND].state);
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.6 000100000003")); // Other epochs.
-    TEST_ASSERT_TRUE(bed_has("17 TC 130.6 000200000004"));
-    TEST_ASSERT_FALSE(bed_has("G 130.4")); // Nobody has asked.
-    TEST_ASSERT_FALSE(bed_has("G 1."));
-    bed_forget();
-    bed_run(SECOND);
-    TEST_ASSERT_FALSE(bed_has("TC 129."));
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
+    TEST_ASSERT_EQUAL(2U, fixture.members[FIXTURE_ARM].configuration);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_HAND].state);
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 000100000003")); // Other epochs.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.6 000200000004"));
+    TEST_ASSERT_FALSE(fixture_has("G 130.4")); // Nobody has asked.
+    TEST_ASSERT_FALSE(fixture_has("G 1."));
+    fixture_forget();
+    fixture_run(SECOND);
+    TEST_ASSERT_FALSE(fixture_has("TC 129."));
 }
 
 static void it_goes_no_further_than_it_was(void)
@@ -98,50 +98,50 @@ static void it_goes_no_further_than_it_was(void)
     static const state_t states[] = {STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL};
     for (unsigned i = 0U; i < 2U; i++) {
         link_up(states[i]);
-        die(BED_ARM);
-        bed_run(3U * SECOND);
+        die(FIXTURE_ARM);
+        fixture_run(3U * SECOND);
         expect_back(ARM, states[i]);
         expect_back(HAND, states[i]);
-        TEST_ASSERT_EQUAL(states[i], bed.members[BED_ARM].state);
-        TEST_ASSERT_EQUAL(2U, bed.supervisor.graph.count);
+        TEST_ASSERT_EQUAL(states[i], fixture.members[FIXTURE_ARM].state);
+        TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
         if (i == 0U) {
-            bed_close();
+            fixture_close();
         }
     }
 }
 
 static void who_was_not_up_stays_down(void)
 {
-    bed_open_up();
+    fixture_open_up();
     mission_of(ARM)->is_recommissioned = true;
-    die(BED_ARM);
+    die(FIXTURE_ARM);
     TEST_ASSERT_FALSE(is_under_way(ARM));
-    bed_run(SECOND);
-    TEST_ASSERT_FALSE(bed_has("16 TC 129."));
+    fixture_run(SECOND);
+    TEST_ASSERT_FALSE(fixture_has("16 TC 129."));
 }
 
 static void without_the_mission_s_word_nobody_is_led_back(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(ARM)->is_recommissioned = false;
-    die(BED_ARM);
-    bed_run(3U * SECOND);
-    TEST_ASSERT_FALSE(bed_has(BACK));
-    TEST_ASSERT_FALSE(bed_has(STOPPED));
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, bed.members[BED_ARM].state);
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, bed.members[BED_HAND].state);
+    die(FIXTURE_ARM);
+    fixture_run(3U * SECOND);
+    TEST_ASSERT_FALSE(fixture_has(BACK));
+    TEST_ASSERT_FALSE(fixture_has(STOPPED));
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_ARM].state);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_HAND].state);
 }
 
 static void a_member_without_configuration_is_led_to_where_it_was(void)
 {
-    bed_open_up();
+    fixture_open_up();
     mission_of(LONE)->is_recommissioned = true;
-    (void)bed_request_state(LONE, STATE_PRE_OPERATIONAL);
-    bed_run(3U);
-    die(BED_LONE);
-    bed_run(2U * SECOND);
+    (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
+    fixture_run(3U);
+    die(FIXTURE_LONE);
+    fixture_run(2U * SECOND);
     expect_back(LONE, STATE_PRE_OPERATIONAL);
-    TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, bed.members[BED_LONE].phase);
+    TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, fixture.members[FIXTURE_LONE].phase);
 }
 
 // ---- What stops it ----
@@ -150,9 +150,9 @@ static void a_mode_that_forbids_it_stops_it(void)
 {
     const uint8_t safe[1] = {MODE_SAFE};
     link_up(STATE_OPERATIONAL);
-    die(BED_ARM);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, safe, 1U);
-    bed_run(2U * SECOND);
+    die(FIXTURE_ARM);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, safe, 1U);
+    fixture_run(2U * SECOND);
     expect_stopped(ARM, STATE_PRE_OPERATIONAL, 0x0110U);
     expect_stopped(HAND, STATE_PRE_OPERATIONAL, 0x0110U);
 }
@@ -161,61 +161,61 @@ static void a_partner_that_does_not_come_stops_it_in_time(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(HAND)->is_recommissioned = false;
-    die(BED_ARM);
-    bed_run(4U * SECOND);
-    TEST_ASSERT_FALSE(bed_has(STOPPED));
-    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, bed.members[BED_ARM].state);
-    bed_run(4U * SECOND);
+    die(FIXTURE_ARM);
+    fixture_run(4U * SECOND);
+    TEST_ASSERT_FALSE(fixture_has(STOPPED));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
+    fixture_run(4U * SECOND);
     expect_stopped(ARM, STATE_PRE_OPERATIONAL, 0x0406U);
-    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, bed.members[BED_ARM].state);
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
 }
 
 static void a_link_that_is_refused_is_asked_for_three_times(void)
 {
     link_up(STATE_OPERATIONAL);
-    die(BED_ARM);
-    bed.members[BED_HAND].refuses_links = PUS_LINK_REASON_PERIOD;
-    bed_run(8U * SECOND);
+    die(FIXTURE_ARM);
+    fixture.members[FIXTURE_HAND].refuses_links = PUS_LINK_REASON_PERIOD;
+    fixture_run(8U * SECOND);
     unsigned asked = 0U;
-    for (const char* line = strstr(bed_look(), "17 TC 130.3"); line != NULL;
+    for (const char* line = strstr(fixture_look(), "17 TC 130.3"); line != NULL;
          line             = strstr(line + 1, "17 TC 130.3")) {
         asked++;
     }
     TEST_ASSERT_EQUAL(2U * RECOMMISSION_RENEWALS, asked); // Two links.
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.graph.count);
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
 }
 
 static void who_fails_again_on_the_way_is_left_alone(void)
 {
     link_up(STATE_OPERATIONAL);
-    die(BED_ARM);
-    bed.members[BED_ARM].ignores_links = true;
-    bed_run(SECOND + (SECOND / 2U));
-    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, bed.members[BED_ARM].state);
-    bed_place(BED_ARM, STATE_ERROR_OPERATIONAL);
-    bed_run(2U);
+    die(FIXTURE_ARM);
+    fixture.members[FIXTURE_ARM].ignores_links = true;
+    fixture_run(SECOND + (SECOND / 2U));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
+    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_run(2U);
     expect_stopped(ARM, STATE_ERROR_OPERATIONAL, PUS_FAILURE_STATE);
 }
 
 static void who_is_led_down_by_a_user_is_left_alone(void)
 {
     link_up(STATE_OPERATIONAL);
-    die(BED_ARM);
-    bed.members[BED_ARM].ignores_links = true;
-    bed_run(SECOND + (SECOND / 2U));
-    (void)bed_request_state(ARM, STATE_OFFLINE);
-    bed_run(4U);
+    die(FIXTURE_ARM);
+    fixture.members[FIXTURE_ARM].ignores_links = true;
+    fixture_run(SECOND + (SECOND / 2U));
+    (void)fixture_request_state(ARM, STATE_OFFLINE);
+    fixture_run(4U);
     expect_stopped(ARM, STATE_OFFLINE, PUS_FAILURE_STATE);
-    bed_run(SECOND);
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, bed.members[BED_ARM].state);
+    fixture_run(SECOND);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_ARM].state);
 }
 
 static void who_had_failed_before_is_not_led_back(void)
 {
     link_up(STATE_OPERATIONAL);
-    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
-    bed_run(SECOND / 5U);
-    die(BED_ARM);
+    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_run(SECOND / 5U);
+    die(FIXTURE_ARM);
     TEST_ASSERT_TRUE(is_under_way(ARM));
     TEST_ASSERT_FALSE(is_under_way(HAND));
 }
@@ -224,21 +224,21 @@ static void who_had_failed_before_is_not_led_back(void)
 static void who_failed_by_the_same_death_is_led_back(void)
 {
     link_up(STATE_OPERATIONAL);
-    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
-    die(BED_ARM);
-    bed_run(1U);
+    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    die(FIXTURE_ARM);
+    fixture_run(1U);
     TEST_ASSERT_TRUE(is_under_way(HAND));
-    bed_run(2U * SECOND);
+    fixture_run(2U * SECOND);
     expect_back(HAND, STATE_OPERATIONAL);
 }
 
 static void nobody_is_led_back_at_the_end_of_the_mission(void)
 {
     link_up(STATE_OPERATIONAL);
-    bed.is_stop_requested = true;
-    bed_run(1U);
-    die(BED_ARM);
-    bed_run(1U);
+    fixture.is_stop_requested = true;
+    fixture_run(1U);
+    die(FIXTURE_ARM);
+    fixture_run(1U);
     TEST_ASSERT_FALSE(is_under_way(ARM));
 }
 
@@ -246,24 +246,24 @@ static void nobody_is_led_back_at_the_end_of_the_mission(void)
 static void a_plan_for_a_member_on_its_way_stops_it(void)
 {
     link_up(STATE_OPERATIONAL);
-    die(BED_ARM);
-    bed.members[BED_ARM].ignores_links = true;
-    bed_run(SECOND + (SECOND / 2U));
+    die(FIXTURE_ARM);
+    fixture.members[FIXTURE_ARM].ignores_links = true;
+    fixture_run(SECOND + (SECOND / 2U));
     TEST_ASSERT_TRUE(is_under_way(ARM));
-    bed_event(BED_ARM, PUS_SEVERITY_HIGH, 5U);
-    bed_run(2U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, 5U);
+    fixture_run(2U);
     TEST_ASSERT_FALSE(is_under_way(ARM));
-    TEST_ASSERT_TRUE(bed_has(STOPPED "0010"));
+    TEST_ASSERT_TRUE(fixture_has(STOPPED "0010"));
 }
 
 static void the_shutdown_ends_it(void)
 {
     link_up(STATE_OPERATIONAL);
-    die(BED_ARM);
-    bed.is_stop_requested = true;
-    bed_run(2U * SECOND);
-    TEST_ASSERT_TRUE(bed.is_finished);
-    TEST_ASSERT_FALSE(bed_has(STOPPED));
+    die(FIXTURE_ARM);
+    fixture.is_stop_requested = true;
+    fixture_run(2U * SECOND);
+    TEST_ASSERT_TRUE(fixture.is_finished);
+    TEST_ASSERT_FALSE(fixture_has(STOPPED));
     TEST_ASSERT_FALSE(is_under_way(ARM));
 }
 
@@ -281,23 +281,23 @@ static unsigned times_told(const char* text, const char* line)
 /// It neither steps, nor takes in, nor says a word, until it is killed for it.
 static void hang(unsigned member)
 {
-    bed_member_t* const one = &bed.members[member];
-    const unsigned kills    = bed.kills;
-    bed.late_apid           = one->apid;
-    bed.promise_ns          = bed.now_ns;
-    one->is_deaf            = true;
-    one->is_silent          = true;
-    bed_run(3U);
-    TEST_ASSERT_EQUAL(kills, bed.kills); // As long as its mission allows.
-    bed_run(1U);
-    TEST_ASSERT_EQUAL(kills + 1U, bed.kills);
+    fixture_member_t* const one = &fixture.members[member];
+    const unsigned kills        = fixture.kills;
+    fixture.late_apid           = one->apid;
+    fixture.promise_ns          = fixture.now_ns;
+    one->is_deaf                = true;
+    one->is_silent              = true;
+    fixture_run(3U);
+    TEST_ASSERT_EQUAL(kills, fixture.kills); // As long as its mission allows.
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL(kills + 1U, fixture.kills);
     one->is_deaf   = false;
     one->is_silent = false;
 }
 
 static unsigned deaths_of(uint16_t apid)
 {
-    return roster_find(&bed.supervisor, apid)->deaths;
+    return supervisor_registry_find(&fixture.supervisor, apid)->deaths;
 }
 
 /// Wherever on its way it hangs, also while a link is being opened: it is killed, that costs of its budget,
@@ -309,29 +309,29 @@ static void who_hangs_on_the_way_begins_anew(void)
         char where[32];
         (void)snprintf(where, sizeof where, "after %u ticks", ticks);
         link_up(STATE_OPERATIONAL);
-        die(BED_ARM);
-        bed_run(ticks);
+        die(FIXTURE_ARM);
+        fixture_run(ticks);
         on_the_way += is_under_way(ARM) ? 1U : 0U;
-        hang(BED_ARM);
+        hang(FIXTURE_ARM);
         TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // Again, if it had arrived.
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(bed_look(), "G 5.4 001E0010"), where);
-        bed_run(5U * SECOND);
-        const char* const text = bed_look();
-        TEST_ASSERT_EQUAL_MESSAGE(1U, bed.kills, where);
-        TEST_ASSERT_EQUAL_MESSAGE(2U, bed.starts, where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(fixture_look(), "G 5.4 001E0010"), where);
+        fixture_run(5U * SECOND);
+        const char* const text = fixture_look();
+        TEST_ASSERT_EQUAL_MESSAGE(1U, fixture.kills, where);
+        TEST_ASSERT_EQUAL_MESSAGE(2U, fixture.starts, where);
         TEST_ASSERT_EQUAL_MESSAGE(2U, deaths_of(ARM), where);
         TEST_ASSERT_EQUAL_MESSAGE(0U, times_told(text, "G 5.4"), where);
         TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, BACK "00100005"), where);
         TEST_ASSERT_EQUAL_MESSAGE(0U, times_told(text, STOPPED), where);
         TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
-        TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, bed.members[BED_ARM].state, where);
-        TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, bed.members[BED_HAND].state, where);
-        TEST_ASSERT_EQUAL_MESSAGE(2U, bed.supervisor.graph.count, where);
-        TEST_ASSERT_EQUAL_MESSAGE(MODE_NOMINAL, bed.supervisor.mode, where);
-        bed_close();
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, fixture.members[FIXTURE_ARM].state, where);
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, fixture.members[FIXTURE_HAND].state, where);
+        TEST_ASSERT_EQUAL_MESSAGE(2U, fixture.supervisor.graph.count, where);
+        TEST_ASSERT_EQUAL_MESSAGE(MODE_NOMINAL, fixture.supervisor.mode, where);
+        fixture_close();
     }
     TEST_ASSERT_TRUE((on_the_way > 50U) && (on_the_way <= 60U)); // The last ones had arrived.
-    bed_open();
+    fixture_open();
 }
 
 /// The partner's plan takes the mission to a mode that forbids the rest of the way: each run ends, and is
@@ -342,13 +342,13 @@ static void a_partner_that_hangs_on_the_way_ends_it_by_its_plan(void)
         char where[32];
         (void)snprintf(where, sizeof where, "after %u ticks", ticks);
         link_up(STATE_OPERATIONAL);
-        die(BED_ARM);
-        bed_run(ticks);
-        hang(BED_HAND);
-        bed_run(12U * SECOND);
-        const char* const text = bed_look();
-        TEST_ASSERT_EQUAL_MESSAGE(1U, bed.kills, where);
-        TEST_ASSERT_EQUAL_MESSAGE(2U, bed.starts, where);
+        die(FIXTURE_ARM);
+        fixture_run(ticks);
+        hang(FIXTURE_HAND);
+        fixture_run(12U * SECOND);
+        const char* const text = fixture_look();
+        TEST_ASSERT_EQUAL_MESSAGE(1U, fixture.kills, where);
+        TEST_ASSERT_EQUAL_MESSAGE(2U, fixture.starts, where);
         TEST_ASSERT_EQUAL_MESSAGE(1U, deaths_of(HAND), where);
         TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, "G 5.4 001E0011"), where);
         TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
@@ -356,9 +356,9 @@ static void a_partner_that_hangs_on_the_way_ends_it_by_its_plan(void)
                                   where);
         TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, BACK "0011") + times_told(text, STOPPED "0011"),
                                   where);
-        bed_close();
+        fixture_close();
     }
-    bed_open();
+    fixture_open();
 }
 
 /// Each life hangs on its way: the pauses grow, and the last one of the budget ends in the fallback, told
@@ -367,28 +367,28 @@ static void hangs_on_the_way_use_up_the_budget(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(ARM)->restart_budget = 3U;
-    die(BED_ARM);
+    die(FIXTURE_ARM);
     static const unsigned pauses[] = {12U, 102U}; // Ticks until the next start.
     for (unsigned i = 0U; i < 2U; i++) {
-        bed_run(30U);
+        fixture_run(30U);
         TEST_ASSERT_TRUE(is_under_way(ARM));
-        hang(BED_ARM);
+        hang(FIXTURE_ARM);
         TEST_ASSERT_TRUE(is_under_way(ARM)); // It still knows where it was.
-        TEST_ASSERT_EQUAL(i + 1U, bed.starts);
-        bed_run(pauses[i]);
-        TEST_ASSERT_EQUAL(i + 2U, bed.starts);
+        TEST_ASSERT_EQUAL(i + 1U, fixture.starts);
+        fixture_run(pauses[i]);
+        TEST_ASSERT_EQUAL(i + 2U, fixture.starts);
     }
     TEST_ASSERT_EQUAL(3U, deaths_of(ARM));
-    TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
-    bed_forget();
-    bed_run(30U);
-    hang(BED_ARM);
-    bed_run(12U * SECOND);
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
-    TEST_ASSERT_EQUAL(3U, bed.kills);
-    TEST_ASSERT_EQUAL(3U, bed.starts);
+    TEST_ASSERT_EQUAL(MODE_NOMINAL, fixture.supervisor.mode);
+    fixture_forget();
+    fixture_run(30U);
+    hang(FIXTURE_ARM);
+    fixture_run(12U * SECOND);
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
+    TEST_ASSERT_EQUAL(3U, fixture.kills);
+    TEST_ASSERT_EQUAL(3U, fixture.starts);
     TEST_ASSERT_FALSE(is_under_way(ARM) || is_under_way(HAND));
-    const char* const text = bed_look();
+    const char* const text = fixture_look();
     TEST_ASSERT_EQUAL(1U, times_told(text, "G 5.4 001E0010"));
     TEST_ASSERT_EQUAL(1U, times_told(text, STOPPED "001000000408")); // PUS_FAILURE_LOST, in OFFLINE.
     TEST_ASSERT_EQUAL(0U, times_told(text, BACK "0010"));
@@ -400,59 +400,60 @@ static void deaths_in_a_row_cost_a_pause_each_and_then_the_mode(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(ARM)->restart_budget = 3U;
-    die(BED_ARM);
-    TEST_ASSERT_EQUAL(1U, bed.starts); // At once.
-    bed_run(SECOND / 10U);
-    die(BED_ARM);
-    bed_run(8U);
-    TEST_ASSERT_EQUAL(1U, bed.starts);
-    bed_run(4U);
-    TEST_ASSERT_EQUAL(2U, bed.starts); // After 100 ms.
-    die(BED_ARM);
-    bed_run(95U);
-    TEST_ASSERT_EQUAL(2U, bed.starts);
-    bed_run(10U);
-    TEST_ASSERT_EQUAL(3U, bed.starts); // After 1 s.
-    TEST_ASSERT_EQUAL(MODE_NOMINAL, bed.supervisor.mode);
+    die(FIXTURE_ARM);
+    TEST_ASSERT_EQUAL(1U, fixture.starts); // At once.
+    fixture_run(SECOND / 10U);
+    die(FIXTURE_ARM);
+    fixture_run(8U);
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    fixture_run(4U);
+    TEST_ASSERT_EQUAL(2U, fixture.starts); // After 100 ms.
+    die(FIXTURE_ARM);
+    fixture_run(95U);
+    TEST_ASSERT_EQUAL(2U, fixture.starts);
+    fixture_run(10U);
+    TEST_ASSERT_EQUAL(3U, fixture.starts); // After 1 s.
+    TEST_ASSERT_EQUAL(MODE_NOMINAL, fixture.supervisor.mode);
     TEST_ASSERT_TRUE(is_under_way(ARM)); // It still knows where it was.
-    die(BED_ARM);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+    die(FIXTURE_ARM);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
     expect_stopped(ARM, STATE_OFFLINE, PUS_FAILURE_LOST);
-    bed_run(2U * SECOND);
-    TEST_ASSERT_EQUAL(3U, bed.starts);
+    fixture_run(2U * SECOND);
+    TEST_ASSERT_EQUAL(3U, fixture.starts);
 }
 
 static void a_long_life_makes_deaths_forgotten(void)
 {
-    bed_open_up();
+    fixture_open_up();
     mission_of(LONE)->restart_budget    = 1U;
     mission_of(LONE)->restart_period_us = 2000000U;
     for (unsigned i = 1U; i <= 3U; i++) {
-        die(BED_LONE);
-        bed_run(2U);
-        TEST_ASSERT_EQUAL(i, bed.starts);
-        bed_run((2U * SECOND) + 1U);
+        die(FIXTURE_LONE);
+        fixture_run(2U);
+        TEST_ASSERT_EQUAL(i, fixture.starts);
+        fixture_run((2U * SECOND) + 1U);
     }
-    die(BED_LONE);
-    bed_run(SECOND);
-    die(BED_LONE); // Too soon.
-    bed_run(2U * SECOND);
-    TEST_ASSERT_EQUAL(4U, bed.starts);
-    TEST_ASSERT_EQUAL(MODE_SAFE, bed.supervisor.mode);
+    die(FIXTURE_LONE);
+    fixture_run(SECOND);
+    die(FIXTURE_LONE); // Too soon.
+    fixture_run(2U * SECOND);
+    TEST_ASSERT_EQUAL(4U, fixture.starts);
+    TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
 static void who_is_started_by_a_user_in_the_pause_is_not_started_twice(void)
 {
     const uint8_t apid[2] = {0U, LONE};
-    bed_open_up();
+    fixture_open_up();
     mission_of(LONE)->restart_budget = 3U;
-    die(BED_LONE);
-    bed_run(2U);
-    die(BED_LONE);
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_START_PROCESS, apid, sizeof apid);
-    bed_run(2U * SECOND);
-    TEST_ASSERT_EQUAL(2U, bed.starts);
+    die(FIXTURE_LONE);
+    fixture_run(2U);
+    die(FIXTURE_LONE);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_START_PROCESS, apid,
+                     sizeof apid);
+    fixture_run(2U * SECOND);
+    TEST_ASSERT_EQUAL(2U, fixture.starts);
 }
 
 int main(void)

@@ -3,7 +3,7 @@
 // that do not.
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/support/recorded_media.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "test/unit/fsw/supervisor/releases.h"
 #include "unity.h"
 
@@ -16,7 +16,7 @@
 
 static journal_t journal;
 static journal_slot_t slots[JOURNAL_SLOTS(RECORDS)];
-static medium_t media[ONBOARD_STORES];
+static medium_t media[SPACECRAFT_STORES];
 static image_t images[2];
 static bool has_store; // On `media`.
 
@@ -40,26 +40,26 @@ void setUp(void)
 {
     static const image_t empty[2];
     recorded_clear(empty);
-    has_store     = false;
-    bed_configure = give_journal;
+    has_store         = false;
+    fixture_configure = give_journal;
     open_journal();
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
-    bed_configure = NULL;
+    fixture_close();
+    fixture_configure = NULL;
 }
 
 /// Power comes back on media as they are in `images`.
 static void begin_anew(void)
 {
-    bed_close();
+    fixture_close();
     recorded_clear(images);
     open_journal();
-    bed_open();
-    bed_run(60U);
+    fixture_open();
+    fixture_run(60U);
 }
 
 static void power_cut(void)
@@ -70,16 +70,16 @@ static void power_cut(void)
 
 static void set_mode(uint8_t mode)
 {
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, &mode, 1U);
-    bed_run(1U);
-    TEST_ASSERT_EQUAL_UINT8(mode, bed.supervisor.mode);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, &mode, 1U);
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL_UINT8(mode, fixture.supervisor.mode);
 }
 
 static void shut_down(void)
 {
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
-    bed_run(60U);
-    TEST_ASSERT_TRUE(bed.is_finished);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    fixture_run(60U);
+    TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
 static void definitions_of_each_service_come_back(void)
@@ -93,21 +93,21 @@ static void definitions_of_each_service_come_back(void)
     REQUEST(PUS_SERVICE_FORWARDING, 1U, "\1\0\20\1\3\1\31");
     REQUEST(PUS_SERVICE_TIME, 1U, "\7");
     REQUEST(PUS_SERVICE_HOUSEKEEPING, 29U, "\1\0\1\1"); // Of the component itself: TC[3,29] of a structure.
-    bed_forget();
+    fixture_forget();
     power_cut();
-    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.refused);
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.refused);
     set_mode(MODE_NOMINAL);
-    const onboard_t* const onboard = &bed.supervisor.onboard;
-    TEST_ASSERT_EQUAL_UINT32(1U, onboard->schedules.time.schedule.count);
-    TEST_ASSERT_EQUAL_UINT32(1U, onboard->schedules.position.schedule.count);
-    TEST_ASSERT_EQUAL_UINT8(7U, onboard->storage.time.exponent);
+    const spacecraft_services_t* const spacecraft = &fixture.supervisor.spacecraft;
+    TEST_ASSERT_EQUAL_UINT32(1U, spacecraft->schedules.time.schedule.count);
+    TEST_ASSERT_EQUAL_UINT32(1U, spacecraft->schedules.position.schedule.count);
+    TEST_ASSERT_EQUAL_UINT8(7U, spacecraft->storage.time.exponent);
     REQUEST(PUS_SERVICE_SEQUENCES, 4U, "SEQ\0\0\0\0\0");
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
-    bed_forget();
-    bed_event(BED_ARM, 2U, 4U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 2U, 4U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
 }
 
 static void a_record_of_nobody_is_told(void)
@@ -117,56 +117,56 @@ static void a_record_of_nobody_is_told(void)
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, PUS_SERVICE_TEST, 6U, (const uint8_t*)"a", 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
     power_cut();
-    TEST_ASSERT_EQUAL_UINT32(3U, bed.supervisor.onboard.refused);
-    TEST_ASSERT_TRUE(bed_has("G 5.2 000B6312345678"));
-    TEST_ASSERT_TRUE(bed_has("G 5.2 000B0F00000005"));
-    TEST_ASSERT_TRUE(bed_has("G 5.2 000B1100000006")); // ST[17] keeps nothing.
+    TEST_ASSERT_EQUAL_UINT32(3U, fixture.supervisor.spacecraft.refused);
+    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B6312345678"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B0F00000005"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B1100000006")); // ST[17] keeps nothing.
 }
 
 /// A flipped bit early in the file: schedules and procedures are gone. It is told, once, in mode SAFE.
 static void a_damaged_journal_is_told(void)
 {
-    TEST_ASSERT_NOT_EQUAL(0U, bed.supervisor.mode);
+    TEST_ASSERT_NOT_EQUAL(0U, fixture.supervisor.mode);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
     release_at(3600000U * MS, LONE, 0U);
-    bed_forget();
+    fixture_forget();
     recorded_durable(images);
     images[0].octets[60] ^= 1U;
     begin_anew();
-    TEST_ASSERT_TRUE(bed_has("G 5.4 005A"));
-    TEST_ASSERT_EQUAL_UINT8(0U, bed.supervisor.mode);
-    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.onboard.schedules.time.schedule.count);
-    bed_forget();
-    bed_run(20U);
-    TEST_ASSERT_FALSE(bed_has("G 5.4 005A"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 005A"));
+    TEST_ASSERT_EQUAL_UINT8(0U, fixture.supervisor.mode);
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.schedules.time.schedule.count);
+    fixture_forget();
+    fixture_run(20U);
+    TEST_ASSERT_FALSE(fixture_has("G 5.4 005A"));
     shut_down();
     power_cut();
-    TEST_ASSERT_FALSE(bed_has("G 5.4 005A"));
-    TEST_ASSERT_NOT_EQUAL(0U, bed.supervisor.mode);
+    TEST_ASSERT_FALSE(fixture_has("G 5.4 005A"));
+    TEST_ASSERT_NOT_EQUAL(0U, fixture.supervisor.mode);
 }
 
 // ---- The mode ----
 
 static void after_a_power_cut_it_begins_in_the_fallback_mode(void)
 {
-    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
     power_cut();
-    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, bed.supervisor.mode);
+    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode);
     TEST_ASSERT_TRUE(
-        bed_has(INTERRUPTED "010000000000000000\n")); // In the mode it had begun with, from 0 on.
-    TEST_ASSERT_TRUE(bed_has("G 131.2 010001\n"));
-    bed_forget();
+        fixture_has(INTERRUPTED "010000000000000000\n")); // In the mode it had begun with, from 0 on.
+    TEST_ASSERT_TRUE(fixture_has("G 131.2 010001\n"));
+    fixture_forget();
     power_cut();
-    TEST_ASSERT_TRUE(bed_has(INTERRUPTED "000000000000000000\n"));
-    TEST_ASSERT_FALSE(bed_has("G 131.2 0000"));
-    bed_run(40U);
+    TEST_ASSERT_TRUE(fixture_has(INTERRUPTED "000000000000000000\n"));
+    TEST_ASSERT_FALSE(fixture_has("G 131.2 0000"));
+    fixture_run(40U);
     set_mode(MODE_NOMINAL);
-    bed_forget();
+    fixture_forget();
     power_cut();
-    TEST_ASSERT_TRUE(bed_has(INTERRUPTED "01000000003B9ACA00\n")); // Since 1 s.
-    bed_forget();
-    bed_run(20U);
-    TEST_ASSERT_FALSE(bed_has(INTERRUPTED));
+    TEST_ASSERT_TRUE(fixture_has(INTERRUPTED "01000000003B9ACA00\n")); // Since 1 s.
+    fixture_forget();
+    fixture_run(20U);
+    TEST_ASSERT_FALSE(fixture_has(INTERRUPTED));
 }
 
 static void after_a_shutdown_it_begins_in_the_initial_mode(void)
@@ -174,21 +174,21 @@ static void after_a_shutdown_it_begins_in_the_initial_mode(void)
     set_mode(MODE_SAFE);
     shut_down();
     power_cut();
-    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
-    TEST_ASSERT_FALSE(bed_has("G 5."));
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
+    TEST_ASSERT_FALSE(fixture_has("G 5."));
 }
 
 /// Rather a flight too many in the fallback mode than one too few.
 static void a_disk_that_forgets_nothing_leaves_the_record(void)
 {
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
     recorded.failure    = STATUS_IO;
     recorded.fail_from  = recorded.calls + 1U;
     recorded.fail_count = 1000U;
-    bed_run(60U);
-    TEST_ASSERT_TRUE(bed.is_finished);
+    fixture_run(60U);
+    TEST_ASSERT_TRUE(fixture.is_finished);
     power_cut();
-    TEST_ASSERT_TRUE(bed_has(INTERRUPTED));
+    TEST_ASSERT_TRUE(fixture_has(INTERRUPTED));
 }
 
 static void fall_back_to_nominal(supervisor_config_t* const config)
@@ -203,10 +203,10 @@ static void fall_back_to_nominal(supervisor_config_t* const config)
 
 static void the_mission_says_what_the_fallback_mode_is(void)
 {
-    bed_configure = fall_back_to_nominal;
+    fixture_configure = fall_back_to_nominal;
     power_cut();
-    TEST_ASSERT_TRUE(bed_has(INTERRUPTED));
-    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
+    TEST_ASSERT_TRUE(fixture_has(INTERRUPTED));
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
 }
 
 static void a_record_that_is_no_mode_is_told(void)
@@ -214,9 +214,9 @@ static void a_record_that_is_no_mode_is_told(void)
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, PUS_SERVICE_MISSION, 0U, (const uint8_t*)"a", 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
     power_cut();
-    TEST_ASSERT_TRUE(bed_has("G 5.2 000B8300000000"));
-    TEST_ASSERT_FALSE(bed_has(INTERRUPTED));
-    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, bed.supervisor.mode);
+    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B8300000000"));
+    TEST_ASSERT_FALSE(fixture_has(INTERRUPTED));
+    TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
 }
 
 static void a_disk_that_takes_no_record_stops_no_mode(void)
@@ -225,11 +225,11 @@ static void a_disk_that_takes_no_record_stops_no_mode(void)
         recorded.failure    = STATUS_IO;
         recorded.fail_from  = recorded.calls + failing;
         recorded.fail_count = 1U;
-        bed_forget();
-        mode_fall_back(&bed.supervisor);
-        bed_run(1U);
-        TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, bed.supervisor.mode);
-        TEST_ASSERT_TRUE(bed_has("G 5.2 000B8300000000"));
+        fixture_forget();
+        supervisor_mode_fall_back(&fixture.supervisor);
+        fixture_run(1U);
+        TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode);
+        TEST_ASSERT_TRUE(fixture_has("G 5.2 000B8300000000"));
         set_mode(MODE_NOMINAL);
     }
 }
@@ -237,14 +237,14 @@ static void a_disk_that_takes_no_record_stops_no_mode(void)
 static void a_journal_that_cannot_be_read_is_told(void)
 {
     REQUEST(PUS_SERVICE_TIME, 1U, "\7");
-    bed_close();
+    fixture_close();
     recorded.failure    = STATUS_IO;
     recorded.fail_from  = recorded.calls + 1U;
     recorded.fail_count = 1U;
-    bed_open();
-    bed_run(60U);
-    TEST_ASSERT_TRUE(bed_has("G 5.2 000B0000000000"));
-    TEST_ASSERT_EQUAL_UINT8(PUS_TIME_NO_REPORTS, bed.supervisor.onboard.storage.time.exponent);
+    fixture_open();
+    fixture_run(60U);
+    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B0000000000"));
+    TEST_ASSERT_EQUAL_UINT8(PUS_TIME_NO_REPORTS, fixture.supervisor.spacecraft.storage.time.exponent);
 }
 
 static status_t fail_to_read(void* const context, const uint64_t offset, uint8_t* const octets,
@@ -266,7 +266,7 @@ static status_t fail_to_tell_size(void* const context, uint64_t* const out_size)
 
 static void a_service_that_cannot_begin_is_told(void)
 {
-    for (unsigned i = 0U; i < ONBOARD_STORES; i++) {
+    for (unsigned i = 0U; i < SPACECRAFT_STORES; i++) {
         media[i]      = recorded_medium(1U);
         media[i].read = fail_to_read;
         media[i].size = fail_to_tell_size;
@@ -274,15 +274,15 @@ static void a_service_that_cannot_begin_is_told(void)
     REQUEST(PUS_SERVICE_STORAGE, 20U, "\1RING\0\0\0\0\0\1\0\0\0\0");
     has_store = true;
     power_cut();
-    TEST_ASSERT_TRUE(bed_has("G 5.2 000B0F00000000"));
-    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.refused);
+    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B0F00000000"));
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.refused);
 }
 
 /// What a supervisor tells that begins anew: 0 the release comes again, 1 it is in doubt, 2 it was done.
 static unsigned outcome(void)
 {
-    const bool is_reached = bed_has(LONE_REACHED);
-    const bool is_told    = bed_has("G 5.2 000C000100120005");
+    const bool is_reached = fixture_has(LONE_REACHED);
+    const bool is_told    = fixture_has("G 5.2 000C000100120005");
     TEST_ASSERT_FALSE(is_reached && is_told);
     return is_reached ? 0U : (is_told ? 1U : 2U);
 }
@@ -302,15 +302,15 @@ static void a_release_is_never_lost_untold(void)
         recorded_copy(images, before);
         begin_anew();
         const size_t start = recorded.count;
-        bed_run(20U);
-        TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
+        fixture_run(20U);
+        TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
         is_all = (start + cut) == recorded.count;
         recorded_copy(images, before);
         for (size_t i = 0U; i < (start + cut); i++) {
             recorded_apply(&recorded.operations[i], recorded.operations[i].size, images);
         }
         begin_anew();
-        bed_run(20U);
+        fixture_run(20U);
         const unsigned now = outcome();
         TEST_ASSERT_TRUE(now >= last);
         seen[now]++;

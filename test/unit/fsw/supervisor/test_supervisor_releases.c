@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests that services of the supervisor release: when, and what becomes of those that find no room.
-#include "fsw/supervisor/services/onboard.h"
+#include "fsw/supervisor/services/spacecraft_services.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "test/unit/fsw/supervisor/releases.h"
 #include "unity.h"
 
@@ -15,102 +15,102 @@
 
 void setUp(void)
 {
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static void at_a_time(void)
 {
-    const uint64_t due_ns = bed.now_ns + (25U * MS);
+    const uint64_t due_ns = fixture.now_ns + (25U * MS);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
     release_at(due_ns, LONE, 0U);
-    bed_run(2U);
-    bed_expect("");
-    const uint64_t wake_ns = supervisor_step(&bed.supervisor, bed.now_ns); // Between two ticks.
+    fixture_run(2U);
+    fixture_expect("");
+    const uint64_t wake_ns = supervisor_step(&fixture.supervisor, fixture.now_ns); // Between two ticks.
     TEST_ASSERT_TRUE((wake_ns <= due_ns) && (wake_ns > (due_ns - 100U)));
-    bed.now_ns = due_ns;
-    bed_run(1U);
-    bed_expect(LONE_REACHED);
-    bed_run(10U);
-    bed_expect("");
+    fixture.now_ns = due_ns;
+    fixture_run(1U);
+    fixture_expect(LONE_REACHED);
+    fixture_run(10U);
+    fixture_expect("");
 }
 
 static void at_a_position(void)
 {
-    const uint64_t here = pus_position_schedule_now(&bed.supervisor.onboard.schedules.position);
+    const uint64_t here = pus_position_schedule_now(&fixture.supervisor.spacecraft.schedules.position);
     schedule_enable(PUS_SERVICE_POSITION_SCHEDULE);
     release_where(here + 3U, LONE, 0U);
-    bed_run(10U);
-    bed_expect("");
-    bed_run(20U); // A step of the angle takes 85 ms.
-    bed_expect(LONE_REACHED);
+    fixture_run(10U);
+    fixture_expect("");
+    fixture_run(20U); // A step of the angle takes 85 ms.
+    fixture_expect(LONE_REACHED);
 }
 
 static void on_an_event(void)
 {
     release_on(NOTE, LONE, 0U);
-    bed_event(BED_ARM, 2U, NOTE + 1U);
-    bed_event(BED_HAND, 2U, NOTE);
-    bed_report(BED_ARM, PUS_SERVICE_EVENTS, 2U, "\4", 1U);
-    bed_report(BED_ARM, PUS_SERVICE_EVENTS, 8U, "\0\4", 2U); // A list of disabled events.
-    bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "\0\4", 2U);
-    bed_run(3U);
-    TEST_ASSERT_FALSE(bed_has(LONE_REACHED));
-    bed_event(BED_ARM, 2U, NOTE);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
+    fixture_event(FIXTURE_ARM, 2U, NOTE + 1U);
+    fixture_event(FIXTURE_HAND, 2U, NOTE);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_EVENTS, 2U, "\4", 1U);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_EVENTS, 8U, "\0\4", 2U); // A list of disabled events.
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "\0\4", 2U);
+    fixture_run(3U);
+    TEST_ASSERT_FALSE(fixture_has(LONE_REACHED));
+    fixture_event(FIXTURE_ARM, 2U, NOTE);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
 }
 
 static void in_a_sequence(void)
 {
     release_in_sequence(LONE, 0U);
-    bed_run(1U);
-    bed_expect(LONE_REACHED);
+    fixture_run(1U);
+    fixture_expect(LONE_REACHED);
 }
 
 // ---- Without room ----
 
 static void a_request_waits_for_its_addressee_and_others_behind_it(void)
 {
-    bed_fill(BED_LONE);
+    fixture_fill(FIXTURE_LONE);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
-    release_at(bed.now_ns + (5U * MS), LONE, 0U);
-    release_at(bed.now_ns + (6U * MS), HAND, 1U);
-    bed_run(5U);
-    bed_expect("");
-    bed.members[BED_LONE].is_deaf = false;
-    bed_run(5U);
-    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
-    TEST_ASSERT_TRUE(bed_has("17 TC 17.1 from 1"));
-    TEST_ASSERT_FALSE(bed_has("G 1.10"));
+    release_at(fixture.now_ns + (5U * MS), LONE, 0U);
+    release_at(fixture.now_ns + (6U * MS), HAND, 1U);
+    fixture_run(5U);
+    fixture_expect("");
+    fixture.members[FIXTURE_LONE].is_deaf = false;
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 17.1 from 1"));
+    TEST_ASSERT_FALSE(fixture_has("G 1.10"));
 }
 
 static void a_request_that_has_waited_enough_is_refused(void)
 {
-    bed_fill(BED_LONE);
+    fixture_fill(FIXTURE_LONE);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
-    release_at(bed.now_ns + (5U * MS), LONE, 3U);
-    release_at(bed.now_ns + (6U * MS), HAND, 1U);
-    bed_run((unsigned)(ONBOARD_PATIENCE_NS / BED_TICK_NS));
-    bed_expect("");
-    bed_run(3U);
-    bed_expect("G 1.10 #3 0109 12\n17 TC 17.1 from 1\n");
+    release_at(fixture.now_ns + (5U * MS), LONE, 3U);
+    release_at(fixture.now_ns + (6U * MS), HAND, 1U);
+    fixture_run((unsigned)(SPACECRAFT_PATIENCE_NS / FIXTURE_TICK_NS));
+    fixture_expect("");
+    fixture_run(3U);
+    fixture_expect("G 1.10 #3 0109 12\n17 TC 17.1 from 1\n");
 }
 
 static void what_is_no_request_holds_nobody_up(void)
 {
     static const uint8_t nonsense[] = "This is not a telecommand.";
-    const uint32_t before           = bed.supervisor.counters.tc_malformed;
-    TEST_ASSERT_EQUAL(STATUS_OK, onboard_release(&bed.supervisor, nonsense, sizeof nonsense));
+    const uint32_t before           = fixture.supervisor.counters.tc_malformed;
+    TEST_ASSERT_EQUAL(STATUS_OK, spacecraft_release(&fixture.supervisor, nonsense, sizeof nonsense));
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
-    release_at(bed.now_ns + (5U * MS), LONE, 0U);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has(LONE_REACHED));
-    TEST_ASSERT_EQUAL_UINT32(before + 1U, bed.supervisor.counters.tc_malformed);
+    release_at(fixture.now_ns + (5U * MS), LONE, 0U);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
+    TEST_ASSERT_EQUAL_UINT32(before + 1U, fixture.supervisor.counters.tc_malformed);
 }
 
 /// The queue of released requests is full of such as LONE has no credit for.
@@ -122,43 +122,43 @@ static void fill_queue(void)
     const pus_tc_t tc = {.apid    = LONE,
                          .service = PUS_SERVICE_TEST,
                          .subtype = 1U,
-                         .source  = BED_USER,
+                         .source  = FIXTURE_USER,
                          .data    = data,
                          .size    = sizeof data};
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &size));
-    bed_fill(BED_LONE);
-    bed_step();
-    while (onboard_release(&bed.supervisor, packet, size) == STATUS_OK) {
+    fixture_fill(FIXTURE_LONE);
+    fixture_step();
+    while (spacecraft_release(&fixture.supervisor, packet, size) == STATUS_OK) {
     }
-    const octet_ring_t* const queue = &bed.supervisor.onboard.released;
-    while (onboard_release(&bed.supervisor, packet, octet_ring_room(queue)) == STATUS_OK) {
+    const message_ring_t* const queue = &fixture.supervisor.spacecraft.released;
+    while (spacecraft_release(&fixture.supervisor, packet, message_ring_room(queue)) == STATUS_OK) {
     }
 }
 
 static void expect_retried(void)
 {
-    const uint64_t wake_ns = supervisor_step(&bed.supervisor, bed.now_ns);
-    TEST_ASSERT_EQUAL_UINT64(bed.now_ns + ONBOARD_RETRY_NS, wake_ns);
-    bed_forget();
+    const uint64_t wake_ns = supervisor_step(&fixture.supervisor, fixture.now_ns);
+    TEST_ASSERT_EQUAL_UINT64(fixture.now_ns + SPACECRAFT_RETRY_NS, wake_ns);
+    fixture_forget();
 }
 
 static void a_service_that_finds_the_queue_full_tries_again(void)
 {
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
-    release_at(bed.now_ns + (25U * MS), LONE, 0U);
+    release_at(fixture.now_ns + (25U * MS), LONE, 0U);
     fill_queue();
-    bed.now_ns += 25U * MS;
+    fixture.now_ns += 25U * MS;
     expect_retried();
-    TEST_ASSERT_TRUE(pus_schedule_is_waiting(&bed.supervisor.onboard.schedules.time.schedule));
+    TEST_ASSERT_TRUE(pus_schedule_is_waiting(&fixture.supervisor.spacecraft.schedules.time.schedule));
 }
 
 static void an_event_that_finds_the_queue_full_is_remembered(void)
 {
     release_on(NOTE, LONE, 0U);
     fill_queue();
-    bed_event(BED_ARM, 2U, NOTE);
+    fixture_event(FIXTURE_ARM, 2U, NOTE);
     expect_retried();
-    TEST_ASSERT_TRUE(pus_event_action_is_waiting(&bed.supervisor.onboard.schedules.actions));
+    TEST_ASSERT_TRUE(pus_event_action_is_waiting(&fixture.supervisor.spacecraft.schedules.actions));
 }
 
 static void a_sequence_that_finds_the_queue_full_waits(void)
@@ -166,7 +166,8 @@ static void a_sequence_that_finds_the_queue_full_waits(void)
     fill_queue();
     release_in_sequence(LONE, 0U);
     expect_retried();
-    TEST_ASSERT_TRUE(pus_sequences_next_ns(&bed.supervisor.onboard.sequences.service) <= bed.now_ns);
+    TEST_ASSERT_TRUE(pus_sequences_next_ns(&fixture.supervisor.spacecraft.sequences.service) <=
+                     fixture.now_ns);
 }
 
 int main(void)

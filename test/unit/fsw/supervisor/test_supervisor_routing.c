@@ -3,7 +3,7 @@
 #include "fsw/supervisor/supervisor.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -11,46 +11,46 @@
 
 void setUp(void)
 {
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 // ---- Routing ----
 
 static void requests_go_down_and_reports_come_up(void)
 {
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    bed_expect("16 TC 17.1 from 1\nG/16 1.1 #0\nG/16 1.3 #0\nG/16 1.7 #0\n");
-    bed_report(BED_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "abc", 3U);
-    bed_run(1U);
-    bed_expect("G/17 3.26 616263\n");
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(1U);
-    bed_expect("G 1.1 #1\nG 1.3 #1\nG 17.2 \nG 1.7 #1\n");
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    fixture_expect("16 TC 17.1 from 1\nG/16 1.1 #0\nG/16 1.3 #0\nG/16 1.7 #0\n");
+    fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "abc", 3U);
+    fixture_run(1U);
+    fixture_expect("G/17 3.26 616263\n");
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(1U);
+    fixture_expect("G 1.1 #1\nG 1.3 #1\nG 17.2 \nG 1.7 #1\n");
 }
 
 static void every_packet_is_logged_in_both_directions(void)
 {
-    const uint64_t before = bed.supervisor.log.next_number;
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL(before + 4U, bed.supervisor.log.next_number);
-    const char* const text = bed_log_file("packets.ascii");
+    const uint64_t before = fixture.supervisor.log.next_number;
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(before + 4U, fixture.supervisor.log.next_number);
+    const char* const text = fixture_log_file("packets.ascii");
     TEST_ASSERT_NOT_NULL(strstr(text, " TC 1810c000"));
     TEST_ASSERT_EQUAL(0, strncmp(text, "1 0.000000000 TM 0801c000", 25U)); // The supervisor's first word.
 }
 
 static void a_refused_request_is_logged_too(void)
 {
-    const uint64_t before = bed.supervisor.log.next_number;
-    (void)bed_tc(99U, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(1U);
-    TEST_ASSERT_EQUAL(before + 2U, bed.supervisor.log.next_number);
+    const uint64_t before = fixture.supervisor.log.next_number;
+    (void)fixture_tc(99U, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL(before + 2U, fixture.supervisor.log.next_number);
 }
 
 // ---- Malformed requests ----
@@ -86,9 +86,9 @@ static void spoil_and_expect(size_t octet, uint8_t value, const char* lines)
     const size_t size = good_request(packet);
     packet[octet]     = value;
     checksum(packet, size);
-    bed_send(BED_GROUND, packet, size);
-    bed_run(2U);
-    bed_expect(lines);
+    fixture_send(FIXTURE_GROUND, packet, size);
+    fixture_run(2U);
+    fixture_expect(lines);
 }
 
 static void each_fault_has_its_code(void)
@@ -96,10 +96,10 @@ static void each_fault_has_its_code(void)
     uint8_t packet[64];
     const size_t size = good_request(packet);
     packet[12] ^= 1U; // Checksum.
-    bed_send(BED_GROUND, packet, size);
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("G 1.2 #341 0102"));
-    bed_forget();
+    fixture_send(FIXTURE_GROUND, packet, size);
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.2 #341 0102"));
+    fixture_forget();
     spoil_and_expect(5U, 7U, "G 1.2 #341 0101 D\n");    // Length field.
     spoil_and_expect(0U, 0x38U, "G 1.2 #341 010A 1\n"); // Packet version.
     spoil_and_expect(0U, 0x10U, "G 1.2 #341 010C 0\n"); // Secondary header.
@@ -107,8 +107,8 @@ static void each_fault_has_its_code(void)
     spoil_and_expect(6U, 0x1FU, "G 1.2 #341 0103 1\n"); // PUS version.
     spoil_and_expect(10U, 2U, "G 1.2 #341 0107 2\n");   // A user the mission does not have.
     spoil_and_expect(10U, 0U, "G 1.2 #341 0107 0\n");   // All users are none.
-    TEST_ASSERT_EQUAL(6U, bed.supervisor.counters.tc_malformed);
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.counters.tc_forbidden);
+    TEST_ASSERT_EQUAL(6U, fixture.supervisor.counters.tc_malformed);
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.tc_forbidden);
 }
 
 static void a_cut_request_is_told_if_its_source_is_there(void)
@@ -116,40 +116,40 @@ static void a_cut_request_is_told_if_its_source_is_there(void)
     uint8_t packet[64];
     const size_t size = good_request(packet);
     for (size_t cut = 1U; cut < size; cut++) {
-        bed_send(BED_GROUND, packet, cut);
-        bed_run(1U);
-        TEST_ASSERT_EQUAL(cut >= 11U, bed_has("G 1.2 #341 0101"));
-        TEST_ASSERT_FALSE(bed_has("16 TC"));
-        bed_forget();
+        fixture_send(FIXTURE_GROUND, packet, cut);
+        fixture_run(1U);
+        TEST_ASSERT_EQUAL(cut >= 11U, fixture_has("G 1.2 #341 0101"));
+        TEST_ASSERT_FALSE(fixture_has("16 TC"));
+        fixture_forget();
     }
-    bed_send(BED_GROUND, packet, 0U);
-    bed_run(1U);
-    bed_expect("");
+    fixture_send(FIXTURE_GROUND, packet, 0U);
+    fixture_run(1U);
+    fixture_expect("");
 }
 
 static void nobody_speaks_for_another(void)
 {
-    bed.source = PUS_USER_ONBOARD | ARM; // The ground in the name of ARM.
-    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    bed.source = PUS_USER_ONBOARD | COMMUNICATION_APID; // Or of who carries it: that commands nobody.
-    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    TEST_ASSERT_FALSE(bed_has("17 TC"));
-    TEST_ASSERT_EQUAL_UINT32(2U, bed.supervisor.counters.tc_forbidden);
+    fixture.source = PUS_USER_ONBOARD | ARM; // The ground in the name of ARM.
+    (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    fixture.source = PUS_USER_ONBOARD | COMMUNICATION_APID; // Or of who carries it: that commands nobody.
+    (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    TEST_ASSERT_FALSE(fixture_has("17 TC"));
+    TEST_ASSERT_EQUAL_UINT32(2U, fixture.supervisor.counters.tc_forbidden);
     uint8_t packet[64];
     const size_t size = good_request(packet); // A member in the name of the ground.
-    bed_send(BED_HAND, packet, size);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("G 1.2 #341 0107 1"));
-    TEST_ASSERT_FALSE(bed_has("16 TC"));
+    fixture_send(FIXTURE_HAND, packet, size);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.2 #341 0107 1"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
     packet[9]  = 0x80U; // In its own name.
     packet[10] = HAND;
     checksum(packet, size);
-    bed_forget();
-    bed_send(BED_HAND, packet, size);
-    bed_run(1U);
-    bed_expect("16 TC 17.1 from 8011\n");
+    fixture_forget();
+    fixture_send(FIXTURE_HAND, packet, size);
+    fixture_run(1U);
+    fixture_expect("16 TC 17.1 from 8011\n");
 }
 
 static void reports_of_others_are_dropped(void)
@@ -158,28 +158,28 @@ static void reports_of_others_are_dropped(void)
     size_t size       = 0U;
     const pus_tm_t tm = {
         .apid = ARM, .service = 5U, .subtype = 4U, .data = (const uint8_t*)"\0\1", .size = 2U};
-    const uint32_t malformed = bed.supervisor.counters.tm_malformed;
+    const uint32_t malformed = fixture.supervisor.counters.tm_malformed;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_encode(&tm, packet, sizeof packet, &size));
-    bed_send(BED_HAND, packet, size); // HAND says that ARM is broken.
+    fixture_send(FIXTURE_HAND, packet, size); // HAND says that ARM is broken.
     packet[8] ^= 1U;
-    bed_send(BED_ARM, packet, size);
+    fixture_send(FIXTURE_ARM, packet, size);
     for (size_t cut = 0U; cut < size; cut++) {
         packet[0] = 0x08U;
-        bed_send(BED_ARM, packet, cut);
-        bed_run(1U);
+        fixture_send(FIXTURE_ARM, packet, cut);
+        fixture_run(1U);
     }
-    bed_expect("");
-    TEST_ASSERT_EQUAL(malformed + 2U + size, bed.supervisor.counters.tm_malformed);
+    fixture_expect("");
+    TEST_ASSERT_EQUAL(malformed + 2U + size, fixture.supervisor.counters.tm_malformed);
 }
 
 static void what_cannot_be_delivered_is_unrouted(void)
 {
-    (void)bed_tc(99U, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(1U);
-    bed_expect("G 1.10 #0 0001 63\n");
-    (void)bed_tc(2046U, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(1U);
-    bed_expect("G 1.10 #1 0001 7FE\n");
+    (void)fixture_tc(99U, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(1U);
+    fixture_expect("G 1.10 #0 0001 63\n");
+    (void)fixture_tc(2046U, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(1U);
+    fixture_expect("G 1.10 #1 0001 7FE\n");
 }
 
 #define PLAIN_WINDOW (MESSAGE_WINDOW - MESSAGE_RESERVE) // A mailbox holds one window, less what orders need.
@@ -188,18 +188,18 @@ static void what_cannot_be_delivered_is_unrouted(void)
 /// The ground's next request waits while its addressee has no room, and what is behind it does, too.
 static void a_request_waits_for_room_at_its_addressee(void)
 {
-    bed.members[BED_ARM].is_deaf = true;
+    fixture.members[FIXTURE_ARM].is_deaf = true;
     for (unsigned i = 0U; i < (PLAIN_WINDOW + 2U); i++) {
-        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-        bed_step();
+        (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        fixture_step();
     }
-    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(PATIENCE_TICKS - 1U);
-    bed_expect("");
-    bed.members[BED_ARM].is_deaf    = false; // In time.
-    bed.members[BED_ARM].is_passive = true;
-    bed_run(3U);
-    const char* text = bed_look();
+    (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(PATIENCE_TICKS - 1U);
+    fixture_expect("");
+    fixture.members[FIXTURE_ARM].is_deaf    = false; // In time.
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    fixture_run(3U);
+    const char* text = fixture_look();
     for (unsigned i = 0U; i < (PLAIN_WINDOW + 2U); i++) {
         text = strstr(text, "16 TC 17.1 from 1\n");
         TEST_ASSERT_NOT_NULL(text);
@@ -212,244 +212,244 @@ static void a_request_waits_for_room_at_its_addressee(void)
 /// Others are held up once, for a time that has an end; reports and orders never.
 static void who_takes_nothing_in_does_not_hold_others_up(void)
 {
-    bed.members[BED_ARM].is_deaf = true;
+    fixture.members[FIXTURE_ARM].is_deaf = true;
     for (unsigned i = 0U; i < PLAIN_WINDOW; i++) {
-        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-        bed_step();
+        (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        fixture_step();
     }
-    const uint16_t first  = bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    const uint16_t second = bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    bed_event(BED_LONE, 1U, 77U);
-    bed_step();
-    bed_expect("G/18 5.1 004D\n");
-    bed_run(PATIENCE_TICKS);
+    const uint16_t first  = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    const uint16_t second = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    fixture_event(FIXTURE_LONE, 1U, 77U);
+    fixture_step();
+    fixture_expect("G/18 5.1 004D\n");
+    fixture_run(PATIENCE_TICKS);
     char expected[128];
     (void)snprintf(expected, sizeof expected, "G 1.10 #%u 0109 10\nG 1.10 #%u 0109 10\n", first, second);
-    TEST_ASSERT_TRUE(bed_has(expected));
-    TEST_ASSERT_TRUE(bed_has("17 TC 17.1 from 1"));
-    bed_forget();
-    const uint16_t third = bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U); // It is known now.
-    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(1U);
+    TEST_ASSERT_TRUE(fixture_has(expected));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 17.1 from 1"));
+    fixture_forget();
+    const uint16_t third = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U); // It is known now.
+    (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(1U);
     (void)snprintf(expected, sizeof expected, "G 1.10 #%u 0109 10\n", third);
-    TEST_ASSERT_TRUE(bed_has(expected) && bed_has("17 TC 17.1 from 1"));
-    bed.members[BED_ARM].is_deaf = false; // It takes in again, and is waited for again.
-    bed_run(2U);
-    bed_forget();
+    TEST_ASSERT_TRUE(fixture_has(expected) && fixture_has("17 TC 17.1 from 1"));
+    fixture.members[FIXTURE_ARM].is_deaf = false; // It takes in again, and is waited for again.
+    fixture_run(2U);
+    fixture_forget();
     for (unsigned i = 0U; i < (2U * PLAIN_WINDOW); i++) {
-        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-        bed_run(1U);
+        (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        fixture_run(1U);
     }
-    bed_run(2U);
-    TEST_ASSERT_FALSE(bed_has("G 1.10"));
+    fixture_run(2U);
+    TEST_ASSERT_FALSE(fixture_has("G 1.10"));
 }
 
 /// A process that is gone does not hold anybody up.
 static void a_request_to_who_is_gone_does_not_wait(void)
 {
-    bed.members[BED_ARM].is_deaf = true;
+    fixture.members[FIXTURE_ARM].is_deaf = true;
     for (unsigned i = 0U; i < (PLAIN_WINDOW + 1U); i++) {
-        (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-        bed_step();
+        (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        fixture_step();
     }
-    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed.members[BED_ARM].is_running = false;
-    bed_run(4U);
-    TEST_ASSERT_TRUE(bed_has("G 1.10 #24 0002 10"));
-    TEST_ASSERT_TRUE(bed_has("17 TC 17.1 from 1"));
+    (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture.members[FIXTURE_ARM].is_running = false;
+    fixture_run(4U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.10 #24 0002 10"));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 17.1 from 1"));
 }
 
 static void reports_wait_for_the_ground_in_order(void)
 {
-    char expected[4096]             = "";
-    bed.members[BED_GROUND].is_deaf = true;
+    char expected[4096]                     = "";
+    fixture.members[FIXTURE_GROUND].is_deaf = true;
     for (unsigned i = 0U; i < 100U; i++) {
         const uint8_t data[1] = {(uint8_t)i};
-        bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, data, 1U);
+        fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, data, 1U);
         (void)snprintf(&expected[strlen(expected)], 32U, "G/16 3.26 %02X\n", i);
-        bed_step();
+        fixture_step();
     }
-    bed_expect("");
-    bed.members[BED_GROUND].is_deaf = false;
+    fixture_expect("");
+    fixture.members[FIXTURE_GROUND].is_deaf = false;
     for (unsigned i = 0U; i < 10U; i++) {
-        bed_step();
+        fixture_step();
     }
-    bed_expect(expected);
+    fixture_expect(expected);
 }
 
 // ---- Permission ----
 
 static void what_nothing_allows_is_denied(void)
 {
-    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
-    bed_run(1U);
-    bed_expect("G 1.2 #0 0110 100\n"); // Mode 1, state 0.
-    bed_place(BED_ARM, STATE_OPERATIONAL);
-    bed_forget();
-    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "REST\0\0\0\0\0", 9U);
-    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0X\0", 9U);
-    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOV", 3U);
-    (void)bed_tc(ARM, PUS_SERVICE_PARAMETERS, 3U, "\0", 1U);
-    (void)bed_tc(HAND, PUS_SERVICE_PARAMETERS, 3U, "\0", 1U);
-    (void)bed_tc(ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_RELOAD, NULL, 0U);
-    (void)bed_tc(ARM, 200U, 1U, NULL, 0U);
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("G 1.2 #1 0110 105"));
-    TEST_ASSERT_TRUE(bed_has("G 1.2 #3 0110 105"));
-    TEST_ASSERT_TRUE(bed_has("G 1.2 #4 0110 105"));
-    TEST_ASSERT_TRUE(bed_has("G 1.2 #5 0110 100"));
-    TEST_ASSERT_TRUE(bed_has("G 1.2 #6 0110 105"));
-    TEST_ASSERT_TRUE(bed_has("G 1.2 #7 0110 105"));
-    TEST_ASSERT_FALSE(bed_has("16 TC 20"));
-    TEST_ASSERT_FALSE(bed_has("16 TC 8.1 524553"));
+    (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
+    fixture_run(1U);
+    fixture_expect("G 1.2 #0 0110 100\n"); // Mode 1, state 0.
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_forget();
+    (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "REST\0\0\0\0\0", 9U);
+    (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0X\0", 9U);
+    (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOV", 3U);
+    (void)fixture_tc(ARM, PUS_SERVICE_PARAMETERS, 3U, "\0", 1U);
+    (void)fixture_tc(HAND, PUS_SERVICE_PARAMETERS, 3U, "\0", 1U);
+    (void)fixture_tc(ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_RELOAD, NULL, 0U);
+    (void)fixture_tc(ARM, 200U, 1U, NULL, 0U);
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.2 #1 0110 105"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.2 #3 0110 105"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.2 #4 0110 105"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.2 #5 0110 100"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.2 #6 0110 105"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.2 #7 0110 105"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC 20"));
+    TEST_ASSERT_FALSE(fixture_has("16 TC 8.1 524553"));
 }
 
 static void what_a_rule_allows_passes_in_its_mode_and_state(void)
 {
-    bed_place(BED_ARM, STATE_OPERATIONAL);
-    bed_forget();
-    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
-    bed_run(1U);
-    bed_expect("16 TC 8.1 4D4F56450000000000 from 1\n");
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_forget();
+    (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
+    fixture_run(1U);
+    fixture_expect("16 TC 8.1 4D4F56450000000000 from 1\n");
     const uint8_t mode[1] = {MODE_SAFE};
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
-    bed_run(2U);
-    bed_forget();
-    (void)bed_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
-    bed_run(1U);
-    bed_expect("G 1.2 #2 0110 5\n"); // Mode 0, state 5.
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
+    fixture_run(2U);
+    fixture_forget();
+    (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
+    fixture_run(1U);
+    fixture_expect("G 1.2 #2 0110 5\n"); // Mode 0, state 5.
 }
 
 static void some_things_are_always_allowed(void)
 {
     const uint8_t mode[1] = {MODE_SAFE};
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
-    bed_place(BED_ARM, STATE_OPERATIONAL);
-    bed_run(1U);
-    bed_forget();
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    (void)bed_tc(ARM, PUS_SERVICE_PARAMETERS, 1U, "\1\0\0\0\0", 5U);
-    (void)bed_tc(ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REPORT_STATUS, NULL, 0U);
-    (void)bed_tc(ARM, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\0", 1U);
-    (void)bed_request_state(ARM, STATE_SAFE_OPERATIONAL); // Downwards.
-    (void)bed_request_state(ARM, STATE_ERROR_OPERATIONAL);
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 17.1"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 20.1"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.4"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 130.8"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04"));
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 06"));
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_run(1U);
+    fixture_forget();
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_tc(ARM, PUS_SERVICE_PARAMETERS, 1U, "\1\0\0\0\0", 5U);
+    (void)fixture_tc(ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REPORT_STATUS, NULL, 0U);
+    (void)fixture_tc(ARM, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\0", 1U);
+    (void)fixture_request_state(ARM, STATE_SAFE_OPERATIONAL); // Downwards.
+    (void)fixture_request_state(ARM, STATE_ERROR_OPERATIONAL);
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 17.1"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 20.1"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.8"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 04"));
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 06"));
 }
 
 // ---- Gates ----
 
 static void power_is_not_overdrawn(void)
 {
-    bed_place(BED_ARM, STATE_SAFE_OPERATIONAL); // 20 W of 100.
-    bed_place(BED_LONE, STATE_PRE_OPERATIONAL); // 41 W.
-    bed_close_link(LINK_HAND_POS);
-    bed.members[BED_ARM].configuration = 1U; // Without links.
-    bed_run(60U);
-    bed_forget();
-    (void)bed_request_state(ARM, STATE_OPERATIONAL); // 60 W would make 101.
-    bed_run(2U);
-    bed_expect("G 5.2 00070010\nG 1.2 #1 0112 1\n"); // RESOURCE_REFUSED; 1 W is missing.
-    (void)bed_request_state(LONE, STATE_OFFLINE);
-    bed_run(3U);
-    bed_forget();
-    (void)bed_request_state(ARM, STATE_OPERATIONAL);
-    bed_run(1U);
-    bed_expect("16 TC 129.1 05 from 1\n");
+    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL); // 20 W of 100.
+    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL); // 41 W.
+    fixture_close_link(LINK_HAND_POS);
+    fixture.members[FIXTURE_ARM].configuration = 1U; // Without links.
+    fixture_run(60U);
+    fixture_forget();
+    (void)fixture_request_state(ARM, STATE_OPERATIONAL); // 60 W would make 101.
+    fixture_run(2U);
+    fixture_expect("G 5.2 00070010\nG 1.2 #1 0112 1\n"); // RESOURCE_REFUSED; 1 W is missing.
+    (void)fixture_request_state(LONE, STATE_OFFLINE);
+    fixture_run(3U);
+    fixture_forget();
+    (void)fixture_request_state(ARM, STATE_OPERATIONAL);
+    fixture_run(1U);
+    fixture_expect("16 TC 129.1 05 from 1\n");
 }
 
 static void links_are_needed_on_the_way_up(void)
 {
-    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
-    bed_forget();
-    (void)bed_request_state(ARM, STATE_SAFE_OPERATIONAL);
-    bed_run(1U);
-    bed_expect("G 1.2 #0 0111 100002\n"); // Consumer 16, port 2.
-    bed_place(BED_HAND, STATE_PRE_OPERATIONAL);
-    bed_forget();
-    (void)bed_request_state(HAND, STATE_SAFE_OPERATIONAL);
-    bed_run(1U);
-    bed_expect("G 1.2 #1 0111 110002\n");
-    bed_link_up(STATE_PRE_OPERATIONAL);
-    (void)bed_request_state(ARM, STATE_SAFE_OPERATIONAL);
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04"));
-    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, bed.members[BED_ARM].state);
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_forget();
+    (void)fixture_request_state(ARM, STATE_SAFE_OPERATIONAL);
+    fixture_run(1U);
+    fixture_expect("G 1.2 #0 0111 100002\n"); // Consumer 16, port 2.
+    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_forget();
+    (void)fixture_request_state(HAND, STATE_SAFE_OPERATIONAL);
+    fixture_run(1U);
+    fixture_expect("G 1.2 #1 0111 110002\n");
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    (void)fixture_request_state(ARM, STATE_SAFE_OPERATIONAL);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 04"));
+    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
 }
 
 static void a_stale_link_is_a_missing_one(void)
 {
-    bed_link_up(STATE_SAFE_OPERATIONAL);
-    bed_link_changed(BED_ARM, LINK_HAND_POS, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
-    bed_run(1U);
-    bed_forget();
-    const uint16_t barred = bed_request_state(ARM, STATE_OPERATIONAL);
-    bed_run(1U);
+    fixture_link_up(STATE_SAFE_OPERATIONAL);
+    fixture_link_changed(FIXTURE_ARM, LINK_HAND_POS, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
+    fixture_run(1U);
+    fixture_forget();
+    const uint16_t barred = fixture_request_state(ARM, STATE_OPERATIONAL);
+    fixture_run(1U);
     char expected[64];
     (void)snprintf(expected, sizeof expected, "G 1.2 #%u 0111 100002\n", barred);
-    bed_expect(expected);
-    bed_link_changed(BED_ARM, LINK_HAND_POS, PUS_LINK_STATE_STALE, PUS_LINK_STATE_OPEN);
-    bed_run(1U);
-    bed_forget();
-    (void)bed_request_state(ARM, STATE_OPERATIONAL);
-    bed_run(1U);
-    bed_expect("16 TC 129.1 05 from 1\n");
+    fixture_expect(expected);
+    fixture_link_changed(FIXTURE_ARM, LINK_HAND_POS, PUS_LINK_STATE_STALE, PUS_LINK_STATE_OPEN);
+    fixture_run(1U);
+    fixture_forget();
+    (void)fixture_request_state(ARM, STATE_OPERATIONAL);
+    fixture_run(1U);
+    fixture_expect("16 TC 129.1 05 from 1\n");
 }
 
 static void nobody_goes_up_beside_a_member_in_error(void)
 {
-    bed_link_up(STATE_SAFE_OPERATIONAL);
-    bed_place(BED_HAND, STATE_ERROR_OPERATIONAL);
-    bed_forget();
-    const uint16_t barred = bed_request_state(ARM, STATE_OPERATIONAL);
-    bed_run(1U);
+    fixture_link_up(STATE_SAFE_OPERATIONAL);
+    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_forget();
+    const uint16_t barred = fixture_request_state(ARM, STATE_OPERATIONAL);
+    fixture_run(1U);
     char expected[64];
     (void)snprintf(expected, sizeof expected, "G 1.2 #%u 0113 11\n", barred);
-    bed_expect(expected);
+    fixture_expect(expected);
 }
 
 static void nobody_goes_down_beside_a_member_that_operates(void)
 {
     static const state_t downwards[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL};
-    bed_link_up(STATE_OPERATIONAL);
+    fixture_link_up(STATE_OPERATIONAL);
     for (unsigned i = 0U; i < 2U; i++) {
         char expected[64];
-        const uint16_t barred = bed_request_state(ARM, downwards[i]);
-        bed_run(1U);
+        const uint16_t barred = fixture_request_state(ARM, downwards[i]);
+        fixture_run(1U);
         (void)snprintf(expected, sizeof expected, "G 1.2 #%u 0113 11\n", barred);
-        bed_expect(expected);
+        fixture_expect(expected);
     }
-    (void)bed_request_state(ARM, STATE_SAFE_OPERATIONAL); // That far it may go.
-    bed_run(2U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 04"));
-    (void)bed_request_state(HAND, STATE_SAFE_OPERATIONAL);
-    bed_run(3U);
-    bed_forget();
-    (void)bed_request_state(ARM, STATE_PRE_OPERATIONAL);
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("16 TC 129.1 03"));
+    (void)fixture_request_state(ARM, STATE_SAFE_OPERATIONAL); // That far it may go.
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 04"));
+    (void)fixture_request_state(HAND, STATE_SAFE_OPERATIONAL);
+    fixture_run(3U);
+    fixture_forget();
+    (void)fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 03"));
 }
 
 static void a_way_up_is_one_step(void)
 {
-    bed_place(BED_ARM, STATE_PRE_OPERATIONAL);
-    bed_forget();
-    (void)bed_request_state(ARM, STATE_OPERATIONAL);
-    bed_run(1U);
-    bed_expect("G 1.2 #0 0110 103\n");
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_forget();
+    (void)fixture_request_state(ARM, STATE_OPERATIONAL);
+    fixture_run(1U);
+    fixture_expect("G 1.2 #0 0110 103\n");
     static const uint8_t others[] = {1U, 2U, 7U, 8U, 9U, 10U, 255U};
     for (unsigned i = 0U; i < sizeof others; i++) {
-        (void)bed_request_state(ARM, (state_t)others[i]);
-        bed_run(1U);
-        TEST_ASSERT_FALSE(bed_has("16 TC"));
-        bed_forget();
+        (void)fixture_request_state(ARM, (state_t)others[i]);
+        fixture_run(1U);
+        TEST_ASSERT_FALSE(fixture_has("16 TC"));
+        fixture_forget();
     }
 }
 
@@ -457,113 +457,113 @@ static void a_way_up_is_one_step(void)
 
 static void pending_requests_end_with_their_subsystem(void)
 {
-    bed.members[BED_ARM].is_passive = true;
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    bed_verify(BED_ARM, 7U, 0U);
-    bed_verify(BED_ARM, 1U, 1U);
-    bed_run(1U);
-    bed_forget();
-    bed.members[BED_ARM].is_running = false;
-    bed_run(1U);
-    TEST_ASSERT_FALSE(bed_has("G 1.8 #0"));
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #1 0408 10"));
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #2 0408 10"));
-    TEST_ASSERT_EQUAL(0U, bed.supervisor.pending.count);
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    fixture_verify(FIXTURE_ARM, 7U, 0U);
+    fixture_verify(FIXTURE_ARM, 1U, 1U);
+    fixture_run(1U);
+    fixture_forget();
+    fixture.members[FIXTURE_ARM].is_running = false;
+    fixture_run(1U);
+    TEST_ASSERT_FALSE(fixture_has("G 1.8 #0"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #1 0408 10"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #2 0408 10"));
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
 /// A subsystem that goes on telling its status, and never says a word about what it is asked.
 static void a_request_that_nobody_accepts_ends(void)
 {
-    bed.members[BED_ARM].is_passive = true;
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed.ack = PUS_ACK_COMPLETION; // Nothing is due before it is done.
-    (void)bed_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(2U);
-    bed_verify(BED_ARM, 1U, 1U);
-    bed_run(1U);
-    bed_forget();
-    bed_run(990U);
-    bed_expect("");
-    bed_run(20U);
-    TEST_ASSERT_TRUE(bed_has("G 1.8 #0 0406 2710"));
-    TEST_ASSERT_FALSE(bed_has("G 1.8 #1"));
-    TEST_ASSERT_FALSE(bed_has("G 1.8 #2"));
-    TEST_ASSERT_EQUAL(2U, bed.supervisor.pending.count);
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture.ack = PUS_ACK_COMPLETION; // Nothing is due before it is done.
+    (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(2U);
+    fixture_verify(FIXTURE_ARM, 1U, 1U);
+    fixture_run(1U);
+    fixture_forget();
+    fixture_run(990U);
+    fixture_expect("");
+    fixture_run(20U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0406 2710"));
+    TEST_ASSERT_FALSE(fixture_has("G 1.8 #1"));
+    TEST_ASSERT_FALSE(fixture_has("G 1.8 #2"));
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.pending.count);
 }
 
 /// Its mailbox is full when it is to secure itself: the order comes as soon as there is room.
 static void an_order_without_room_is_owed(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed_fill(BED_HAND);
-    bed_event(BED_ARM, 4U, 3U);
-    bed_run(1U);
-    bed_forget();
-    bed.members[BED_HAND].is_deaf = false;
-    bed_run(4U);
-    TEST_ASSERT_TRUE(bed_has("17 TC 129.8 0602 from 8001"));
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_fill(FIXTURE_HAND);
+    fixture_event(FIXTURE_ARM, 4U, 3U);
+    fixture_run(1U);
+    fixture_forget();
+    fixture.members[FIXTURE_HAND].is_deaf = false;
+    fixture_run(4U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0602 from 8001"));
 }
 
 /// The ground has filled its mailbox with requests: the supervisor's own order has room nevertheless.
 static void an_order_passes_where_requests_wait(void)
 {
-    bed_link_up(STATE_OPERATIONAL);
-    bed.members[BED_HAND].is_deaf = true;
-    bed.ack                       = 0U;
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_HAND].is_deaf = true;
+    fixture.ack                           = 0U;
     for (unsigned i = 0U; i < 40U; i++) {
-        (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-        bed_step();
+        (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        fixture_step();
     }
-    bed_event(BED_ARM, 4U, 3U);
-    bed_step();
-    TEST_ASSERT_FALSE(roster_find(&bed.supervisor, HAND)->is_order_owed);
-    TEST_ASSERT_TRUE(message_credit(&bed.endpoint, HAND) < MESSAGE_RESERVE);
+    fixture_event(FIXTURE_ARM, 4U, 3U);
+    fixture_step();
+    TEST_ASSERT_FALSE(supervisor_registry_find(&fixture.supervisor, HAND)->is_order_owed);
+    TEST_ASSERT_TRUE(message_credit(&fixture.endpoint, HAND) < MESSAGE_RESERVE);
 }
 
 static void answers_wait_by_class_and_requests_with_them(void)
 {
-    bed.members[BED_GROUND].is_deaf = true;
+    fixture.members[FIXTURE_GROUND].is_deaf = true;
     for (unsigned i = 0U; i < 1000U; i++) { // Firm ones of a subsystem: all its verifications.
         const uint8_t data[6] = {0x18U, 16U, 0xC0U, 0U, 0U, 0U};
-        bed_report(BED_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
-        bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 25U, data, 6U);
-        bed_step();
+        fixture_report(FIXTURE_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
+        fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 25U, data, 6U);
+        fixture_step();
     }
-    TEST_ASSERT_TRUE(bed.supervisor.ground.dropped_bulk > 0U);
-    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.counters.tc_unroutable); // That counts requests alone.
-    TEST_ASSERT_FALSE(ground_accepts(&bed.supervisor, PUS_CLASS_BULK, 40U));
-    bed.members[BED_GROUND].is_deaf = false;
-    bed_run(100U);
-    TEST_ASSERT_TRUE(ground_backlog_is_empty(&bed.supervisor.ground_backlog));
+    TEST_ASSERT_TRUE(fixture.supervisor.ground.dropped_bulk > 0U);
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_unroutable); // That counts requests alone.
+    TEST_ASSERT_FALSE(supervisor_ground_accepts(&fixture.supervisor, PUS_CLASS_BULK, 40U));
+    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture_run(100U);
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_is_empty(&fixture.supervisor.ground_backlog));
     unsigned told = 0U;
-    for (const char* at = strstr(bed_look(), "G 5.2 0028"); at != NULL; at = strstr(at + 1U, "G 5.2 0028")) {
+    for (const char* p = strstr(fixture_look(), "G 5.2 0028"); p != NULL; p = strstr(p + 1U, "G 5.2 0028")) {
         told++;
     }
     TEST_ASSERT_EQUAL(1U, told); // GROUND_BEHIND, once.
-    TEST_ASSERT_TRUE(ground_takes_requests(&bed.supervisor));
+    TEST_ASSERT_TRUE(supervisor_ground_takes_requests(&fixture.supervisor));
 }
 
 static void requests_wait_while_their_answers_have_no_room(void)
 {
-    bed.members[BED_GROUND].is_deaf = true;
-    const uint8_t data[4]           = {0x18U, 16U, 0xC0U, 0U};
+    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    const uint8_t data[4]                   = {0x18U, 16U, 0xC0U, 0U};
     for (unsigned i = 0U; i < 450U; i++) {
-        bed_report(BED_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
-        bed_step();
+        fixture_report(FIXTURE_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
+        fixture_step();
     }
-    TEST_ASSERT_FALSE(ground_takes_requests(&bed.supervisor));
-    const uint32_t routed = bed.supervisor.counters.tc_routed;
-    (void)bed_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    bed_run(5U);
-    TEST_ASSERT_EQUAL_UINT32(routed, bed.supervisor.counters.tc_routed);
-    bed.members[BED_GROUND].is_deaf = false;
-    bed_run(30U);
-    TEST_ASSERT_EQUAL_UINT32(routed + 1U, bed.supervisor.counters.tc_routed);
-    TEST_ASSERT_EQUAL_UINT32(0U, bed.supervisor.ground.dropped_firm);
+    TEST_ASSERT_FALSE(supervisor_ground_takes_requests(&fixture.supervisor));
+    const uint32_t routed = fixture.supervisor.counters.tc_routed;
+    (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL_UINT32(routed, fixture.supervisor.counters.tc_routed);
+    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture_run(30U);
+    TEST_ASSERT_EQUAL_UINT32(routed + 1U, fixture.supervisor.counters.tc_routed);
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.ground.dropped_firm);
 }
 
 int main(void)

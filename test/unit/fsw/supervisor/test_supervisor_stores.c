@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Packet stores and time reports of the supervisor.
 #include "test/support/recorded_media.h"
-#include "test/unit/fsw/supervisor/bed.h"
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <string.h>
 
 #define RING "RING\0\0\0\0" // Padded with NUL.
 
-static medium_t media[ONBOARD_STORES];
+static medium_t media[SPACECRAFT_STORES];
 
 static void give_media(supervisor_config_t* config)
 {
@@ -19,24 +19,24 @@ void setUp(void)
 {
     static const image_t empty[2];
     recorded_clear(empty);
-    for (unsigned i = 0U; i < ONBOARD_STORES; i++) {
+    for (unsigned i = 0U; i < SPACECRAFT_STORES; i++) {
         media[i] = recorded_medium((i == 0U) ? 0U : 1U);
     }
-    bed_configure = give_media;
-    bed_open_up();
+    fixture_configure = give_media;
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
-    bed_configure = NULL;
+    fixture_close();
+    fixture_configure = NULL;
 }
 
 static void request(const uint8_t subtype, const void* const data, const size_t size)
 {
-    bed.ack = 0U;
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_STORAGE, subtype, data, size);
-    bed_run(1U);
+    fixture.ack = 0U;
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_STORAGE, subtype, data, size);
+    fixture_run(1U);
 }
 #define REQUEST(subtype, octets) request((subtype), (octets), sizeof(octets) - 1U)
 
@@ -47,13 +47,13 @@ static void open_store(void)
     REQUEST(3U, RING "\1\0\20\1\3\1\32");
     REQUEST(31U, RING "\1\0\20\0");
     REQUEST(1U, "\1" RING);
-    bed_expect("");
+    fixture_expect("");
 }
 
 static void report(const char* const text)
 {
-    bed_report(BED_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, text, strlen(text));
-    bed_run(1U);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, text, strlen(text));
+    fixture_run(1U);
 }
 
 static void stored_reports_are_sent_again(void)
@@ -61,30 +61,30 @@ static void stored_reports_are_sent_again(void)
     open_store();
     report("ab");
     report("cd");
-    bed_report(BED_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U); // Not selected.
-    bed_run(1U);
-    bed_expect("G/16 3.26 6162\nG/16 3.26 6364\nG/17 3.26 6566\n");
+    fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U); // Not selected.
+    fixture_run(1U);
+    fixture_expect("G/16 3.26 6162\nG/16 3.26 6364\nG/17 3.26 6566\n");
     REQUEST(15U, "\1" RING "\0");
-    bed_run(1U);
-    bed_expect("G/16 3.26 6162\nG/16 3.26 6364\n");
-    TEST_ASSERT_EQUAL_UINT32(2U, bed.supervisor.onboard.storage.service.stores[0].log.counters.stored);
+    fixture_run(1U);
+    fixture_expect("G/16 3.26 6162\nG/16 3.26 6364\n");
+    TEST_ASSERT_EQUAL_UINT32(2U, fixture.supervisor.spacecraft.storage.service.stores[0].log.counters.stored);
 }
 
 static void what_is_sent_again_waits_for_ground(void)
 {
     open_store();
     report("ab");
-    bed_expect("G/16 3.26 6162\n");
-    bed.members[BED_GROUND].is_deaf = true;
+    fixture_expect("G/16 3.26 6162\n");
+    fixture.members[FIXTURE_GROUND].is_deaf = true;
     for (unsigned i = 0U; i < 40U; i++) { // Until there is no credit, and reports wait.
-        bed_report(BED_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U);
-        bed_step();
+        fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "ef", 2U);
+        fixture_step();
     }
     REQUEST(15U, "\1" RING "\0");
-    TEST_ASSERT_TRUE(bed.supervisor.onboard.storage.service.counters.refused > 0U);
-    bed.members[BED_GROUND].is_deaf = false;
-    bed_run(5U);
-    const char* const lines = bed_look();
+    TEST_ASSERT_TRUE(fixture.supervisor.spacecraft.storage.service.counters.refused > 0U);
+    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture_run(5U);
+    const char* const lines = fixture_look();
     const char* const again = strstr(lines, "G/16 3.26 6162\n");
     TEST_ASSERT_NOT_NULL(again);
     TEST_ASSERT_NULL(strstr(&again[1], "G/16")); // Once, and behind all that waited.
@@ -93,33 +93,33 @@ static void what_is_sent_again_waits_for_ground(void)
 
 static void without_media_nothing_fits(void)
 {
-    bed_close();
-    bed_configure = NULL;
-    bed_open_up();
+    fixture_close();
+    fixture_configure = NULL;
+    fixture_open_up();
     open_store();
     report("ab");
-    bed_expect("G/16 3.26 6162\n");
-    TEST_ASSERT_EQUAL_UINT32(1U, bed.supervisor.onboard.storage.service.counters.lost);
+    fixture_expect("G/16 3.26 6162\n");
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.storage.service.counters.lost);
     REQUEST(2U, "\0");
     REQUEST(21U, "\0");
-    bed_run(200U);
-    TEST_ASSERT_FALSE(bed.supervisor.onboard.storage.service.stores[0].state.is_there);
+    fixture_run(200U);
+    TEST_ASSERT_FALSE(fixture.supervisor.spacecraft.storage.service.stores[0].state.is_there);
 }
 
 static void time_is_reported_as_often_as_asked(void)
 {
-    bed.ack = 0U;
-    bed_run(200U);
-    bed_expect("");
-    (void)bed_tc(SUPERVISOR_APID, PUS_SERVICE_TIME, 1U, "\1", 1U);
-    bed_run(400U); // Four seconds.
-    bed_expect("G time 1\nG time 1\n");
-    bed.members[BED_GROUND].is_deaf = true;
-    bed_run(1200U); // Until there is no credit: what is refused is not told late.
-    bed.members[BED_GROUND].is_deaf = false;
-    bed_forget();
-    bed_run(600U);
-    TEST_ASSERT_TRUE(bed_has("G time 1"));
+    fixture.ack = 0U;
+    fixture_run(200U);
+    fixture_expect("");
+    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TIME, 1U, "\1", 1U);
+    fixture_run(400U); // Four seconds.
+    fixture_expect("G time 1\nG time 1\n");
+    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    fixture_run(1200U); // Until there is no credit: what is refused is not told late.
+    fixture.members[FIXTURE_GROUND].is_deaf = false;
+    fixture_forget();
+    fixture_run(600U);
+    TEST_ASSERT_TRUE(fixture_has("G time 1"));
 }
 
 int main(void)

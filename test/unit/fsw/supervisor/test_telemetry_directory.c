@@ -26,7 +26,7 @@ static const char document[] =
     "</Configuration></Subsystem>\n";
 
 static telemetry_directory_t directory;
-static mirror_t mirror;
+static telemetry_cache_t cache;
 static descriptor_loader_t loader;
 static subsystem_descriptor_t descriptor;
 
@@ -37,10 +37,10 @@ void setUp(void)
         descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &descriptor);
     TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
     TEST_ASSERT_EQUAL(STATUS_OK, status);
-    telemetry_directory_init(&directory);
-    telemetry_directory_learn(&directory, &descriptor);
-    const mirror_sizes_t sizes = telemetry_directory_sizes(&directory);
-    mirror_init(&mirror, &sizes);
+    supervisor_telemetry_directory_init(&directory);
+    supervisor_telemetry_directory_learn(&directory, &descriptor);
+    const telemetry_cache_sizes_t sizes = supervisor_telemetry_directory_sizes(&directory);
+    supervisor_telemetry_cache_init(&cache, &sizes);
 }
 
 void tearDown(void)
@@ -51,7 +51,8 @@ static void expect_scalar(const char* const name, const uint32_t id, const uint3
                           const value_type_t type)
 {
     telemetry_scalar_t scalar;
-    TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, telemetry_directory_find(&directory, name, &scalar), name);
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, supervisor_telemetry_directory_find(&directory, name, &scalar),
+                              name);
     TEST_ASSERT_EQUAL_HEX32(id, scalar.parameter_id);
     TEST_ASSERT_EQUAL_UINT32(offset, scalar.offset);
     TEST_ASSERT_EQUAL(type, scalar.type);
@@ -88,8 +89,8 @@ static void what_is_no_scalar_is_not_found(void)
                                         "[0]"};
     for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
         telemetry_scalar_t scalar;
-        TEST_ASSERT_EQUAL_MESSAGE(STATUS_NOT_FOUND, telemetry_directory_find(&directory, names[i], &scalar),
-                                  names[i]);
+        TEST_ASSERT_EQUAL_MESSAGE(
+            STATUS_NOT_FOUND, supervisor_telemetry_directory_find(&directory, names[i], &scalar), names[i]);
     }
 }
 
@@ -106,43 +107,43 @@ static void report(const uint16_t size)
                          .time_ns = 7U,
                          .data    = data,
                          .size    = 2U + (size_t)size};
-    mirror_observe(&mirror, &tm);
+    supervisor_telemetry_cache_observe(&cache, &tm);
 }
 
 static void expect_value(const uint32_t id, const uint16_t size, const uint8_t first)
 {
     const uint8_t* octets = NULL;
     uint16_t found        = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, mirror_value(&mirror, id, &octets, &found));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_telemetry_cache_value(&cache, id, &octets, &found));
     TEST_ASSERT_EQUAL_UINT16(size, found);
     TEST_ASSERT_EQUAL_UINT8(first, octets[0]);
 }
 
-static void the_mirror_takes_reports_of_the_configuration(void)
+static void the_telemetry_cache_takes_reports_of_the_configuration(void)
 {
     const uint8_t* octets = NULL;
     uint16_t size         = 0U;
     report(27U);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, mirror_value(&mirror, VALUES, &octets, &size));
-    telemetry_directory_define(&directory, &mirror, ARM, 1U);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, mirror_value(&mirror, VALUES, &octets, &size));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, supervisor_telemetry_cache_value(&cache, VALUES, &octets, &size));
+    supervisor_telemetry_directory_define(&directory, &cache, ARM, 1U);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, supervisor_telemetry_cache_value(&cache, VALUES, &octets, &size));
     report(27U); // 19, and twice 4.
     expect_value(VALUES, 19U, 1U);
     expect_value(AGE, 4U, 24U); // The last sample.
-    telemetry_directory_define(&directory, &mirror, ARM, 2U);
+    supervisor_telemetry_directory_define(&directory, &cache, ARM, 2U);
     report(6U);
     expect_value(GOAL, 6U, 1U);
-    TEST_ASSERT_EQUAL_UINT32(0U, mirror.counters.unfitting);
-    telemetry_directory_define(&directory, &mirror, ARM, 3U); // Has none,
-    telemetry_directory_define(&directory, &mirror, 17U, 1U); // nor has another.
+    TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
+    supervisor_telemetry_directory_define(&directory, &cache, ARM, 3U); // Has none,
+    supervisor_telemetry_directory_define(&directory, &cache, 17U, 1U); // nor has another.
     report(6U);
-    TEST_ASSERT_EQUAL_UINT32(0U, mirror.counters.unfitting);
+    TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
 }
 
 static void sizes_are_told(void)
 {
-    const mirror_sizes_t sizes = telemetry_directory_sizes(&directory);
-    uint16_t size              = 0U;
+    const telemetry_cache_sizes_t sizes = supervisor_telemetry_directory_sizes(&directory);
+    uint16_t size                       = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, sizes.size_of(sizes.context, VALUES, &size));
     TEST_ASSERT_EQUAL_UINT16(19U, size);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, sizes.size_of(sizes.context, VALUES + 1U, &size));
@@ -151,22 +152,22 @@ static void sizes_are_told(void)
 static void what_has_no_room_is_counted(void)
 {
     directory.field_count = TELEMETRY_FIELDS - 2U;
-    telemetry_directory_learn(&directory, &descriptor);
+    supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(3U, directory.full);
     directory.parameter_count = TELEMETRY_PARAMETERS;
-    telemetry_directory_learn(&directory, &descriptor);
+    supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(6U, directory.full);
     directory.structure_count = TELEMETRY_STRUCTURES - 1U;
-    telemetry_directory_learn(&directory, &descriptor);
+    supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(10U, directory.full);
     directory.structure_count = 0U;
     directory.content_used    = TELEMETRY_CONTENT - 8U; // For the second, not for the first.
-    telemetry_directory_learn(&directory, &descriptor);
+    supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(14U, directory.full);
     TEST_ASSERT_EQUAL_UINT16(1U, directory.structure_count);
     descriptor.parameters[0].wire_size = 65536U;
-    telemetry_directory_init(&directory);
-    telemetry_directory_learn(&directory, &descriptor);
+    supervisor_telemetry_directory_init(&directory);
+    supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(1U, directory.full);
 }
 
@@ -175,7 +176,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(scalars_are_found_by_name);
     RUN_TEST(what_is_no_scalar_is_not_found);
-    RUN_TEST(the_mirror_takes_reports_of_the_configuration);
+    RUN_TEST(the_telemetry_cache_takes_reports_of_the_configuration);
     RUN_TEST(sizes_are_told);
     RUN_TEST(what_has_no_room_is_counted);
     return UNITY_END();

@@ -7,8 +7,8 @@
 
 #include <string.h>
 
-static vitals_t vitals;
-static supervisor_vitals_t state;
+static checkpoint_t checkpoint;
+static checkpoint_state_t state;
 static undo_medium_t places[2];
 static medium_t inner;
 static medium_t medium; // Guarded.
@@ -33,20 +33,20 @@ static status_t size_of_inner(void* context, uint64_t* out_size)
 
 static void open_medium(void)
 {
-    medium = undo_open(&places[0], &vitals, 0U, &inner);
+    medium = supervisor_undo_open(&places[0], &checkpoint, 0U, &inner);
 }
 
 static void commit(void)
 {
-    const vitals_rings_t rings = {{NULL}};
-    vitals_commit(&vitals, &state, &rings);
+    const checkpoint_rings_t rings = {{NULL}};
+    supervisor_checkpoint_commit(&checkpoint, &state, &rings);
 }
 
 void setUp(void)
 {
     static const image_t empty[2];
     recorded_clear(empty);
-    (void)memset(&vitals, 0, sizeof vitals);
+    (void)memset(&checkpoint, 0, sizeof checkpoint);
     inner      = recorded_medium(0U);
     inner.read = read_inner;
     inner.size = size_of_inner;
@@ -95,7 +95,7 @@ static void the_medium_is_otherwise_what_it_was(void)
     TEST_ASSERT_EQUAL(3U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, medium.read(medium.context, 0U, octets, sizeof octets));
     TEST_ASSERT_EQUAL_MEMORY("abc", octets, 3U);
-    const medium_t bare = undo_open(&places[0], NULL, 0U, &inner);
+    const medium_t bare = supervisor_undo_open(&places[0], NULL, 0U, &inner);
     TEST_ASSERT_EQUAL_PTR(inner.context, bare.context);
 }
 
@@ -103,9 +103,9 @@ static void each_medium_has_its_own(void)
 {
     write_text(0U, "abc");
     const medium_t second    = recorded_medium(1U);
-    const medium_t of_second = undo_open(&places[1], &vitals, 1U, &second);
+    const medium_t of_second = supervisor_undo_open(&places[1], &checkpoint, 1U, &second);
     TEST_ASSERT_EQUAL(STATUS_OK, of_second.write(of_second.context, 0U, (const uint8_t*)"12", 2U));
-    (void)undo_open(&places[1], &vitals, 1U, &second);
+    (void)supervisor_undo_open(&places[1], &checkpoint, 1U, &second);
     TEST_ASSERT_EQUAL(0U, recorded.image[1].size);
     expect_text("abc");
 }
@@ -146,7 +146,8 @@ static void a_damaged_block_changes_nothing(void)
 {
     write_text(0U, "abc");
     commit();
-    TEST_ASSERT_TRUE(vitals_add(&vitals, &vitals.undo, (const uint8_t*)"\0\0", 2U, NULL, 0U));
+    TEST_ASSERT_TRUE(
+        supervisor_checkpoint_add(&checkpoint, &checkpoint.undo, (const uint8_t*)"\0\0", 2U, NULL, 0U));
     open_medium();
     expect_text("abc");
 }

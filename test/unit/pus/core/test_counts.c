@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-static pus_process_t process;
+static pus_app_process_t process;
 static pus_requester_t requester;
 static pus_counts_t counts;
 static uint8_t last[PUS_PACKET_MAX];
@@ -29,7 +29,7 @@ static status_t take(void* context, const uint8_t* packet, size_t size)
 static void begin(void)
 {
     const pus_port_t port = {NULL, take};
-    pus_process_init(&process, 1U, 0U, &port);
+    pus_app_process_init(&process, 1U, 0U, &port);
     pus_requester_init(&requester, 1U, &port);
 }
 

@@ -111,7 +111,7 @@ static pus_reply_t answer(void* const self, pus_request_t* const request)
     return reply;
 }
 
-static bool any_shape(void* const self, octet_reader_t* const reader)
+static bool any_format(void* const self, octet_reader_t* const reader)
 {
     (void)self;
     return (octet_reader_left(reader) == 0U) ||
@@ -120,7 +120,7 @@ static bool any_shape(void* const self, octet_reader_t* const reader)
 
 static void serve_list(void)
 {
-    static const pus_subtype_t subtypes[] = {{8U, any_shape, answer, NULL}};
+    static const pus_subtype_t subtypes[] = {{8U, any_format, answer, NULL}};
     bench_serve(pus_service_of(12U, subtypes, 1U, &list));
     executions = 0U;
 }
@@ -197,7 +197,7 @@ static void a_list_waits_for_what_waits_already(void)
     bench.refusals = 100U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
-    TEST_ASSERT_TRUE(pus_process_is_waiting(&bench.process));
+    TEST_ASSERT_TRUE(pus_app_process_is_waiting(&bench.process));
     TEST_ASSERT_TRUE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
     TEST_ASSERT_EQUAL_UINT(1U, executions); // Not even tried.
     bench.refusals = 0U;

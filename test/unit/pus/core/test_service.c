@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/core/service.h"
 
-#include "pus/core/shape.h"
+#include "pus/core/request_format.h"
 #include "pus/st01/st01_verification.h"
 #include "test/unit/pus/fixtures/reports.h"
 #include "unity.h"
@@ -51,14 +51,19 @@ static void step(void* const self, const uint64_t now_ns, const uint32_t cycle)
     served.steps++;
 }
 
-static const uint8_t shape_u32[]      = {PUS_SHAPE_SKIP, 4U, PUS_SHAPE_END};
-static const uint8_t shape_list_u16[] = {PUS_SHAPE_COUNT, 1U, 2U, PUS_SHAPE_SKIP, 2U, PUS_SHAPE_END};
-static const uint8_t shape_list_u32[] = {PUS_SHAPE_COUNT, 1U, 2U, PUS_SHAPE_SKIP, 4U, PUS_SHAPE_END};
-static const pus_subtype_t subtypes[] = {
-    {1U, pus_shape_empty, execute, NULL}, {2U, pus_shape_u8, execute, NULL},
-    {3U, pus_shape_u16, execute, NULL},   {4U, NULL, execute, shape_u32},
-    {5U, NULL, execute, shape_list_u16},  {6U, NULL, execute, shape_list_u32},
-    {7U, inconsistent, execute, NULL},
+static const uint8_t format_u32[]      = {PUS_REQUEST_FORMAT_SKIP, 4U, PUS_REQUEST_FORMAT_END};
+static const uint8_t format_list_u16[] = {PUS_REQUEST_FORMAT_COUNT, 1U, 2U,
+                                          PUS_REQUEST_FORMAT_SKIP,  2U, PUS_REQUEST_FORMAT_END};
+static const uint8_t format_list_u32[] = {PUS_REQUEST_FORMAT_COUNT, 1U, 2U,
+                                          PUS_REQUEST_FORMAT_SKIP,  4U, PUS_REQUEST_FORMAT_END};
+static const pus_subtype_t subtypes[]  = {
+     {1U, pus_request_format_empty, execute, NULL},
+     {2U, pus_request_format_u8, execute, NULL},
+     {3U, pus_request_format_u16, execute, NULL},
+     {4U, NULL, execute, format_u32},
+     {5U, NULL, execute, format_list_u16},
+     {6U, NULL, execute, format_list_u32},
+     {7U, inconsistent, execute, NULL},
 };
 
 void setUp(void)
@@ -220,7 +225,7 @@ static void a_malformed_packet_is_rejected_if_it_can_be_named(void)
     TEST_ASSERT_EQUAL_UINT32(0U, served.calls);
 }
 
-static void shapes_end_exactly_on_the_last_octet(void)
+static void formats_end_exactly_on_the_last_octet(void)
 {
     static const struct {
         uint8_t subtype;
@@ -229,7 +234,7 @@ static void shapes_end_exactly_on_the_last_octet(void)
     } cases[] = {{1U, 0U, {0}}, {2U, 1U, {9}}, {3U, 2U, {0}}, {4U, 4U, {0}}, {5U, 5U, {2}}, {6U, 9U, {2}}};
     for (size_t i = 0U; i < (sizeof(cases) / sizeof(cases[0])); i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, bench_request(cases[i].subtype, cases[i].data, cases[i].size));
-        expect_strict_shape(cases[i].subtype, cases[i].data, cases[i].size);
+        expect_strict_format(cases[i].subtype, cases[i].data, cases[i].size);
     }
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(7U, cases[0].data, 2U));
     expect_failure(0U, 2U, PUS_FAILURE_DATA, 0U, 2U);
@@ -394,7 +399,7 @@ int main(void)
     RUN_TEST(unknown_services_and_subtypes_are_rejected);
     RUN_TEST(a_foreign_apid_is_rejected);
     RUN_TEST(a_malformed_packet_is_rejected_if_it_can_be_named);
-    RUN_TEST(shapes_end_exactly_on_the_last_octet);
+    RUN_TEST(formats_end_exactly_on_the_last_octet);
     RUN_TEST(counts_are_bounded_by_the_octets_that_are_there);
     RUN_TEST(a_step_sends_what_is_kept_and_steps_the_services);
     RUN_TEST(a_request_that_is_taken_is_performed_later);

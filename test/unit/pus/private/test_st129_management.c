@@ -195,13 +195,13 @@ static void a_transition_is_told_to_all(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_transition_read(&reader, &read));
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     static const uint8_t octets[2] = {3, 4};
-    expect_strict_shape(1U, octets, 1U);
-    expect_strict_shape(3U, octets, 2U);
-    expect_strict_shape(4U, NULL, 0U);
-    expect_strict_shape(6U, NULL, 0U);
+    expect_strict_format(1U, octets, 1U);
+    expect_strict_format(3U, octets, 2U);
+    expect_strict_format(4U, NULL, 0U);
+    expect_strict_format(6U, NULL, 0U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(2U, octets, 1U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(5U, octets, 1U));
     TEST_ASSERT_EQUAL_UINT32(0U, seen.calls);
@@ -215,6 +215,6 @@ int main(void)
     RUN_TEST(a_configuration_and_a_reload_are_passed_on);
     RUN_TEST(status_is_told_to_who_asks);
     RUN_TEST(a_transition_is_told_to_all);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

@@ -287,7 +287,7 @@ static void a_link_is_opened_and_closed(void)
     TEST_ASSERT_EQUAL_UINT8(4U, seen.open.peer.size);
     TEST_ASSERT_EQUAL_MEMORY("link", seen.open.peer.octets, 4U);
     TEST_ASSERT_EQUAL_UINT32(250U, seen.open.deadline_ms);
-    expect_strict_shape(6U, octets, writer.position);
+    expect_strict_format(6U, octets, writer.position);
     writer = octet_writer(octets, sizeof(octets));
     pus_link_close_write(&writer, &close);
     TEST_ASSERT_EQUAL_UINT64(sizeof(closed), writer.position);
@@ -295,7 +295,7 @@ static void a_link_is_opened_and_closed(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, octets, writer.position));
     TEST_ASSERT_EQUAL_UINT8(PUS_LINK_REASON_PEER, seen.close.reason);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_shape(7U, closed, sizeof(closed));
+    expect_strict_format(7U, closed, sizeof(closed));
 }
 
 static void an_endpoint_is_bounded(void)
@@ -340,14 +340,14 @@ static void a_transition_is_told_to_all_with_its_time(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_link_transition_read(&reader, &read));
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     static const uint8_t list[] = {2, 0, 1, 0, 2};
     uint8_t octets[64];
     const size_t size = write_request(octets, sizeof(octets));
-    expect_strict_shape(1U, list, sizeof(list));
-    expect_strict_shape(8U, list, sizeof(list));
-    expect_strict_shape(3U, octets, size);
+    expect_strict_format(1U, list, sizeof(list));
+    expect_strict_format(8U, list, sizeof(list));
+    expect_strict_format(3U, octets, size);
     TEST_ASSERT_EQUAL_UINT32(0U, seen.calls);
     for (unsigned count = 0U; count < 256U; count++) {
         uint8_t many[1U + (255U * 2U)] = {0};
@@ -369,6 +369,6 @@ int main(void)
     RUN_TEST(a_link_is_opened_and_closed);
     RUN_TEST(an_endpoint_is_bounded);
     RUN_TEST(a_transition_is_told_to_all_with_its_time);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

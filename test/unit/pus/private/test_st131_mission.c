@@ -120,7 +120,7 @@ static void expect_passed_on(const uint8_t subtype, const uint8_t* const data, c
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_MEMBER_ACTIVE, 0U, 16U);
     seen.calls = 0U;
-    expect_strict_shape(subtype, data, size);
+    expect_strict_format(subtype, data, size);
     TEST_ASSERT_EQUAL_UINT32(0U, seen.calls);
 }
 
@@ -165,7 +165,7 @@ static void the_table_of_subsystems_is_reported(void)
         TEST_ASSERT_EQUAL_UINT64((extra == 0U) ? 4U : 3U, bench.count);
     }
     expect_failure(2U, 8U, PUS_FAILURE_TABLE_FULL, 0U, PUS_TM_DATA_MAX);
-    expect_strict_shape(8U, NULL, 0U);
+    expect_strict_format(8U, NULL, 0U);
 }
 
 static void networks_are_reported_with_members_and_links(void)
@@ -184,7 +184,7 @@ static void networks_are_reported_with_members_and_links(void)
     seen.networks = 1000U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(10U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
-    expect_strict_shape(10U, NULL, 0U);
+    expect_strict_format(10U, NULL, 0U);
 }
 
 static void transitions_are_told_to_all(void)

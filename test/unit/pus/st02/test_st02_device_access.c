@@ -181,7 +181,7 @@ static void devices_are_switched_one_after_the_other(void)
     step();
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT32(3U, access.counters.performed);
-    expect_strict_shape(1U, data, writer.position);
+    expect_strict_format(1U, data, writer.position);
     begin(0U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(1U, data, 1U));
 }
@@ -223,7 +223,7 @@ static void registers_are_loaded(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, UNKNOWN);
     TEST_ASSERT_EQUAL_HEX32(0xABCD0000U, devices.actions[0].address);
     TEST_ASSERT_EQUAL_HEX32(0x11223344U, octets_u32_at(devices.data[0]));
-    expect_strict_shape(2U, data, writer.position);
+    expect_strict_format(2U, data, writer.position);
 }
 
 /// Report `index` tells that this step failed.
@@ -259,7 +259,7 @@ static void registers_are_dumped_but_those_that_fail(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
     expect_progress_failure(3U, 2U);
     expect_failure(5U, 8U, PUS_FAILURE_DEVICE, 2U, 0x08000000U);
-    expect_strict_shape(5U, data, writer.position);
+    expect_strict_format(5U, data, writer.position);
 }
 
 static void the_most_registers_of_a_request_are_dumped(void)
@@ -301,7 +301,7 @@ static void pulses_are_given_by_each_unit(void)
     TEST_ASSERT_EQUAL_HEX16(0xFFFU, devices.actions[0].command);
     step();
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 8);
-    expect_strict_shape(4U, data, writer.position);
+    expect_strict_format(4U, data, writer.position);
 }
 
 static void the_most_pulses_of_a_request_go_on_over_many_steps(void)
@@ -346,7 +346,7 @@ static void physical_devices_are_commanded(void)
     step();
     step();
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_shape(7U, data, writer.position);
+    expect_strict_format(7U, data, writer.position);
 }
 
 static void one_faulty_command_refuses_the_whole_request(void)
@@ -410,7 +410,7 @@ static void logical_devices_are_commanded(void)
     TEST_ASSERT_EQUAL_UINT16(5U, devices.actions[0].device);
     TEST_ASSERT_EQUAL_HEX16(0x77U, devices.actions[0].command);
     TEST_ASSERT_EQUAL_STRING_LEN("abc", devices.data[0], 3U);
-    expect_strict_shape(10U, data, writer.position);
+    expect_strict_format(10U, data, writer.position);
 }
 
 static void add_acquisition(const unsigned transaction, const unsigned device)
@@ -440,7 +440,7 @@ static void each_acquisition_has_a_report(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(second, bench_report(5U).data, sizeof second);
     TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(5U).destination);
     TEST_ASSERT_EQUAL_STRING_LEN("PROT", devices.protocol[0], 4U);
-    expect_strict_shape(8U, data, writer.position);
+    expect_strict_format(8U, data, writer.position);
 }
 
 static void logical_devices_answer_with_a_value_alone(void)
@@ -456,7 +456,7 @@ static void logical_devices_answer_with_a_value_alone(void)
     TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
     TEST_ASSERT_EQUAL_HEX32(0x02000001U, devices.actions[0].address);
-    expect_strict_shape(11U, data, writer.position);
+    expect_strict_format(11U, data, writer.position);
 }
 
 static void a_device_that_does_not_answer_is_given_up(void)

@@ -197,7 +197,7 @@ static void definitions_are_created_and_reported(void)
                                        0, 0,  0, 2, 26, 0,  6, 0, 0,  0, 0, 8};
     create(40U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_shape(38U, data, writer.position);
+    expect_strict_format(38U, data, writer.position);
     list(2U, 40U);
     request(40U);
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 41, 1, 4, 1, 8);
@@ -307,7 +307,7 @@ static void definitions_are_changed_entry_by_entry(void)
     entry(26U, 5U, 1U, 6U);
     request(42U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_shape(42U, data, writer.position);
+    expect_strict_format(42U, data, writer.position);
     request(42U);
     expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 0U, 5U);
     begin_entries(40U, 1U);
@@ -330,7 +330,7 @@ static void definitions_are_changed_entry_by_entry(void)
     u16(6U);
     request(43U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_shape(43U, data, writer.position);
+    expect_strict_format(43U, data, writer.position);
     static const uint8_t expected[] = {0, 40, 0, 1, 0,  16, 0, 2, 25, 0, 5, 0,
                                        0, 0,  0, 3, 26, 0,  5, 1, 0,  0, 0, 6};
     list(1U, 40U);

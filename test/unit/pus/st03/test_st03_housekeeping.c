@@ -483,20 +483,20 @@ static void enabling_again_does_not_begin_again(void)
     EXPECT_MESSAGES(3, 25);
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     static const uint8_t lists[]    = {3U, 5U, 6U, 9U, 27U, 33U};
     static const uint8_t list[]     = {2, 0, 5, 0, 6};
     static const uint8_t interval[] = {1, 0, 5, 0, 0, 0, 2};
     static const uint8_t append[]   = {0, 9, 1, 0, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 0};
     for (size_t i = 0U; i < sizeof(lists); i++) {
-        expect_strict_shape(lists[i], list, sizeof(list));
+        expect_strict_format(lists[i], list, sizeof(list));
         TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(lists[i], "\0", 1U)); // Zero instructions.
         expect_failure(0U, 2U, PUS_FAILURE_DATA, 0U, 1U);
     }
-    expect_strict_shape(1U, create_9, sizeof(create_9));
-    expect_strict_shape(29U, append, sizeof(append));
-    expect_strict_shape(31U, interval, sizeof(interval));
+    expect_strict_format(1U, create_9, sizeof(create_9));
+    expect_strict_format(29U, append, sizeof(append));
+    expect_strict_format(31U, interval, sizeof(interval));
 }
 
 // ---- Another loop ----
@@ -587,7 +587,7 @@ int main(void)
     RUN_TEST(intervals_are_modified_one_by_one);
     RUN_TEST(lists_of_255_are_served);
     RUN_TEST(enabling_again_does_not_begin_again);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     RUN_TEST(another_loop_samples_its_own_and_hands_it_over);
     return UNITY_END();
 }

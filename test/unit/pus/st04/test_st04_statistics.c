@@ -481,7 +481,7 @@ static void records_that_are_no_good_are_told(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_statistics_restore(&statistics, LEVEL, one, 7U));
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     static const uint8_t empty[]  = {3U, 5U, 8U};
     static const uint8_t zeros[7] = {0};
@@ -490,13 +490,13 @@ static void every_request_has_a_strict_shape(void)
     define(LEVEL, CYCLE_TICKS);
     define(REAL, CYCLE_TICKS);
     memcpy(copy, octets, data.position);
-    expect_strict_shape(6U, copy, data.position);
+    expect_strict_format(6U, copy, data.position);
     copy[0] = 1U;
-    expect_strict_shape(7U, copy, 5U);
-    expect_strict_shape(1U, zeros, 1U);
-    expect_strict_shape(4U, zeros, 7U);
+    expect_strict_format(7U, copy, 5U);
+    expect_strict_format(1U, zeros, 1U);
+    expect_strict_format(4U, zeros, 7U);
     for (size_t i = 0U; i < sizeof empty; i++) {
-        expect_strict_shape(empty[i], NULL, 0U);
+        expect_strict_format(empty[i], NULL, 0U);
     }
 }
 
@@ -518,6 +518,6 @@ int main(void)
     RUN_TEST(what_is_not_kept_is_refused);
     RUN_TEST(without_a_store_all_is_done);
     RUN_TEST(records_that_are_no_good_are_told);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

@@ -152,7 +152,7 @@ static void an_event_waits_while_the_port_refuses(void)
     TEST_ASSERT_EQUAL_UINT32(raised, pus_event_state(&events, 4U)->raised);
     TEST_ASSERT_EQUAL_UINT32(1U, events.counters.refused);
     bench.refusals = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
     TEST_ASSERT_EQUAL_UINT64(raised - 1U, bench.count);
 }
 
@@ -264,7 +264,7 @@ static void what_cannot_be_told_is_told_later(void)
     }
     TEST_ASSERT_TRUE(pus_events_step(&events, 2000U * MS));
     bench.refusals = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
     bench_clear();
     TEST_ASSERT_FALSE(pus_events_step(&events, 3000U * MS));
     TEST_ASSERT_EQUAL_UINT32(10U, told(0U, 1U));
@@ -292,7 +292,7 @@ static void a_high_event_passes_unless_it_still_waits(void)
         TEST_ASSERT_EQUAL_UINT32(48U, events.counters.suppressed); // One went out, one waits.
         TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 2U, NULL, 0U, MS));
         bench.accepts = 0U;
-        TEST_ASSERT_EQUAL(STATUS_OK, pus_process_flush(&bench.process));
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
         TEST_ASSERT_EQUAL_UINT64(3U, bench.count);
         TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 3U, NULL, 0U, MS));
         TEST_ASSERT_EQUAL_UINT64(4U, bench.count);
@@ -350,12 +350,12 @@ static void more_disabled_events_than_a_report_holds_are_refused(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 5, 8, 1, 7);
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     static const uint8_t two[] = {2, 0, 1, 0, 2};
-    expect_strict_shape(5U, two, sizeof(two));
-    expect_strict_shape(6U, two, sizeof(two));
-    expect_strict_shape(7U, NULL, 0U);
+    expect_strict_format(5U, two, sizeof(two));
+    expect_strict_format(6U, two, sizeof(two));
+    expect_strict_format(7U, NULL, 0U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(5U, "\0", 1U));
     for (uint8_t subtype = 0U; subtype < 5U; subtype++) {
         TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(subtype, two, sizeof(two)));
@@ -380,6 +380,6 @@ int main(void)
     RUN_TEST(all_occurrences_of_a_storm_add_up);
     RUN_TEST(the_largest_auxiliary_data_fits_and_the_next_does_not);
     RUN_TEST(more_disabled_events_than_a_report_holds_are_refused);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

@@ -32,7 +32,7 @@ static void raw_areas_are_loaded_and_read_back(void)
     TEST_ASSERT_EQUAL_STRING_LEN("first", memory_ram, 5U);
     TEST_ASSERT_EQUAL_STRING_LEN("last", &memory_ram[sizeof memory_ram - 4U], 4U);
     TEST_ASSERT_EQUAL_UINT32(2U, memory_service.counters.loaded);
-    expect_strict_shape(2U, memory_data, memory_writer.position);
+    expect_strict_format(2U, memory_data, memory_writer.position);
 }
 
 static void an_area_larger_than_a_slice_is_loaded_whole(void)
@@ -67,7 +67,7 @@ static void object_areas_are_loaded_by_their_offset(void)
     expect_failure(2U, 4U, PUS_FAILURE_ADDRESS, 2U, 255U);
     expect_failure(3U, 4U, PUS_FAILURE_ADDRESS, 3U, 256U);
     TEST_ASSERT_EQUAL_HEX8('x', memory_ram[0x1FF]);
-    expect_strict_shape(1U, memory_data, memory_writer.position);
+    expect_strict_format(1U, memory_data, memory_writer.position);
 }
 
 static void each_bad_area_is_refused_alone(void)
@@ -182,7 +182,7 @@ static void bits_are_loaded_in_one_write(void)
     memory_request(11U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0xAAU, 5U, 6U, 0x0DU}), &memory_words[4], 4U);
-    expect_strict_shape(11U, memory_data, memory_writer.position);
+    expect_strict_format(11U, memory_data, memory_writer.position);
     memory_begin(RAM);
     add_bits(RAM_BASE + 2U, 0U, 0U); // Aligned for the memory, not for the access.
     memory_request(11U);
@@ -220,7 +220,7 @@ static void a_protected_memory_takes_no_load(void)
     memory_begin(RAM);
     memory_request(15U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_shape(15U, memory_data, memory_writer.position);
+    expect_strict_format(15U, memory_data, memory_writer.position);
     memory_begin(RAM);
     octet_write_u8(&memory_writer, 1U);
     memory_add_data(RAM_BASE, "ab", 2U, 0U);

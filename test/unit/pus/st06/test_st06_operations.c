@@ -57,7 +57,7 @@ static void a_large_dump_becomes_many_reports(void)
     }
     TEST_ASSERT_EQUAL_UINT32(3000U, done);
     TEST_ASSERT_EQUAL_UINT32(2U, memory_service.counters.dumped);
-    expect_strict_shape(5U, memory_data, memory_writer.position);
+    expect_strict_format(5U, memory_data, memory_writer.position);
 }
 
 static void objects_are_dumped_by_their_offset(void)
@@ -75,7 +75,7 @@ static void objects_are_dumped_by_their_offset(void)
     TEST_ASSERT_EQUAL_UINT16(1U, octet_read_u16(&reader));
     TEST_ASSERT_EQUAL_UINT16(256U, expect_dumped(&reader, 0U, &memory_ram[0x100]));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
-    expect_strict_shape(3U, memory_data, memory_writer.position);
+    expect_strict_format(3U, memory_data, memory_writer.position);
 }
 
 static void the_most_areas_of_one_request_are_dumped(void)
@@ -177,7 +177,7 @@ static void all_dumps_are_ended_together(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(12U, NULL, 0U));
     memory_step(1U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 1, 1, 3, 1, 7, 6, 10, 1, 7);
-    expect_strict_shape(12U, NULL, 0U);
+    expect_strict_format(12U, NULL, 0U);
 }
 
 // Checks.
@@ -203,7 +203,7 @@ static void raw_areas_are_checked(void)
     TEST_ASSERT_EQUAL_HEX16(crc16_ccitt(&memory_ram[5], 1U), octet_read_u16(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
     TEST_ASSERT_EQUAL_UINT32(2U, memory_service.counters.checked);
-    expect_strict_shape(9U, memory_data, memory_writer.position);
+    expect_strict_format(9U, memory_data, memory_writer.position);
 }
 
 static void objects_are_checked_in_parts_and_whole(void)
@@ -220,7 +220,7 @@ static void objects_are_checked_in_parts_and_whole(void)
     TEST_ASSERT_EQUAL_UINT32(1U, octet_read_u32(&reader));
     TEST_ASSERT_EQUAL_UINT32(9U, octet_read_u32(&reader));
     TEST_ASSERT_EQUAL_HEX16(crc16_ccitt(&memory_ram[0x101], 9U), octet_read_u16(&reader));
-    expect_strict_shape(7U, memory_data, memory_writer.position);
+    expect_strict_format(7U, memory_data, memory_writer.position);
     memory_begin_object(RAM, 7U);
     memory_request(17U);
     memory_step(1U);
@@ -231,7 +231,7 @@ static void objects_are_checked_in_parts_and_whole(void)
     TEST_ASSERT_EQUAL_UINT32(256U, octet_read_u32(&reader));
     TEST_ASSERT_EQUAL_HEX16(crc16_ccitt(&memory_ram[0x100], 256U), octet_read_u16(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
-    expect_strict_shape(17U, memory_data, memory_writer.position);
+    expect_strict_format(17U, memory_data, memory_writer.position);
     memory_begin_object(RAM, 8U);
     memory_request(17U);
     EXPECT_MESSAGES(1, 1, 1, 4);
@@ -273,7 +273,7 @@ static void raw_areas_are_loaded_from_a_file(void)
     TEST_ASSERT_EQUAL_HEX8(memory_file.octets[FILE_OCTETS - 1U], memory_ram[3500]);
     TEST_ASSERT_EQUAL_UINT(1U, memory_file.closes);
     TEST_ASSERT_EQUAL_UINT32(2U, memory_service.counters.loaded);
-    expect_strict_shape(19U, memory_data, memory_writer.position);
+    expect_strict_format(19U, memory_data, memory_writer.position);
 }
 
 static void an_object_is_loaded_from_a_file(void)
@@ -286,7 +286,7 @@ static void an_object_is_loaded_from_a_file(void)
     memory_step(1U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(&memory_file.octets[100], &memory_ram[0x1FA], 6U);
-    expect_strict_shape(21U, memory_data, memory_writer.position);
+    expect_strict_format(21U, memory_data, memory_writer.position);
 }
 
 static void a_file_with_a_wrong_checksum_changes_nothing(void)
@@ -342,7 +342,7 @@ static void areas_are_dumped_to_a_file_one_behind_the_other(void)
     TEST_ASSERT_EQUAL_UINT32(2007U, memory_file.size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(&memory_ram[100], memory_file.octets, 2000U);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(memory_ram, &memory_file.octets[2000], 7U);
-    expect_strict_shape(20U, memory_data, memory_writer.position);
+    expect_strict_format(20U, memory_data, memory_writer.position);
     memory_begin_object(RAM, 7U);
     memory_name_file();
     octet_write_u8(&memory_writer, 1U);
@@ -351,7 +351,7 @@ static void areas_are_dumped_to_a_file_one_behind_the_other(void)
     memory_step(1U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(&memory_ram[0x104], memory_file.octets, 4U);
-    expect_strict_shape(22U, memory_data, memory_writer.position);
+    expect_strict_format(22U, memory_data, memory_writer.position);
 }
 
 static void a_dump_to_a_file_ends_with_its_first_failure(void)

@@ -119,7 +119,7 @@ static void a_function_without_arguments_has_a_count_of_none(void)
     TEST_ASSERT_EQUAL_UINT16(0U, performed.index);
     pus_verify_completed(&bench.process, &performed.token, TEST_NOW_NS);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_shape(1U, data, sizeof(data));
+    expect_strict_format(1U, data, sizeof(data));
 }
 
 static void the_ports_refusal_is_passed_on(void)
@@ -219,7 +219,7 @@ static void values_that_are_not_finite_are_refused(void)
 static void every_other_count_and_length_is_rejected(void)
 {
     uint8_t data[sizeof(move)];
-    expect_strict_shape(1U, move, sizeof(move));
+    expect_strict_format(1U, move, sizeof(move));
     for (unsigned count = 0U; count < 256U; count++) {
         memcpy(data, move, sizeof(data));
         data[8] = (uint8_t)count;

@@ -154,7 +154,7 @@ static void the_rate_is_set(void)
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
     TEST_ASSERT_TRUE(set_rate(0U));
     TEST_ASSERT_TRUE(sends(513U * S));
-    expect_strict_shape(1U, "", 1U);
+    expect_strict_format(1U, "", 1U);
 }
 
 static void there_may_be_no_reports_at_first(void)

@@ -4,14 +4,14 @@
 #include "test/unit/pus/fixtures/records.h"
 #include "test/unit/pus/fixtures/reports.h"
 #include "test/unit/pus/fixtures/schedules.h"
-#include "test/unit/pus/fixtures/timed.h"
+#include "test/unit/pus/fixtures/st11_fixture.h"
 #include "unity.h"
 
 #include <string.h>
 
 void setUp(void)
 {
-    timed_set_up();
+    st11_fixture_set_up();
 }
 
 void tearDown(void)
@@ -22,163 +22,163 @@ void tearDown(void)
 static void a_power_cut_leaves_what_was_acknowledged(void)
 {
     static const uint8_t ss[] = {SS};
-    timed_start_with_records();
-    timed_enable_all();
-    timed_create_group(7U, 0U);
-    timed_insert(SS, G, 4U * S, 1U);
-    timed_insert(SS, G, 3U * S, 2U);
-    timed_insert(9U, G, 3U * S, 3U);
-    timed_begin();
-    timed_write_offset(2000);
-    octet_write_u8(&timed.writer, 1U);
-    timed_write_id(2U);
-    timed_expect_done(7U); // 2 to 5 s.
-    timed_begin_ids(1U);
-    timed_write_id(3U);
-    timed_expect_done(5U);
-    timed_restart();
+    st11_fixture_start_with_records();
+    st11_fixture_enable_all();
+    st11_fixture_create_group(7U, 0U);
+    st11_fixture_insert(SS, G, 4U * S, 1U);
+    st11_fixture_insert(SS, G, 3U * S, 2U);
+    st11_fixture_insert(9U, G, 3U * S, 3U);
+    st11_fixture_begin();
+    st11_fixture_write_offset(2000);
+    octet_write_u8(&st11_fixture.writer, 1U);
+    st11_fixture_write_id(2U);
+    st11_fixture_expect_done(7U); // 2 to 5 s.
+    st11_fixture_begin_ids(1U);
+    st11_fixture_write_id(3U);
+    st11_fixture_expect_done(5U);
+    st11_fixture_restart();
     EXPECT_SCHEDULE(1, 2);
-    TEST_ASSERT_TRUE(timed.schedule.schedule.is_enabled);
-    TEST_ASSERT_EQUAL_UINT16(2U, timed.schedule.schedule.sub_schedules.count);
-    TEST_ASSERT_EQUAL_UINT8(3U, timed.schedule.schedule.sub_schedules.flags[SS]);
-    TEST_ASSERT_EQUAL_UINT8(1U, timed.schedule.schedule.sub_schedules.flags[9]);
-    TEST_ASSERT_EQUAL_UINT8(1U, timed.schedule.schedule.groups.flags[7]);
-    timed_insert(SS, G, 5U * S, 4U); // Behind 2, which has the same tag.
-    timed_restart();
+    TEST_ASSERT_TRUE(st11_fixture.schedule.schedule.is_enabled);
+    TEST_ASSERT_EQUAL_UINT16(2U, st11_fixture.schedule.schedule.sub_schedules.count);
+    TEST_ASSERT_EQUAL_UINT8(3U, st11_fixture.schedule.schedule.sub_schedules.flags[SS]);
+    TEST_ASSERT_EQUAL_UINT8(1U, st11_fixture.schedule.schedule.sub_schedules.flags[9]);
+    TEST_ASSERT_EQUAL_UINT8(1U, st11_fixture.schedule.schedule.groups.flags[7]);
+    st11_fixture_insert(SS, G, 5U * S, 4U); // Behind 2, which has the same tag.
+    st11_fixture_restart();
     EXPECT_SCHEDULE(1, 2, 4);
-    timed_command_ids(21U, 1U, ss);
-    timed_restart();
-    TEST_ASSERT_EQUAL_UINT8(1U, timed.schedule.schedule.sub_schedules.flags[SS]);
-    timed_command_ids(20U, 1U, ss);
-    pus_time_schedule_step(&timed.schedule, 4U * S);
+    st11_fixture_command_ids(21U, 1U, ss);
+    st11_fixture_restart();
+    TEST_ASSERT_EQUAL_UINT8(1U, st11_fixture.schedule.schedule.sub_schedules.flags[SS]);
+    st11_fixture_command_ids(20U, 1U, ss);
+    pus_time_schedule_step(&st11_fixture.schedule, 4U * S);
     EXPECT_RELEASED(1);
-    timed_restart();
+    st11_fixture_restart();
     EXPECT_SCHEDULE(2, 4);
-    timed_command(3U);
-    timed_restart();
-    timed_expect_empty();
-    TEST_ASSERT_FALSE(timed.schedule.schedule.is_enabled);
-    TEST_ASSERT_EQUAL_UINT16(2U, timed.schedule.schedule.groups.count);
+    st11_fixture_command(3U);
+    st11_fixture_restart();
+    st11_fixture_expect_empty();
+    TEST_ASSERT_FALSE(st11_fixture.schedule.schedule.is_enabled);
+    TEST_ASSERT_EQUAL_UINT16(2U, st11_fixture.schedule.schedule.groups.count);
     TEST_ASSERT_EQUAL_UINT64(0U, released.lost_count);
 }
 
 static void what_was_under_release_is_told_and_not_released_again(void)
 {
-    timed_start_with_records();
-    timed_enable_all();
+    st11_fixture_start_with_records();
+    st11_fixture_enable_all();
     for (uint16_t i = 0U; i < 4U; i++) {
-        timed_insert(SS, G, (i < 3U) ? (2U * S) : (3U * S), i);
+        st11_fixture_insert(SS, G, (i < 3U) ? (2U * S) : (3U * S), i);
     }
     released.accepts  = 1U;
     released.refusals = 1U;
-    pus_time_schedule_step(&timed.schedule, 2U * S);
+    pus_time_schedule_step(&st11_fixture.schedule, 2U * S);
     EXPECT_RELEASED(0);
-    timed_restart();
+    st11_fixture_restart();
     EXPECT_SCHEDULE(3);
-    TEST_ASSERT_TRUE(pus_schedule_is_waiting(&timed.schedule.schedule));
-    pus_time_schedule_step(&timed.schedule, 2U * S);
+    TEST_ASSERT_TRUE(pus_schedule_is_waiting(&st11_fixture.schedule.schedule));
+    pus_time_schedule_step(&st11_fixture.schedule, 2U * S);
     TEST_ASSERT_EQUAL_UINT64(3U, released.lost_count);
     for (uint16_t i = 0U; i < 3U; i++) {
         TEST_ASSERT_EQUAL_UINT16(i, released.lost[i].sequence);
         TEST_ASSERT_EQUAL_UINT16(RELEASE_APID, released.lost[i].apid);
     }
-    TEST_ASSERT_EQUAL_UINT32(3U, timed.schedule.schedule.counters.lost);
+    TEST_ASSERT_EQUAL_UINT32(3U, st11_fixture.schedule.schedule.counters.lost);
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
-    timed_restart(); // Told once.
-    timed.config.lost = NULL;
-    pus_time_schedule_step(&timed.schedule, 3U * S);
+    st11_fixture_restart(); // Told once.
+    st11_fixture.config.lost = NULL;
+    pus_time_schedule_step(&st11_fixture.schedule, 3U * S);
     EXPECT_RELEASED(3);
     TEST_ASSERT_EQUAL_UINT64(3U, released.lost_count);
 }
 
 static void without_somebody_to_tell_it_is_counted(void)
 {
-    timed_start_with_records();
-    timed_enable_all();
-    timed_insert(SS, G, 2U * S, 1U);
+    st11_fixture_start_with_records();
+    st11_fixture_enable_all();
+    st11_fixture_insert(SS, G, 2U * S, 1U);
     released.accepts  = 0U;
     released.refusals = 1U;
-    pus_time_schedule_step(&timed.schedule, 2U * S);
-    timed_restart();
-    timed.schedule.schedule.config.lost = NULL;
-    pus_time_schedule_step(&timed.schedule, 2U * S);
-    TEST_ASSERT_EQUAL_UINT32(1U, timed.schedule.schedule.counters.lost);
+    pus_time_schedule_step(&st11_fixture.schedule, 2U * S);
+    st11_fixture_restart();
+    st11_fixture.schedule.schedule.config.lost = NULL;
+    pus_time_schedule_step(&st11_fixture.schedule, 2U * S);
+    TEST_ASSERT_EQUAL_UINT32(1U, st11_fixture.schedule.schedule.counters.lost);
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
 }
 
 static void a_step_commits_once_before_and_once_after_it_releases(void)
 {
-    timed_start_with_records();
-    timed_enable_all();
+    st11_fixture_start_with_records();
+    st11_fixture_enable_all();
     for (uint16_t i = 0U; i < 5U; i++) {
-        timed_insert(SS, G, 2U * S, i);
+        st11_fixture_insert(SS, G, 2U * S, i);
     }
     const unsigned before = records.commits;
-    pus_time_schedule_step(&timed.schedule, 1900U * MS);
+    pus_time_schedule_step(&st11_fixture.schedule, 1900U * MS);
     TEST_ASSERT_EQUAL_UINT(before, records.commits);
-    pus_time_schedule_step(&timed.schedule, 2U * S);
+    pus_time_schedule_step(&st11_fixture.schedule, 2U * S);
     TEST_ASSERT_EQUAL_UINT(before + 2U, records.commits);
-    pus_time_schedule_step(&timed.schedule, 3U * S);
+    pus_time_schedule_step(&st11_fixture.schedule, 3U * S);
     TEST_ASSERT_EQUAL_UINT(before + 2U, records.commits);
-    TEST_ASSERT_EQUAL_UINT32(0U, timed.schedule.schedule.counters.unsaved);
+    TEST_ASSERT_EQUAL_UINT32(0U, st11_fixture.schedule.schedule.counters.unsaved);
 }
 
 static void what_cannot_be_kept_is_not_acknowledged(void)
 {
     static const uint8_t g[] = {G};
-    timed_start_with_records();
-    timed_enable_all();
-    timed_insert(SS, G, 2U * S, 1U);
+    st11_fixture_start_with_records();
+    st11_fixture_enable_all();
+    st11_fixture_insert(SS, G, 2U * S, 1U);
     records.put_status = STATUS_FULL;
-    timed_begin_insert(SS, 1U);
-    timed_add(G, 2U * S, 2U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(4U));
+    st11_fixture_begin_insert(SS, 1U);
+    st11_fixture_add(G, 2U * S, 2U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(4U));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_FULL);
     EXPECT_SCHEDULE(1);
-    timed_begin();
-    timed_write_offset(1000);
-    octet_write_u8(&timed.writer, 1U);
-    timed_write_id(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(7U));
+    st11_fixture_begin();
+    st11_fixture_write_offset(1000);
+    octet_write_u8(&st11_fixture.writer, 1U);
+    st11_fixture_write_id(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(7U));
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_FULL);
-    timed_begin();
-    timed_write_offset(1000);
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(15U));
+    st11_fixture_begin();
+    st11_fixture_write_offset(1000);
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(15U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
-    timed_begin();
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(2U));
+    st11_fixture_begin();
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(2U));
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
-    timed_command_ids(25U, 1U, g);
+    st11_fixture_command_ids(25U, 1U, g);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
     records.put_status   = STATUS_OK;
     records.erase_status = STATUS_IO;
-    timed_begin_ids(1U);
-    timed_write_id(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(5U));
+    st11_fixture_begin_ids(1U);
+    st11_fixture_write_id(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(5U));
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_IO);
-    timed_begin();
-    timed_write_filter_all();
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(6U));
+    st11_fixture_begin();
+    st11_fixture_write_filter_all();
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(6U));
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
-    timed_begin();
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(3U));
+    st11_fixture_begin();
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(3U));
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
     EXPECT_SCHEDULE(1);
 }
 
 static void what_is_due_is_released_though_keeping_fails(void)
 {
-    timed_start_with_records();
-    timed_enable_all();
-    timed_insert(SS, G, 2U * S, 1U);
+    st11_fixture_start_with_records();
+    st11_fixture_enable_all();
+    st11_fixture_insert(SS, G, 2U * S, 1U);
     records.put_status    = STATUS_IO;
     records.erase_status  = STATUS_IO;
     records.commit_status = STATUS_IO;
-    pus_time_schedule_step(&timed.schedule, 2U * S);
+    pus_time_schedule_step(&st11_fixture.schedule, 2U * S);
     EXPECT_RELEASED(1);
-    TEST_ASSERT_EQUAL_UINT32(5U, timed.schedule.schedule.counters.unsaved);
+    TEST_ASSERT_EQUAL_UINT32(5U, st11_fixture.schedule.schedule.counters.unsaved);
 }
 
 static void a_record_that_makes_no_sense_is_refused(void)
@@ -192,31 +192,35 @@ static void a_record_that_makes_no_sense_is_refused(void)
     octet_write_u16(&record, (SS << 8U) | G);
     octet_write_octets(&record, packet, size);
     const uint32_t key = 0x01000000U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_schedule_restore(&timed.schedule, 0x01010000U, octets, 31U));
     TEST_ASSERT_EQUAL(STATUS_INVALID,
-                      pus_time_schedule_restore(&timed.schedule, PUS_SCHEDULE_KEY_OWN, octets, 31U));
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_time_schedule_restore(&timed.schedule, key | 600U, octets, 31U));
+                      pus_time_schedule_restore(&st11_fixture.schedule, 0x01010000U, octets, 31U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      pus_time_schedule_restore(&st11_fixture.schedule, PUS_SCHEDULE_KEY_OWN, octets, 31U));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED,
+                      pus_time_schedule_restore(&st11_fixture.schedule, key | 600U, octets, 31U));
     for (size_t cut = 0U; cut < record.position; cut++) {
-        TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_schedule_restore(&timed.schedule, key, octets, cut));
+        TEST_ASSERT_EQUAL(STATUS_INVALID,
+                          pus_time_schedule_restore(&st11_fixture.schedule, key, octets, cut));
     }
     octets[0] = 1U; // A tag beyond the range.
     TEST_ASSERT_EQUAL(STATUS_INVALID,
-                      pus_time_schedule_restore(&timed.schedule, key, octets, record.position));
+                      pus_time_schedule_restore(&st11_fixture.schedule, key, octets, record.position));
     octets[0] = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      pus_time_schedule_restore(&timed.schedule, key | 599U, octets, record.position));
+                      pus_time_schedule_restore(&st11_fixture.schedule, key | 599U, octets, record.position));
     TEST_ASSERT_EQUAL(STATUS_EXISTS,
-                      pus_time_schedule_restore(&timed.schedule, key | 599U, octets, record.position));
-    TEST_ASSERT_EQUAL_UINT64(8U, timed.schedule.schedule.serial);
+                      pus_time_schedule_restore(&st11_fixture.schedule, key | 599U, octets, record.position));
+    TEST_ASSERT_EQUAL_UINT64(8U, st11_fixture.schedule.schedule.serial);
     octets[15] = 3U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_time_schedule_restore(&timed.schedule, key, octets, record.position));
-    TEST_ASSERT_EQUAL_UINT64(8U, timed.schedule.schedule.serial);
-    TEST_ASSERT_EQUAL_UINT64(0U, pus_time_schedule_next_ns(&timed.schedule)); // Long before the epoch.
-    timed.config = schedule_config(1U, 1U);
-    timed_start();
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      pus_time_schedule_restore(&st11_fixture.schedule, key, octets, record.position));
+    TEST_ASSERT_EQUAL_UINT64(8U, st11_fixture.schedule.schedule.serial);
+    TEST_ASSERT_EQUAL_UINT64(0U, pus_time_schedule_next_ns(&st11_fixture.schedule)); // Long before the epoch.
+    st11_fixture.config = schedule_config(1U, 1U);
+    st11_fixture_start();
     octets[PUS_SCHEDULE_RECORD_HEAD + 60U] = 0U;
     const size_t longer                    = request_make(1U, 100U, &octets[PUS_SCHEDULE_RECORD_HEAD]);
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_time_schedule_restore(&timed.schedule, key, octets,
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_time_schedule_restore(&st11_fixture.schedule, key, octets,
                                                                   PUS_SCHEDULE_RECORD_HEAD + longer));
 }
 
@@ -235,16 +239,18 @@ static void a_state_that_makes_no_sense_is_refused(void)
                  {STATUS_INVALID, 9U, {1, 0, 1, SS, 2, 0, 1, G, 1}},
                  {STATUS_INVALID, 11U, {1, 0, 2, SS, 1, SS, 1, 0, 1, G, 1}}};
     for (size_t i = 0U; i < (sizeof(cases) / sizeof(cases[0])); i++) {
-        timed_start();
-        TEST_ASSERT_EQUAL(cases[i].status,
-                          pus_time_schedule_restore(&timed.schedule, 0U, cases[i].octets, cases[i].size));
-        TEST_ASSERT_EQUAL(cases[i].status == STATUS_OK, timed.schedule.schedule.is_enabled);
+        st11_fixture_start();
+        TEST_ASSERT_EQUAL(cases[i].status, pus_time_schedule_restore(&st11_fixture.schedule, 0U,
+                                                                     cases[i].octets, cases[i].size));
+        TEST_ASSERT_EQUAL(cases[i].status == STATUS_OK, st11_fixture.schedule.schedule.is_enabled);
     }
     static const uint8_t ids[(PUS_SCHEDULE_BATCH + 1U) * 6U] = {0};
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_schedule_restore(&timed.schedule, 1U, ids, 7U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_schedule_restore(&timed.schedule, 1U, ids, sizeof(ids)));
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_time_schedule_restore(&timed.schedule, 1U, ids, sizeof(ids) - 6U));
-    pus_time_schedule_step(&timed.schedule, TEST_NOW_NS);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_time_schedule_restore(&st11_fixture.schedule, 1U, ids, 7U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      pus_time_schedule_restore(&st11_fixture.schedule, 1U, ids, sizeof(ids)));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      pus_time_schedule_restore(&st11_fixture.schedule, 1U, ids, sizeof(ids) - 6U));
+    pus_time_schedule_step(&st11_fixture.schedule, TEST_NOW_NS);
     TEST_ASSERT_EQUAL_UINT64(PUS_SCHEDULE_BATCH, released.lost_count);
 }
 

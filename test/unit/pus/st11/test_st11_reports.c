@@ -4,14 +4,14 @@
 #include "test/unit/pus/fixtures/records.h"
 #include "test/unit/pus/fixtures/reports.h"
 #include "test/unit/pus/fixtures/schedules.h"
-#include "test/unit/pus/fixtures/timed.h"
+#include "test/unit/pus/fixtures/st11_fixture.h"
 #include "unity.h"
 
 #include <string.h>
 
 void setUp(void)
 {
-    timed_set_up();
+    st11_fixture_set_up();
 }
 
 void tearDown(void)
@@ -22,21 +22,21 @@ void tearDown(void)
 static void a_detail_report_holds_the_request(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
-    timed_create_group(G, 1U);
-    timed_begin_insert(SS, 2U);
-    timed_add(G, 4U * S, 1U, 100U);
-    timed_add(G, 3U * S, 2U, 7U);
-    timed_expect_done(4U);
+    st11_fixture_create_group(G, 1U);
+    st11_fixture_begin_insert(SS, 2U);
+    st11_fixture_add(G, 4U * S, 1U, 100U);
+    st11_fixture_add(G, 3U * S, 2U, 7U);
+    st11_fixture_expect_done(4U);
     for (unsigned how = 0U; how < 3U; how++) {
-        timed_begin();
+        st11_fixture_begin();
         if (how == 1U) {
-            timed_write_filter_all();
+            st11_fixture_write_filter_all();
         } else if (how == 2U) {
-            octet_write_u8(&timed.writer, 2U);
-            timed_write_id(1U);
-            timed_write_id(2U);
+            octet_write_u8(&st11_fixture.writer, 2U);
+            st11_fixture_write_id(1U);
+            st11_fixture_write_id(2U);
         }
-        TEST_ASSERT_EQUAL(STATUS_OK, timed_request((how == 0U) ? 16U : ((how == 1U) ? 11U : 9U)));
+        TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request((how == 0U) ? 16U : ((how == 1U) ? 11U : 9U)));
         EXPECT_MESSAGES(1, 1, 1, 3, 11, 10, 1, 7);
         TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
         octet_reader_t reader = bench_data(2U);
@@ -57,14 +57,14 @@ static void a_detail_report_holds_the_request(void)
 static void a_report_by_identifier_has_those_in_order(void)
 {
     static const uint8_t expected[] = {7, 2, 4};
-    timed_insert_ten();
-    timed_begin_ids(5U);
-    timed_write_id(7U);
-    timed_write_id(99U);
-    timed_write_id(2U);
-    timed_write_id(98U);
-    timed_write_id(4U);
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(12U));
+    st11_fixture_insert_ten();
+    st11_fixture_begin_ids(5U);
+    st11_fixture_write_id(7U);
+    st11_fixture_write_id(99U);
+    st11_fixture_write_id(2U);
+    st11_fixture_write_id(98U);
+    st11_fixture_write_id(4U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(12U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 11, 13, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, (RELEASE_APID << 16U) | 99U);
     expect_failure(5U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 2U);
@@ -80,16 +80,16 @@ static void a_report_by_identifier_has_those_in_order(void)
         TEST_ASSERT_EQUAL_UINT16(sequence, octet_read_u16(&reader));
     }
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
-    timed_begin_ids(1U);
-    timed_write_id(99U);
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(9U));
+    st11_fixture_begin_ids(1U);
+    st11_fixture_write_id(99U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(9U));
     EXPECT_MESSAGES(1, 1, 1, 4);
-    timed_begin(); // What a report named before does not show up in the next one.
-    timed_write_window(2U, 3U * S, 0U);
-    octet_write_u8(&timed.writer, 1U);
-    octet_write_u8(&timed.writer, 1U);
-    octet_write_u8(&timed.writer, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(14U));
+    st11_fixture_begin(); // What a report named before does not show up in the next one.
+    st11_fixture_write_window(2U, 3U * S, 0U);
+    octet_write_u8(&st11_fixture.writer, 1U);
+    octet_write_u8(&st11_fixture.writer, 1U);
+    octet_write_u8(&st11_fixture.writer, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(14U));
     EXPECT_MESSAGES(1, 1, 1, 3, 11, 13, 1, 7);
     reader = bench_data(2U);
     TEST_ASSERT_EQUAL_UINT16(5U, octet_read_u16(&reader));
@@ -98,21 +98,21 @@ static void a_report_by_identifier_has_those_in_order(void)
 /// 600 activities, whose summary needs three packets and whose details need more than a request may send.
 static void insert_600(void)
 {
-    timed_create_group(G, 1U);
+    st11_fixture_create_group(G, 1U);
     for (uint16_t i = 0U; i < 600U; i += 10U) {
-        timed_begin_insert(SS, 10U);
+        st11_fixture_begin_insert(SS, 10U);
         for (uint16_t k = 0U; k < 10U; k++) {
-            timed_add(G, (1000U - i - k) * S, (uint16_t)(i + k), 20U);
+            st11_fixture_add(G, (1000U - i - k) * S, (uint16_t)(i + k), 20U);
         }
-        timed_expect_done(4U);
+        st11_fixture_expect_done(4U);
     }
 }
 
 static void a_report_is_split_where_it_does_not_fit(void)
 {
     insert_600();
-    timed_begin();
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(17U));
+    st11_fixture_begin();
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(17U));
     EXPECT_MESSAGES(1, 1, 1, 3, 11, 13, 11, 13, 11, 13, 1, 7);
     uint16_t expected = 599U;
     for (size_t i = 2U; i < 5U; i++) {
@@ -141,47 +141,47 @@ static unsigned details_so_far(const size_t from)
 static void a_long_report_goes_on_in_the_steps(void)
 {
     insert_600();
-    timed_begin();
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(16U));
+    st11_fixture_begin();
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(16U));
     EXPECT_MESSAGES(1, 1, 1, 3, 11, 10, 11, 10, 11, 10, 11, 10);
-    TEST_ASSERT_TRUE(pus_schedule_is_waiting(&timed.schedule.schedule));
+    TEST_ASSERT_TRUE(pus_schedule_is_waiting(&st11_fixture.schedule.schedule));
     const uint32_t asked = bench.request_id;
     bench_clear();
-    timed_begin(); // No second one meanwhile.
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(17U));
+    st11_fixture_begin(); // No second one meanwhile.
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(17U));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 10U);
-    timed_begin_ids(1U);
-    timed_write_id(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(12U));
+    st11_fixture_begin_ids(1U);
+    st11_fixture_write_id(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(12U));
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 10U);
     bench_clear();
-    pus_time_schedule_step(&timed.schedule, TEST_NOW_NS);
+    pus_time_schedule_step(&st11_fixture.schedule, TEST_NOW_NS);
     EXPECT_MESSAGES(11, 10, 11, 10, 11, 10, 1, 7);
     octet_reader_t reader = bench_data(3U);
     TEST_ASSERT_EQUAL_HEX32(asked, octet_read_u32(&reader));
-    TEST_ASSERT_FALSE(pus_schedule_is_waiting(&timed.schedule.schedule));
-    timed_begin();
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(16U));
-    pus_time_schedule_step(&timed.schedule, TEST_NOW_NS);
+    TEST_ASSERT_FALSE(pus_schedule_is_waiting(&st11_fixture.schedule.schedule));
+    st11_fixture_begin();
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(16U));
+    pus_time_schedule_step(&st11_fixture.schedule, TEST_NOW_NS);
     TEST_ASSERT_EQUAL_UINT(600U, details_so_far(2U));
 }
 
 static void what_the_port_refuses_of_a_report_is_sent_later(void)
 {
-    timed_insert_ten();
+    st11_fixture_insert_ten();
     bench.ack = 0U;
-    timed_begin_ids(2U);
-    timed_write_id(3U);
-    timed_write_id(99U);
+    st11_fixture_begin_ids(2U);
+    st11_fixture_write_id(3U);
+    st11_fixture_write_id(99U);
     bench.refusals = 2U; // TM[1,4] waits, and the report behind it.
-    TEST_ASSERT_EQUAL(STATUS_OK, timed_request(12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(12U));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
-    TEST_ASSERT_TRUE(timed.schedule.schedule.report.is_active);
+    TEST_ASSERT_TRUE(st11_fixture.schedule.schedule.report.is_active);
     bench.refusals = 1U;
-    pus_time_schedule_step(&timed.schedule, TEST_NOW_NS);
+    pus_time_schedule_step(&st11_fixture.schedule, TEST_NOW_NS);
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
-    pus_time_schedule_step(&timed.schedule, TEST_NOW_NS);
+    pus_time_schedule_step(&st11_fixture.schedule, TEST_NOW_NS);
     EXPECT_MESSAGES(1, 4, 11, 13, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U);
 }

@@ -406,28 +406,28 @@ static void without_a_store_all_is_done_and_nothing_kept(void)
     TEST_ASSERT_EQUAL_UINT(0U, records.puts);
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     uint8_t octets[64];
     data_begin(1U);
     data_limit(1U, LEVEL, 0U, 1U);
     memcpy(octets, monitors.data.octets, monitors.data.position);
-    expect_strict_shape(5U, octets, monitors.data.position);
+    expect_strict_format(5U, octets, monitors.data.position);
     modification(1U, LEVEL, PUS_CHECK_LIMIT, 1U);
     memcpy(octets, monitors.data.octets, monitors.data.position);
-    expect_strict_shape(7U, octets, monitors.data.position);
+    expect_strict_format(7U, octets, monitors.data.position);
     data_begin(2U);
     octet_write_u32(&monitors.data, 0x00010002U);
     memcpy(octets, monitors.data.octets, monitors.data.position);
     static const uint8_t lists[] = {1U, 2U, 6U, 8U, 19U, 20U, 21U, 22U, 24U, 25U};
     for (size_t i = 0U; i < sizeof lists; i++) {
-        expect_strict_shape(lists[i], octets, monitors.data.position);
+        expect_strict_format(lists[i], octets, monitors.data.position);
     }
     static const uint8_t empty[] = {4U, 10U, 13U, 15U, 16U, 17U, 18U, 27U};
     for (size_t i = 0U; i < sizeof empty; i++) {
-        expect_strict_shape(empty[i], NULL, 0U);
+        expect_strict_format(empty[i], NULL, 0U);
     }
-    expect_strict_shape(3U, octets, 4U);
+    expect_strict_format(3U, octets, 4U);
     TEST_ASSERT_EQUAL_UINT16(0U, self->pmon_count);
 }
 
@@ -449,6 +449,6 @@ int main(void)
     RUN_TEST(definitions_outlast_a_power_cut);
     RUN_TEST(records_that_are_no_good_are_told);
     RUN_TEST(without_a_store_all_is_done_and_nothing_kept);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

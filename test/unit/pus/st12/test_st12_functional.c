@@ -409,14 +409,14 @@ static void event_0_is_none(void)
     TEST_ASSERT_EQUAL_UINT16(EVENT_LOW, monitors.events.id); // The PMON's.
 }
 
-static void adding_has_a_strict_shape(void)
+static void adding_has_a_strict_format(void)
 {
     uint8_t octets[64];
     data_begin(2U);
     data_fmon(1U, GATE, 1U, 2U, 1U);
     data_fmon(2U, 0U, 1U, 1U, 1U);
     memcpy(octets, monitors.data.octets, monitors.data.position);
-    expect_strict_shape(23U, octets, monitors.data.position);
+    expect_strict_format(23U, octets, monitors.data.position);
 }
 
 int main(void)
@@ -436,6 +436,6 @@ int main(void)
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
     RUN_TEST(a_record_that_is_no_good_is_told);
     RUN_TEST(event_0_is_none);
-    RUN_TEST(adding_has_a_strict_shape);
+    RUN_TEST(adding_has_a_strict_format);
     return UNITY_END();
 }

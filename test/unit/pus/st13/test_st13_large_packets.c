@@ -394,7 +394,7 @@ static void a_large_request_is_dispatched(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     for (uint8_t subtype = 9U; subtype <= 11U; subtype++) {
         for (size_t size = 0U; size < 4U; size++) {
@@ -426,6 +426,6 @@ int main(void)
     RUN_TEST(an_uplink_that_stops_is_given_up);
     RUN_TEST(a_request_that_is_not_taken_is_offered_again);
     RUN_TEST(a_large_request_is_dispatched);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

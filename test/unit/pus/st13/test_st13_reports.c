@@ -235,7 +235,7 @@ static void a_process_may_have_long_reports(void)
 {
     TEST_ASSERT_EQUAL_UINT64(PUS_TM_DATA_MAX, pus_tm_data_max(&bench.process));
     const pus_long_port_t port = pus_large_port(&large);
-    pus_process_lengthen(&bench.process, &port);
+    pus_app_process_lengthen(&bench.process, &port);
     TEST_ASSERT_EQUAL_UINT64(REPORT_SIZE - PUS_TM_MIN, pus_tm_data_max(&bench.process));
     for (size_t i = 0U; i <= (REPORTS + 1U); i++) {
         const size_t size = (i == 0U) ? PUS_TM_DATA_MAX : (PUS_TM_DATA_MAX + 1U);

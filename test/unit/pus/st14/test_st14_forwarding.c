@@ -223,9 +223,9 @@ static void requests_are_strict(void)
     static const uint8_t types[]      = {1, 0, 16, 1, 3, 1, 25};
     static const uint8_t structures[] = {1, 0, 16, 1, 0, 25, 0, 1};
     static const uint8_t none[]       = {0};
-    expect_strict_shape(1U, types, sizeof(types));
-    expect_strict_shape(5U, structures, sizeof(structures));
-    expect_strict_shape(3U, NULL, 0U);
+    expect_strict_format(1U, types, sizeof(types));
+    expect_strict_format(5U, structures, sizeof(structures));
+    expect_strict_format(3U, NULL, 0U);
     for (uint8_t subtype = 1U; subtype <= 14U; subtype = (uint8_t)(subtype + 4U)) {
         bench_clear();
         TEST_ASSERT_EQUAL(STATUS_INVALID, // Nothing to add; 14,13 deletes.

@@ -406,14 +406,14 @@ static void requests_are_strict(void)
     octet_write_u8(&stores_request, 0U);
     stores_put_second(1U);
     stores_put_second(2U);
-    expect_strict_shape(9U, stores_request.octets, stores_request.position);
+    expect_strict_format(9U, stores_request.octets, stores_request.position);
     stores_begin_request();
     octet_write_u8(&stores_request, 3U);
     stores_put_second(1U);
     stores_put_name("ring");
     stores_put_name("box");
-    expect_strict_shape(24U, stores_request.octets, stores_request.position);
-    expect_strict_shape(18U, NULL, 0U);
+    expect_strict_format(24U, stores_request.octets, stores_request.position);
+    expect_strict_format(18U, NULL, 0U);
 }
 
 /// A block that is lost takes those before it along: that is told at the start.

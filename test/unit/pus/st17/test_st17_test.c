@@ -49,7 +49,7 @@ static void are_you_alive_is_answered_to_who_asked(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 17, 2, 1, 7);
     TEST_ASSERT_EQUAL_UINT16(1U, bench_report(2U).counter);
-    expect_strict_shape(1U, NULL, 0U);
+    expect_strict_format(1U, NULL, 0U);
 }
 
 static void a_connection_test_is_offered_only_with_a_port(void)
@@ -63,7 +63,7 @@ static void a_connection_test_is_offered_only_with_a_port(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, apid, 2U));
     EXPECT_MESSAGES(1, 1, 1, 3, 17, 4, 1, 7);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(apid, bench_report(2U).data, 2U);
-    expect_strict_shape(3U, apid, 2U);
+    expect_strict_format(3U, apid, 2U);
 
     reply = pus_later();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, apid, 2U));

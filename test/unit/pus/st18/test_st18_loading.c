@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/crc.h"
-#include "test/unit/pus/fixtures/scripts.h"
+#include "test/unit/pus/fixtures/st18_fixture.h"
 #include "unity.h"
 
 #include <string.h>
@@ -9,12 +9,12 @@
 #define FILE_NAME "\0\2/p\0\3a.b"
 #define FILE_NAME_SIZE 9U
 
-static pus_procedures_t* const self = &scripts.service;
+static pus_procedures_t* const self = &st18_fixture.service;
 
 void setUp(void)
 {
-    scripts_start();
-    scripts.file.size = 20U;
+    st18_fixture_start();
+    st18_fixture.file.size = 20U;
 }
 
 void tearDown(void)
@@ -24,7 +24,7 @@ void tearDown(void)
 static void expect_refused(const uint8_t subtype, const char* const id, const void* const data,
                            const size_t size, const uint16_t code, const uint32_t detail)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(subtype, id, data, size));
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(subtype, id, data, size));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, code, 0U, detail);
 }
@@ -50,13 +50,13 @@ static void code_is_loaded_with_its_checksum(void)
     expect_refused(1U, "ABCD", bad, sizeof bad, PUS_FAILURE_DATA_CHECKSUM, 0x29B1U);
     expect_refused(1U, "ABCD", none, sizeof none, PUS_FAILURE_TABLE_FULL, PUS_PROCEDURE_CODE_MAX);
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(1U, "ABCD", code, sizeof code));
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(1U, "ABCD", code, sizeof code));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
     TEST_ASSERT_EQUAL_HEX16(0x29B1U, checksum);
     expect_refused(1U, "ABCD", code, sizeof code, PUS_FAILURE_EXISTS, ABCD);
     expect_refused(2U, "none", NULL, 0U, PUS_FAILURE_UNKNOWN_ID, 0x6E6F6E65U);
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(2U, "ABCD", NULL, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(2U, "ABCD", NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
 }
@@ -64,43 +64,43 @@ static void code_is_loaded_with_its_checksum(void)
 static void the_table_takes_what_it_holds(void)
 {
     static const uint8_t code[] = {0, 9, '1', '2', '3', '4', '5', '6', '7', '8', '9', 0x29, 0xB1};
-    script_loaded("A", 4000U, 'a');
-    script_loaded("B", 1U, 'a');
-    script_loaded("C", 1U, 'a');
-    expect_refused(1U, "D", code, sizeof code, PUS_FAILURE_TABLE_FULL, SCRIPT_PROCEDURES);
-    expect_refused(13U, "D", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_TABLE_FULL, SCRIPT_PROCEDURES);
-    TEST_ASSERT_EQUAL_UINT(1U, scripts.file.closed);
+    st18_fixture_loaded("A", 4000U, 'a');
+    st18_fixture_loaded("B", 1U, 'a');
+    st18_fixture_loaded("C", 1U, 'a');
+    expect_refused(1U, "D", code, sizeof code, PUS_FAILURE_TABLE_FULL, ST18_FIXTURE_PROCEDURES);
+    expect_refused(13U, "D", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_TABLE_FULL, ST18_FIXTURE_PROCEDURES);
+    TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.file.closed);
 }
 
 static void files_are_loaded_whole(void)
 {
-    uint16_t checksum = 0U;
-    scripts.file.size = PUS_PROCEDURE_CODE_MAX;
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(13U, "ABCD", FILE_NAME, FILE_NAME_SIZE));
+    uint16_t checksum      = 0U;
+    st18_fixture.file.size = PUS_PROCEDURE_CODE_MAX;
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(13U, "ABCD", FILE_NAME, FILE_NAME_SIZE));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    TEST_ASSERT_EQUAL_UINT(1U, scripts.file.closed);
+    TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.file.closed);
     TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
     TEST_ASSERT_EQUAL_HEX16(crc16_ccitt(self->config.procedures[0].code, PUS_PROCEDURE_CODE_MAX), checksum);
     TEST_ASSERT_EQUAL_UINT(3U, records.puts);
-    scripts.file.size = PUS_PROCEDURE_CODE_MAX + 1U;
+    st18_fixture.file.size = PUS_PROCEDURE_CODE_MAX + 1U;
     expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_TABLE_FULL, PUS_PROCEDURE_CODE_MAX);
-    scripts.file.size = 0U;
+    st18_fixture.file.size = 0U;
     expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_TABLE_FULL, PUS_PROCEDURE_CODE_MAX);
-    TEST_ASSERT_EQUAL_UINT(scripts.file.opened, scripts.file.closed);
+    TEST_ASSERT_EQUAL_UINT(st18_fixture.file.opened, st18_fixture.file.closed);
 }
 
 static void files_that_fail_are_told(void)
 {
-    scripts.file.open = STATUS_NOT_FOUND;
+    st18_fixture.file.open = STATUS_NOT_FOUND;
     expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_UNKNOWN_ID, 0U);
-    scripts.file.open = STATUS_INVALID;
+    st18_fixture.file.open = STATUS_INVALID;
     expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_OUT_OF_RANGE, PUS_NAME_SIZE);
-    scripts.file.open = STATUS_FORBIDDEN;
+    st18_fixture.file.open = STATUS_FORBIDDEN;
     expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_IO, STATUS_FORBIDDEN);
-    scripts.file.open = STATUS_OK;
-    scripts.file.read = STATUS_IO;
+    st18_fixture.file.open = STATUS_OK;
+    st18_fixture.file.read = STATUS_IO;
     expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_IO, STATUS_IO);
-    TEST_ASSERT_EQUAL_UINT(1U, scripts.file.closed);
+    TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.file.closed);
     self->config.files = NULL;
     expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_ACCESS, 0U);
 }
@@ -111,7 +111,7 @@ static void a_file_is_loaded_and_activated(void)
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(19U, body, sizeof body));
     EXPECT_MESSAGES(1, 1, 1, 3);
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_STARTED, 0U, 0U);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_STARTED, 0U, 0U);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(19U, body, sizeof body));
     EXPECT_MESSAGES(1, 1, 1, 4);
@@ -120,49 +120,49 @@ static void a_file_is_loaded_and_activated(void)
 
 static void what_is_not_kept_is_not_loaded(void)
 {
-    uint16_t checksum    = 0U;
-    scripts.file.size    = PUS_PROCEDURE_CODE_MAX;
-    records.put_status   = STATUS_FULL;
-    records.refuse_after = 1U;
+    uint16_t checksum      = 0U;
+    st18_fixture.file.size = PUS_PROCEDURE_CODE_MAX;
+    records.put_status     = STATUS_FULL;
+    records.refuse_after   = 1U;
     expect_refused(13U, "ABCD", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_IO, STATUS_FULL);
     TEST_ASSERT_EQUAL_UINT(1U, records.erasures); // Not half of it either.
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.unsaved);
     records.put_status = STATUS_OK;
-    script_loaded("ABCD", 10U, 'x');
+    st18_fixture_loaded("ABCD", 10U, 'x');
     records.erase_status = STATUS_IO;
     expect_refused(2U, "ABCD", NULL, 0U, PUS_FAILURE_IO, STATUS_IO);
     TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
     records.erase_status = STATUS_NOT_FOUND; // The store has lost it.
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(2U, "ABCD", NULL, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(2U, "ABCD", NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
 static void without_a_store_all_is_done(void)
 {
     self->config.persistence = NULL;
-    script_loaded("ABCD", 10U, 'x');
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(2U, "ABCD", NULL, 0U));
+    st18_fixture_loaded("ABCD", 10U, 'x');
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(2U, "ABCD", NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT(0U, records.puts);
 }
 
 static void code_outlasts_a_power_cut(void)
 {
-    uint16_t before   = 0U;
-    uint16_t after    = 0U;
-    scripts.file.size = PUS_PROCEDURE_CODE_MAX;
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(13U, "LARGE", FILE_NAME, FILE_NAME_SIZE));
-    script_loaded("B", 100U, 'b');
-    script_activated("B", 0U);
+    uint16_t before        = 0U;
+    uint16_t after         = 0U;
+    st18_fixture.file.size = PUS_PROCEDURE_CODE_MAX;
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(13U, "LARGE", FILE_NAME, FILE_NAME_SIZE));
+    st18_fixture_loaded("B", 100U, 'b');
+    st18_fixture_activated("B", 0U);
     TEST_ASSERT_EQUAL_UINT16(2U, loaded(&before));
-    scripts_restart();
+    st18_fixture_restart();
     TEST_ASSERT_EQUAL_UINT16(2U, loaded(&after));
     TEST_ASSERT_EQUAL_HEX16(before, after);
     TEST_ASSERT_EACH_EQUAL_HEX8('f', self->config.procedures[0].code, PUS_PROCEDURE_CODE_MAX);
     TEST_ASSERT_EQUAL_UINT16(100U, self->config.procedures[1].size);
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
-    script_activated("B", 0U);
+    st18_fixture_activated("B", 0U);
 }
 
 static void records_that_are_no_good_are_told(void)
@@ -177,7 +177,8 @@ static void records_that_are_no_good_are_told(void)
     }
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 4U, record, 22U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 5U, record, 21U)); // No second part.
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_procedures_restore(self, 4U * SCRIPT_PROCEDURES, record, 21U));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED,
+                      pus_procedures_restore(self, 4U * ST18_FIXTURE_PROCEDURES, record, 21U));
     record[20] = '8';
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 4U, record, 21U)); // Checksum.
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
@@ -198,7 +199,7 @@ static void records_that_are_no_good_are_told(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 65535U, NULL, 0U));
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     static const uint8_t load[]         = {'A', 0, 0, 0, 0, 0, 0, 0, 0, 2, 'x', 'y', 1, 2};
     static const uint8_t name[]         = {'A', 0, 0, 0, 0, 0, 0, 0};
@@ -212,38 +213,38 @@ static void every_request_has_a_strict_shape(void)
     static const uint8_t by_hold[]      = {4U, 5U, 20U};
     static const uint8_t by_values[]    = {3U, 14U};
     static const uint8_t empty[]        = {8U, 17U, 21U, 22U};
-    expect_strict_shape(1U, load, sizeof load);
-    expect_strict_shape(13U, file, sizeof file);
-    expect_strict_shape(19U, both, sizeof both);
-    expect_strict_shape(16U, levels, sizeof levels);
-    expect_strict_shape(7U, communicated, sizeof communicated);
+    expect_strict_format(1U, load, sizeof load);
+    expect_strict_format(13U, file, sizeof file);
+    expect_strict_format(19U, both, sizeof both);
+    expect_strict_format(16U, levels, sizeof levels);
+    expect_strict_format(7U, communicated, sizeof communicated);
     for (size_t i = 0U; i < sizeof by_name; i++) {
-        expect_strict_shape(by_name[i], name, sizeof name);
+        expect_strict_format(by_name[i], name, sizeof name);
     }
     for (size_t i = 0U; i < sizeof by_hold; i++) {
-        expect_strict_shape(by_hold[i], hold, sizeof hold);
+        expect_strict_format(by_hold[i], hold, sizeof hold);
     }
     for (size_t i = 0U; i < sizeof by_values; i++) {
-        expect_strict_shape(by_values[i], values, sizeof values);
+        expect_strict_format(by_values[i], values, sizeof values);
     }
     for (size_t i = 0U; i < sizeof empty; i++) {
-        expect_strict_shape(empty[i], NULL, 0U);
+        expect_strict_format(empty[i], NULL, 0U);
     }
 }
 
 static void one_is_unloaded_while_another_runs(void)
 {
     static const uint8_t next_step[] = {0, 0};
-    script_loaded("ABCD", 1U, 'x');
-    script_loaded("B", 1U, 'x');
-    script_activated("ABCD", 0U);
-    script_activated("B", 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(20U, "ABCD", next_step, sizeof next_step));
+    st18_fixture_loaded("ABCD", 1U, 'x');
+    st18_fixture_loaded("B", 1U, 'x');
+    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activated("B", 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(20U, "ABCD", next_step, sizeof next_step));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     const unsigned commits = records.commits;
-    script_call(0U, PUS_CALL_STEP, 1U);
-    script_call(1U, PUS_CALL_STEP, 1U);
-    scripts_step(1U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_call(1U, PUS_CALL_STEP, 1U);
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 8, 1, 5);
     TEST_ASSERT_EQUAL_UINT(commits + 1U, records.commits);
     TEST_ASSERT_EQUAL_UINT32(0U, self->counters.unsaved);
@@ -262,7 +263,7 @@ int main(void)
     RUN_TEST(without_a_store_all_is_done);
     RUN_TEST(code_outlasts_a_power_cut);
     RUN_TEST(records_that_are_no_good_are_told);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     RUN_TEST(one_is_unloaded_while_another_runs);
     return UNITY_END();
 }

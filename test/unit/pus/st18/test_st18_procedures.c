@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pus/st01/st01_verification.h"
-#include "test/unit/pus/fixtures/scripts.h"
+#include "test/unit/pus/fixtures/st18_fixture.h"
 #include "unity.h"
 
 #define ABCD 0x41424344U // What a failure notice tells of procedure "ABCD".
 
-static pus_procedures_t* const self = &scripts.service;
+static pus_procedures_t* const self = &st18_fixture.service;
 
 /// "ABCD" is loaded.
 void setUp(void)
 {
-    scripts_start();
-    script_loaded("ABCD", 10U, 'x');
+    st18_fixture_start();
+    st18_fixture_loaded("ABCD", 10U, 'x');
 }
 
 void tearDown(void)
@@ -22,7 +22,7 @@ static void expect_refused(const uint8_t subtype, const char* const id, const vo
                            const size_t size, const uint16_t code, const uint32_t detail)
 {
     const uint32_t before = self->counters.refused;
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(subtype, id, data, size));
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(subtype, id, data, size));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, code, 0U, detail);
     TEST_ASSERT_EQUAL_UINT32(before + 1U, self->counters.refused);
@@ -30,7 +30,7 @@ static void expect_refused(const uint8_t subtype, const char* const id, const vo
 
 static void accepted(const uint8_t subtype, const char* const id, const void* const data, const size_t size)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(subtype, id, data, size));
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(subtype, id, data, size));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
@@ -41,63 +41,63 @@ static void a_procedure_runs_to_its_end(void)
 {
     static const uint8_t body[] = {PUS_OBSERVE_ALL, 2, 1, 0x12, 0x34, 10, 1};
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(3U, "ABCD", body, sizeof body));
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(3U, "ABCD", body, sizeof body));
     EXPECT_MESSAGES(1, 1, 1, 3);
-    TEST_ASSERT_EQUAL_UINT64(6U, scripts.arguments_size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(&body[1], scripts.arguments, 6U);
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_STARTED, 0U, 0U);
+    TEST_ASSERT_EQUAL_UINT64(6U, st18_fixture.arguments_size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(&body[1], st18_fixture.arguments, 6U);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_STARTED, 0U, 0U);
     TEST_ASSERT_TRUE(pus_procedures_are_active(self));
-    scripts_step(3U);
-    TEST_ASSERT_EQUAL_UINT32(300U, scripts.slots[0].budget);
-    script_call(0U, PUS_CALL_STEP, 7U);
-    script_call(0U, PUS_CALL_ENDED, 0U);
-    scripts_step(1U);
+    st18_fixture_step(3U);
+    TEST_ASSERT_EQUAL_UINT32(300U, st18_fixture.slots[0].budget);
+    st18_fixture_call(0U, PUS_CALL_STEP, 7U);
+    st18_fixture_call(0U, PUS_CALL_ENDED, 0U);
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5, 1, 7);
     octet_reader_t reader = bench_data(0U);
     (void)octet_read_u32(&reader);
     TEST_ASSERT_EQUAL_UINT16(7U, octet_read_u16(&reader));
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_ENDED, 7U, 0U);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_ENDED, 7U, 0U);
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
     expect_script_status(PUS_PROCEDURE_INACTIVE);
-    script_activated("ABCD", 0U); // Again.
+    st18_fixture_activated("ABCD", 0U); // Again.
     TEST_ASSERT_EQUAL_UINT32(2U, self->counters.started);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.ended);
 }
 
 static void errors_are_told_at_every_level(void)
 {
-    script_activated("ABCD", PUS_OBSERVE_NOTHING);
-    script_call(0U, PUS_CALL_FAILED, 33U);
-    scripts_step(1U);
+    st18_fixture_activated("ABCD", PUS_OBSERVE_NOTHING);
+    st18_fixture_call(0U, PUS_CALL_FAILED, 33U);
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 8);
     octet_reader_t reader = bench_data(0U);
     (void)octet_read_u32(&reader);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_PROCEDURE, octet_read_u16(&reader));
-    expect_observation(SCRIPT_FAILURE, "ABCD", PUS_OBSERVED_FAILED, 0U, 33U);
-    TEST_ASSERT_EQUAL_STRING("LEVEL", (const char*)&scripts.events.auxiliary[15]);
-    TEST_ASSERT_EQUAL_UINT(1U, scripts.events.count);
+    expect_observation(ST18_FIXTURE_FAILURE, "ABCD", PUS_OBSERVED_FAILED, 0U, 33U);
+    TEST_ASSERT_EQUAL_STRING("LEVEL", (const char*)&st18_fixture.events.auxiliary[15]);
+    TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.events.count);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.failed);
-    scripts.start_status        = STATUS_INVALID;
+    st18_fixture.start_status   = STATUS_INVALID;
     static const uint8_t body[] = {0, 0};
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(3U, "ABCD", body, sizeof body));
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(3U, "ABCD", body, sizeof body));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_PROCEDURE, 0U, 12U);
-    expect_observation(SCRIPT_FAILURE, "ABCD", PUS_OBSERVED_FAILED, 0U, 12U);
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(14U, "ABCD", body, sizeof body));
+    expect_observation(ST18_FIXTURE_FAILURE, "ABCD", PUS_OBSERVED_FAILED, 0U, 12U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(14U, "ABCD", body, sizeof body));
     expect_failure(2U, 8U, PUS_FAILURE_PROCEDURE, 0U, 12U);
     self->config.failure_event = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(3U, "ABCD", body, sizeof body));
-    TEST_ASSERT_EQUAL_UINT(3U, scripts.events.count);
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(3U, "ABCD", body, sizeof body));
+    TEST_ASSERT_EQUAL_UINT(3U, st18_fixture.events.count);
 }
 
 static void a_long_text_is_cut(void)
 {
     static const char text[] = "a text of more than forty-five octets, which is all there is room for";
-    script_activated("ABCD", 0U);
-    script_call(0U, PUS_CALL_FAILED, 1U);
-    scripts.slots[0].calls[0].text = text;
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_STRING_LEN(text, &scripts.events.auxiliary[15], PUS_OBSERVATION_TEXT);
+    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_call(0U, PUS_CALL_FAILED, 1U);
+    st18_fixture.slots[0].calls[0].text = text;
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_STRING_LEN(text, &st18_fixture.events.auxiliary[15], PUS_OBSERVATION_TEXT);
 }
 
 static void activation_is_refused_where_it_makes_no_sense(void)
@@ -106,98 +106,98 @@ static void activation_is_refused_where_it_makes_no_sense(void)
     static const uint8_t high[] = {4, 0};
     expect_refused(3U, "none", body, 2U, PUS_FAILURE_UNKNOWN_ID, 0x6E6F6E65U);
     expect_refused(3U, "ABCD", high, 2U, PUS_FAILURE_OUT_OF_RANGE, PUS_NAME_SIZE);
-    script_activated("ABCD", 0U);
+    st18_fixture_activated("ABCD", 0U);
     expect_refused(3U, "ABCD", body, 2U, PUS_FAILURE_STATE, ABCD);
     expect_refused(14U, "ABCD", body, 2U, PUS_FAILURE_STATE, ABCD);
     expect_refused(2U, "ABCD", NULL, 0U, PUS_FAILURE_STATE, ABCD);
-    script_loaded("B", 1U, 'x');
-    script_activated("B", 0U);
-    script_loaded("C", 1U, 'x');
-    expect_refused(3U, "C", body, 2U, PUS_FAILURE_TABLE_FULL, SCRIPT_SLOTS);
+    st18_fixture_loaded("B", 1U, 'x');
+    st18_fixture_activated("B", 0U);
+    st18_fixture_loaded("C", 1U, 'x');
+    expect_refused(3U, "C", body, 2U, PUS_FAILURE_TABLE_FULL, ST18_FIXTURE_SLOTS);
 }
 
 /// A cycle has the budgets of those that run, all together.
 static void what_one_uses_too_much_the_next_has_not(void)
 {
-    script_loaded("B", 1U, 'x');
-    script_activated("ABCD", 0U);
-    script_activated("B", 0U);
+    st18_fixture_loaded("B", 1U, 'x');
+    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activated("B", 0U);
     for (unsigned i = 0U; i < 6U; i++) {
-        script_call(0U, PUS_CALL_PAUSED, 0U);
-        script_call(1U, PUS_CALL_PAUSED, 0U);
+        st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
+        st18_fixture_call(1U, PUS_CALL_PAUSED, 0U);
     }
-    scripts.slots[0].uses = 100U;
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_UINT32(100U, scripts.slots[0].last);
-    TEST_ASSERT_EQUAL_UINT32(100U, scripts.slots[1].last);
-    scripts.slots[0].uses = 130U;
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_UINT32(70U, scripts.slots[1].last);
-    scripts.slots[0].uses = 1000U;
-    scripts.slots[1].last = 0U;
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_UINT32(0U, scripts.slots[1].last); // Not even begun.
-    scripts.slots[0].uses = 0U;                          // What is not used is not saved for others.
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_UINT32(100U, scripts.slots[0].last);
-    TEST_ASSERT_EQUAL_UINT32(100U, scripts.slots[1].last);
+    st18_fixture.slots[0].uses = 100U;
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[0].last);
+    TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[1].last);
+    st18_fixture.slots[0].uses = 130U;
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_UINT32(70U, st18_fixture.slots[1].last);
+    st18_fixture.slots[0].uses = 1000U;
+    st18_fixture.slots[1].last = 0U;
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_UINT32(0U, st18_fixture.slots[1].last); // Not even begun.
+    st18_fixture.slots[0].uses = 0U;                          // What is not used is not saved for others.
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[0].last);
+    TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[1].last);
 }
 
 static void it_is_held_where_the_next_step_begins(void)
 {
-    script_activated("ABCD", PUS_OBSERVE_PROCEDURE);
-    script_call(0U, PUS_CALL_PAUSED, 0U);
-    script_call(0U, PUS_CALL_STEP, 1U);
-    script_call(0U, PUS_CALL_STEP, 2U);
+    st18_fixture_activated("ABCD", PUS_OBSERVE_PROCEDURE);
+    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 2U);
     accepted(5U, "ABCD", next_step, 2U);
-    scripts_step(1U);
+    st18_fixture_step(1U);
     expect_script_status(PUS_PROCEDURE_RUNNING);
-    scripts_step(1U);
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5);
     expect_script_status(PUS_PROCEDURE_HELD);
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_HELD, 1U, 1U);
-    const uint32_t budget = scripts.slots[0].budget;
-    scripts_step(5U);
-    TEST_ASSERT_EQUAL_UINT32(budget, scripts.slots[0].budget);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_HELD, 1U, 1U);
+    const uint32_t budget = st18_fixture.slots[0].budget;
+    st18_fixture_step(5U);
+    TEST_ASSERT_EQUAL_UINT32(budget, st18_fixture.slots[0].budget);
     expect_refused(5U, "ABCD", next_step, 2U, PUS_FAILURE_STATE, ABCD);
     accepted(6U, "ABCD", NULL, 0U);
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_RESUMED, 1U, 0U);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_RESUMED, 1U, 0U);
     expect_refused(6U, "ABCD", NULL, 0U, PUS_FAILURE_STATE, ABCD);
-    scripts_step(1U);
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5); // Step 2.
     expect_script_status(PUS_PROCEDURE_RUNNING);
 }
 
 static void it_is_held_and_stopped_at_the_step_named(void)
 {
-    script_activated("ABCD", PUS_OBSERVE_PROCEDURE);
+    st18_fixture_activated("ABCD", PUS_OBSERVE_PROCEDURE);
     accepted(5U, "ABCD", step_2, 2U);
-    script_call(0U, PUS_CALL_STEP, 1U);
-    script_call(0U, PUS_CALL_STEP, 2U);
-    script_call(0U, PUS_CALL_STEP, 1U);
-    script_call(0U, PUS_CALL_STEP, 2U);
-    scripts_step(1U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 2U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 2U);
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5, 1, 5);
     expect_script_status(PUS_PROCEDURE_HELD);
     accepted(6U, "ABCD", NULL, 0U);
     accepted(4U, "ABCD", step_2, 2U);
-    scripts_step(1U);
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5, 1, 8);
     octet_reader_t reader = bench_data(1U);
     (void)octet_read_u32(&reader);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, octet_read_u16(&reader));
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_STOPPED, 2U, 0U);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_STOPPED, 2U, 0U);
     expect_script_status(PUS_PROCEDURE_INACTIVE);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.aborted);
 }
 
 static void a_held_one_is_stopped_at_once(void)
 {
-    script_activated("ABCD", 0U);
+    st18_fixture_activated("ABCD", 0U);
     accepted(5U, "ABCD", next_step, 2U);
-    script_call(0U, PUS_CALL_STEP, 1U);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(4U, "ABCD", step_2, 2U));
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(4U, "ABCD", step_2, 2U));
     EXPECT_MESSAGES(1, 1, 1, 8, 1, 3, 1, 7); // Of the activation, then its own.
     expect_script_status(PUS_PROCEDURE_INACTIVE);
 }
@@ -205,18 +205,18 @@ static void a_held_one_is_stopped_at_once(void)
 static void one_step_at_a_time(void)
 {
     static const uint8_t body[] = {0, 0};
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(14U, "ABCD", body, sizeof body));
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(14U, "ABCD", body, sizeof body));
     EXPECT_MESSAGES(1, 1, 1, 3);
-    script_call(0U, PUS_CALL_STEP, 1U);
-    script_call(0U, PUS_CALL_STEP, 2U);
-    script_call(0U, PUS_CALL_STEP, 3U);
-    scripts_step(3U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 2U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 3U);
+    st18_fixture_step(3U);
     EXPECT_MESSAGES(1, 5);
     accepted(15U, "ABCD", NULL, 0U);
-    scripts_step(3U);
+    st18_fixture_step(3U);
     EXPECT_MESSAGES(1, 5);
     expect_script_status(PUS_PROCEDURE_HELD);
-    TEST_ASSERT_EQUAL_UINT64(2U, scripts.slots[0].next);
+    TEST_ASSERT_EQUAL_UINT64(2U, st18_fixture.slots[0].next);
 }
 
 static void what_is_not_active_is_neither_held_nor_aborted(void)
@@ -234,20 +234,20 @@ static void what_is_not_active_is_neither_held_nor_aborted(void)
 
 static void it_is_aborted_anywhere(void)
 {
-    script_activated("ABCD", PUS_OBSERVE_PROCEDURE);
-    scripts_step(2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, script_send(12U, "ABCD", NULL, 0U));
+    st18_fixture_activated("ABCD", PUS_OBSERVE_PROCEDURE);
+    st18_fixture_step(2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(12U, "ABCD", NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 8, 1, 3, 1, 7);
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_ABORTED, 0U, 0U);
-    TEST_ASSERT_FALSE(scripts.slots[0].is_running);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_ABORTED, 0U, 0U);
+    TEST_ASSERT_FALSE(st18_fixture.slots[0].is_running);
 }
 
 static void all_are_aborted_and_reported(void)
 {
-    script_loaded("B", 1U, 'x');
-    script_loaded("C", 1U, 'x');
-    script_activated("C", 0U);
-    script_activated("ABCD", 0U);
+    st18_fixture_loaded("B", 1U, 'x');
+    st18_fixture_loaded("C", 1U, 'x');
+    st18_fixture_activated("C", 0U);
+    st18_fixture_activated("ABCD", 0U);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(17U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8, 1, 8, 18, 18, 1, 7);
@@ -260,104 +260,104 @@ static void all_are_aborted_and_reported(void)
 
 static void waiting_takes_cycles(void)
 {
-    script_activated("ABCD", 0U);
-    script_wait(0U, PUS_CALL_WAIT, 0.0);
-    script_wait(0U, PUS_CALL_WAIT, 0.041); // Five cycles of 10 ms.
-    script_call(0U, PUS_CALL_STEP, 1U);
-    script_wait(0U, PUS_CALL_WAIT, 1e9);
-    scripts_step(5U);
+    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_wait(0U, PUS_CALL_WAIT, 0.0);
+    st18_fixture_wait(0U, PUS_CALL_WAIT, 0.041); // Five cycles of 10 ms.
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_wait(0U, PUS_CALL_WAIT, 1e9);
+    st18_fixture_step(5U);
     EXPECT_MESSAGES(0);
-    scripts_step(1U);
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5);
-    scripts_step(100U);
-    TEST_ASSERT_EQUAL_UINT64(4U, scripts.slots[0].next);
-    scripts.cycle += 1000U; // A jump makes up for what was missed.
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_UINT64(4U, scripts.slots[0].next);
+    st18_fixture_step(100U);
+    TEST_ASSERT_EQUAL_UINT64(4U, st18_fixture.slots[0].next);
+    st18_fixture.cycle += 1000U; // A jump makes up for what was missed.
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_UINT64(4U, st18_fixture.slots[0].next);
 }
 
 static void values_are_read_by_id_and_name(void)
 {
-    script_activated("ABCD", 0U);
-    script_call(0U, PUS_CALL_GET, 77U);
-    script_call(0U, PUS_CALL_PAUSED, 0U);
-    script_call(0U, PUS_CALL_GET, 78U);
-    script_call(0U, PUS_CALL_PAUSED, 0U);
-    script_call(0U, PUS_CALL_GET_NAMED, 0U);
-    script_call(0U, PUS_CALL_PAUSED, 0U);
-    script_call(0U, PUS_CALL_GET_NAMED, 0U);
-    scripts.slots[0].calls[6].text            = "OTHER";
+    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_call(0U, PUS_CALL_GET, 77U);
+    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
+    st18_fixture_call(0U, PUS_CALL_GET, 78U);
+    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
+    st18_fixture_call(0U, PUS_CALL_GET_NAMED, 0U);
+    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
+    st18_fixture_call(0U, PUS_CALL_GET_NAMED, 0U);
+    st18_fixture.slots[0].calls[6].text       = "OTHER";
     static const pus_answer_kind_t expected[] = {PUS_ANSWER_VALUE, PUS_ANSWER_MISSING, PUS_ANSWER_VALUE,
                                                  PUS_ANSWER_MISSING};
     for (size_t i = 0U; i < 4U; i++) {
-        scripts_step(1U);
-        TEST_ASSERT_EQUAL(expected[i], scripts.slots[0].answer.kind);
-        TEST_ASSERT_TRUE((expected[i] == PUS_ANSWER_MISSING) || (scripts.slots[0].answer.bits == 4711U));
+        st18_fixture_step(1U);
+        TEST_ASSERT_EQUAL(expected[i], st18_fixture.slots[0].answer.kind);
+        TEST_ASSERT_TRUE((expected[i] == PUS_ANSWER_MISSING) || (st18_fixture.slots[0].answer.bits == 4711U));
     }
 }
 
 static void events_are_raised(void)
 {
-    script_activated("ABCD", 0U);
-    script_call(0U, PUS_CALL_STEP, 9U);
-    script_call(0U, PUS_CALL_EVENT, SCRIPT_KNOWN_EVENT);
-    script_call(0U, PUS_CALL_PAUSED, 0U);
-    script_call(0U, PUS_CALL_EVENT, 1U);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_UINT16(SCRIPT_KNOWN_EVENT, scripts.events.id);
-    TEST_ASSERT_EQUAL_UINT64(10U, scripts.events.size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY("ABCD\0\0\0\0\0\11", scripts.events.auxiliary, 10U);
-    TEST_ASSERT_EQUAL_HEX16(0U, scripts.slots[0].answer.code);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_UNKNOWN_ID, scripts.slots[0].answer.code);
-    TEST_ASSERT_EQUAL_UINT(1U, scripts.events.count);
+    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 9U);
+    st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
+    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
+    st18_fixture_call(0U, PUS_CALL_EVENT, 1U);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_UINT16(ST18_FIXTURE_KNOWN_EVENT, st18_fixture.events.id);
+    TEST_ASSERT_EQUAL_UINT64(10U, st18_fixture.events.size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY("ABCD\0\0\0\0\0\11", st18_fixture.events.auxiliary, 10U);
+    TEST_ASSERT_EQUAL_HEX16(0U, st18_fixture.slots[0].answer.code);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_UNKNOWN_ID, st18_fixture.slots[0].answer.code);
+    TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.events.count);
 }
 
 static void calls_that_others_notice_are_few_in_a_cycle(void)
 {
-    script_activated("ABCD", 0U);
-    for (unsigned i = 0U; i < SCRIPT_CALLS_EACH; i++) {
-        script_call(0U, PUS_CALL_EVENT, SCRIPT_KNOWN_EVENT);
-        script_call(0U, PUS_CALL_GET, 77U); // Nobody else notices.
+    st18_fixture_activated("ABCD", 0U);
+    for (unsigned i = 0U; i < ST18_FIXTURE_CALLS_EACH; i++) {
+        st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
+        st18_fixture_call(0U, PUS_CALL_GET, 77U); // Nobody else notices.
     }
-    script_call(0U, PUS_CALL_EVENT, SCRIPT_KNOWN_EVENT);
-    script_call(0U, PUS_CALL_ENDED, 0U);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_UINT(SCRIPT_CALLS_EACH, scripts.events.count);
+    st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
+    st18_fixture_call(0U, PUS_CALL_ENDED, 0U);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_UINT(ST18_FIXTURE_CALLS_EACH, st18_fixture.events.count);
     TEST_ASSERT_TRUE(pus_procedures_are_active(self));
-    scripts_step(1U); // The answer to the last call has not been lost.
-    TEST_ASSERT_EQUAL_UINT(SCRIPT_CALLS_EACH + 1U, scripts.events.count);
+    st18_fixture_step(1U); // The answer to the last call has not been lost.
+    TEST_ASSERT_EQUAL_UINT(ST18_FIXTURE_CALLS_EACH + 1U, st18_fixture.events.count);
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
 }
 
 static void requests_are_released(void)
 {
-    script_activated("ABCD", PUS_OBSERVE_ALL);
-    script_request(0U, false);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_UINT(1U, scripts.sent.count);
-    TEST_ASSERT_EQUAL_UINT16(33U, scripts.sent.last.apid);
-    TEST_ASSERT_EQUAL_UINT8(17U, scripts.sent.last.service);
-    TEST_ASSERT_EQUAL_UINT8(0U, scripts.sent.last.ack);
-    TEST_ASSERT_EQUAL_UINT16(PUS_USER_ONBOARD | TEST_APID, scripts.sent.last.source);
-    TEST_ASSERT_EQUAL(PUS_ANSWER_VERDICT, scripts.slots[0].answer.kind);
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_SENT, 0U, (17U << 8U) | 1U);
-    scripts.sent.status = STATUS_FULL; // Try again until it is taken.
-    script_request(0U, false);
-    script_call(0U, PUS_CALL_STEP, 1U);
-    scripts_step(100U);
-    TEST_ASSERT_EQUAL_UINT(1U, scripts.sent.count);
-    scripts.sent.status = STATUS_OK;
-    scripts_step(1U);
+    st18_fixture_activated("ABCD", PUS_OBSERVE_ALL);
+    st18_fixture_request(0U, false);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.sent.count);
+    TEST_ASSERT_EQUAL_UINT16(33U, st18_fixture.sent.last.apid);
+    TEST_ASSERT_EQUAL_UINT8(17U, st18_fixture.sent.last.service);
+    TEST_ASSERT_EQUAL_UINT8(0U, st18_fixture.sent.last.ack);
+    TEST_ASSERT_EQUAL_UINT16(PUS_USER_ONBOARD | TEST_APID, st18_fixture.sent.last.source);
+    TEST_ASSERT_EQUAL(PUS_ANSWER_VERDICT, st18_fixture.slots[0].answer.kind);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_SENT, 0U, (17U << 8U) | 1U);
+    st18_fixture.sent.status = STATUS_FULL; // Try again until it is taken.
+    st18_fixture_request(0U, false);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_step(100U);
+    TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.sent.count);
+    st18_fixture.sent.status = STATUS_OK;
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5);
     TEST_ASSERT_EQUAL_UINT32(2U, self->counters.sent);
     for (uint16_t i = 0U; i < PUS_ADDRESSEES; i++) { // No addressee is left to be counted.
-        scripts.requester.addressees[i].apid = (uint16_t)(1000U + i);
+        st18_fixture.requester.addressees[i].apid = (uint16_t)(1000U + i);
     }
-    scripts.requester.addressee_count = PUS_ADDRESSEES;
-    script_request(0U, false);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_TABLE_FULL, scripts.slots[0].answer.code);
+    st18_fixture.requester.addressee_count = PUS_ADDRESSEES;
+    st18_fixture_request(0U, false);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_TABLE_FULL, st18_fixture.slots[0].answer.code);
 }
 
 /// Show the service a verification report of the last request sent.
@@ -383,47 +383,47 @@ static void observe(const uint8_t subtype, const uint16_t destination, const uin
 
 static void the_end_of_a_request_is_waited_for(void)
 {
-    script_activated("ABCD", 0U);
-    script_request(0U, true);
-    script_request(0U, true);
-    script_call(0U, PUS_CALL_STEP, 1U);
-    scripts_step(1U);
+    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_request(0U, true);
+    st18_fixture_request(0U, true);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_step(1U);
     const uint16_t user = PUS_USER_ONBOARD | TEST_APID;
-    const uint32_t id   = scripts.sent.last.request_id;
-    TEST_ASSERT_EQUAL_UINT8(PUS_ACK_ACCEPTANCE | PUS_ACK_COMPLETION, scripts.sent.last.ack);
-    TEST_ASSERT_EQUAL_UINT64(3U, scripts.sent.last.size);
+    const uint32_t id   = st18_fixture.sent.last.request_id;
+    TEST_ASSERT_EQUAL_UINT8(PUS_ACK_ACCEPTANCE | PUS_ACK_COMPLETION, st18_fixture.sent.last.ack);
+    TEST_ASSERT_EQUAL_UINT64(3U, st18_fixture.sent.last.size);
     observe(7U, PUS_USER_GROUND, id, 1U);
     observe(7U, user, id + 1U, 1U);
     observe(3U, user, id, 1U);
     observe(7U, user, id, 17U);
-    scripts_step(2U);
-    TEST_ASSERT_EQUAL_UINT64(1U, scripts.slots[0].next);
+    st18_fixture_step(2U);
+    TEST_ASSERT_EQUAL_UINT64(1U, st18_fixture.slots[0].next);
     observe(7U, user, id, 1U);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL(PUS_ANSWER_VERDICT, scripts.slots[0].answer.kind);
-    TEST_ASSERT_EQUAL_HEX16(0U, scripts.slots[0].answer.code);
-    TEST_ASSERT_EQUAL_UINT(2U, scripts.sent.count);
-    observe(8U, user, scripts.sent.last.request_id, 1U);
-    observe(7U, user, scripts.sent.last.request_id, 1U); // Comes too late.
-    scripts_step(1U);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL(PUS_ANSWER_VERDICT, st18_fixture.slots[0].answer.kind);
+    TEST_ASSERT_EQUAL_HEX16(0U, st18_fixture.slots[0].answer.code);
+    TEST_ASSERT_EQUAL_UINT(2U, st18_fixture.sent.count);
+    observe(8U, user, st18_fixture.sent.last.request_id, 1U);
+    observe(7U, user, st18_fixture.sent.last.request_id, 1U); // Comes too late.
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5);
-    script_request(0U, true);
-    scripts_step(SCRIPT_TIMEOUT);
-    TEST_ASSERT_EQUAL_UINT(3U, scripts.sent.count);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_TIMEOUT, scripts.slots[0].answer.code);
-    TEST_ASSERT_EQUAL_UINT32(500U, scripts.slots[0].answer.detail);
+    st18_fixture_request(0U, true);
+    st18_fixture_step(ST18_FIXTURE_TIMEOUT);
+    TEST_ASSERT_EQUAL_UINT(3U, st18_fixture.sent.count);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_TIMEOUT, st18_fixture.slots[0].answer.code);
+    TEST_ASSERT_EQUAL_UINT32(500U, st18_fixture.slots[0].answer.detail);
 }
 
 static void a_failure_is_the_verdict(void)
 {
-    script_activated("ABCD", 0U);
-    script_request(0U, true);
-    scripts_step(1U);
-    observe(8U, PUS_USER_ONBOARD | TEST_APID, scripts.sent.last.request_id, 1U);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NO_ANSWER, scripts.slots[0].answer.code);
-    TEST_ASSERT_EQUAL_UINT32(5U, scripts.slots[0].answer.detail);
+    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_request(0U, true);
+    st18_fixture_step(1U);
+    observe(8U, PUS_USER_ONBOARD | TEST_APID, st18_fixture.sent.last.request_id, 1U);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NO_ANSWER, st18_fixture.slots[0].answer.code);
+    TEST_ASSERT_EQUAL_UINT32(5U, st18_fixture.slots[0].answer.detail);
 }
 
 static void values_are_communicated(void)
@@ -431,32 +431,32 @@ static void values_are_communicated(void)
     static const uint8_t values[] = {1, 0, 42};
     static uint8_t many[1 + (2 * 255)];
     static uint8_t most[1 + (9 * 255)];
-    script_activated("ABCD", PUS_OBSERVE_ALL);
-    script_wait(0U, PUS_CALL_PARAMETERS, 1e9);
-    scripts_step(5U);
+    st18_fixture_activated("ABCD", PUS_OBSERVE_ALL);
+    st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 1e9);
+    st18_fixture_step(5U);
     accepted(7U, "ABCD", values, sizeof values);
     expect_refused(7U, "ABCD", values, sizeof values, PUS_FAILURE_STATE, ABCD);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL(PUS_ANSWER_VALUES, scripts.slots[0].answer.kind);
-    TEST_ASSERT_EQUAL_UINT64(3U, scripts.slots[0].answer.size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(values, scripts.slots[0].answer.octets, 3U);
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_RECEIVED, 0U, 0U);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL(PUS_ANSWER_VALUES, st18_fixture.slots[0].answer.kind);
+    TEST_ASSERT_EQUAL_UINT64(3U, st18_fixture.slots[0].answer.size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(values, st18_fixture.slots[0].answer.octets, 3U);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_RECEIVED, 0U, 0U);
     accepted(7U, "ABCD", values, sizeof values); // Waits for the procedure.
-    script_wait(0U, PUS_CALL_PARAMETERS, 0.0);
-    script_call(0U, PUS_CALL_PAUSED, 0U);
-    script_wait(0U, PUS_CALL_PARAMETERS, 0.0);
-    script_call(0U, PUS_CALL_PAUSED, 0U);
-    script_wait(0U, PUS_CALL_PARAMETERS, 0.02);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL(PUS_ANSWER_VALUES, scripts.slots[0].answer.kind);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL(PUS_ANSWER_MISSING, scripts.slots[0].answer.kind);
-    scripts_step(3U);
-    TEST_ASSERT_EQUAL(PUS_ANSWER_MISSING, scripts.slots[0].answer.kind);
+    st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 0.0);
+    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
+    st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 0.0);
+    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
+    st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 0.02);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL(PUS_ANSWER_VALUES, st18_fixture.slots[0].answer.kind);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL(PUS_ANSWER_MISSING, st18_fixture.slots[0].answer.kind);
+    st18_fixture_step(3U);
+    TEST_ASSERT_EQUAL(PUS_ANSWER_MISSING, st18_fixture.slots[0].answer.kind);
     many[0] = 255U;
     accepted(7U, "ABCD", many, sizeof many);
-    script_wait(0U, PUS_CALL_PARAMETERS, 1.0);
-    scripts_step(1U);
+    st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 1.0);
+    st18_fixture_step(1U);
     most[0] = 255U;
     for (size_t i = 0U; i < 255U; i++) {
         most[1U + (9U * i)] = (uint8_t)VALUE_UINT64;
@@ -473,28 +473,28 @@ static void levels_are_set(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, 0x6E6F6E65U);
     expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 27U);
-    script_activated("ABCD", PUS_OBSERVE_NOTHING); // Its own level.
+    st18_fixture_activated("ABCD", PUS_OBSERVE_NOTHING); // Its own level.
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(16U, body, sizeof body));
-    script_call(0U, PUS_CALL_STEP, 3U);
-    scripts_step(1U);
-    expect_observation(SCRIPT_OBSERVATION, "ABCD", PUS_OBSERVED_STEP, 3U, 3U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 3U);
+    st18_fixture_step(1U);
+    expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_STEP, 3U, 3U);
     self->config.observation_event = 0U;
-    script_call(0U, PUS_CALL_STEP, 4U);
-    scripts_step(1U);
-    TEST_ASSERT_EQUAL_UINT(1U, scripts.events.count);
+    st18_fixture_call(0U, PUS_CALL_STEP, 4U);
+    st18_fixture_step(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.events.count);
 }
 
 static void without_its_engine_nothing_runs(void)
 {
     static const uint8_t body[] = {0, 0};
-    script_activated("ABCD", 0U);
+    st18_fixture_activated("ABCD", 0U);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(22U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 8, 1, 3, 1, 7);
     expect_refused(3U, "ABCD", body, 2U, PUS_FAILURE_STATE, ABCD);
     expect_refused(1U, "B", "\0\1x\0\0", 5U, PUS_FAILURE_STATE, 0x42000000U);
-    scripts_restart();
+    st18_fixture_restart();
     expect_refused(3U, "ABCD", body, 2U, PUS_FAILURE_STATE, ABCD);
     records.put_status = STATUS_IO;
     bench_clear();
@@ -505,7 +505,7 @@ static void without_its_engine_nothing_runs(void)
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(21U, NULL, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(21U, NULL, 0U)); // It runs already.
-    script_activated("ABCD", 0U);
+    st18_fixture_activated("ABCD", 0U);
     records.put_status = STATUS_IO;
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(22U, NULL, 0U));
@@ -519,32 +519,32 @@ static void without_its_engine_nothing_runs(void)
 
 static void stopped_ones_can_be_unloaded(void)
 {
-    script_activated("ABCD", 0U);
+    st18_fixture_activated("ABCD", 0U);
     accepted(20U, "ABCD", next_step, 2U);
-    script_call(0U, PUS_CALL_STEP, 1U);
-    scripts_step(1U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 8);
-    scripts_restart();
+    st18_fixture_restart();
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, NULL, 0U));
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size); // None is loaded, and that was lasting.
-    script_loaded("B", 1U, 'x');
-    script_activated("B", 0U);
+    st18_fixture_loaded("B", 1U, 'x');
+    st18_fixture_activated("B", 0U);
     accepted(20U, "B", next_step, 2U);
     records.commit_status = STATUS_IO;
-    script_call(0U, PUS_CALL_STEP, 1U);
-    scripts_step(1U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_step(1U);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.unsaved);
-    records.commit_status    = STATUS_OK;
-    self->config.persistence = NULL;
-    scripts.slots[0].count   = 0U;
-    script_loaded("C", 1U, 'x');
-    script_activated("C", 0U);
+    records.commit_status       = STATUS_OK;
+    self->config.persistence    = NULL;
+    st18_fixture.slots[0].count = 0U;
+    st18_fixture_loaded("C", 1U, 'x');
+    st18_fixture_activated("C", 0U);
     accepted(20U, "C", next_step, 2U);
-    scripts_step(1U);
+    st18_fixture_step(1U);
     expect_script_status(PUS_PROCEDURE_RUNNING);
-    script_call(0U, PUS_CALL_STEP, 1U);
-    scripts_step(1U);
+    st18_fixture_call(0U, PUS_CALL_STEP, 1U);
+    st18_fixture_step(1U);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, NULL, 0U));
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size);
@@ -552,16 +552,16 @@ static void stopped_ones_can_be_unloaded(void)
 
 static void slots_run_side_by_side(void)
 {
-    script_loaded("B", 1U, 'x');
-    script_activated("ABCD", 0U);
-    script_activated("B", 0U);
-    script_wait(0U, PUS_CALL_WAIT, 1.0);
-    script_call(1U, PUS_CALL_STEP, 1U);
-    script_call(1U, PUS_CALL_ENDED, 0U);
-    scripts_step(2U);
+    st18_fixture_loaded("B", 1U, 'x');
+    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activated("B", 0U);
+    st18_fixture_wait(0U, PUS_CALL_WAIT, 1.0);
+    st18_fixture_call(1U, PUS_CALL_STEP, 1U);
+    st18_fixture_call(1U, PUS_CALL_ENDED, 0U);
+    st18_fixture_step(2U);
     EXPECT_MESSAGES(1, 5, 1, 7);
-    TEST_ASSERT_TRUE(scripts.slots[0].is_running);
-    script_activated("B", 0U);
+    TEST_ASSERT_TRUE(st18_fixture.slots[0].is_running);
+    st18_fixture_activated("B", 0U);
     TEST_ASSERT_EQUAL_UINT32(3U, self->counters.started);
 }
 

@@ -18,15 +18,15 @@ static pus_event_action_config_t config;
 static pus_event_action_definition_t definitions[DEFINITIONS];
 static uint16_t queue[DEFINITIONS];
 static uint16_t buckets[1024];
-static uint64_t storage[PUS_CHAIN_WORDS(DEFINITION_BLOCKS)];
+static uint64_t storage[PUS_BLOCK_CHAIN_WORDS(DEFINITION_BLOCKS)];
 static pool_slot_t slots[DEFINITION_BLOCKS];
-static pus_chains_t chains;
+static pus_block_chains_t chains;
 static uint8_t data[PUS_TC_DATA_MAX];
 static octet_writer_t writer;
 
 static void start(const uint16_t count, const uint16_t blocks)
 {
-    pus_chains_init(&chains, storage, slots, blocks);
+    pus_block_chains_init(&chains, storage, slots, blocks);
     config = (pus_event_action_config_t){.process          = &bench.process,
                                          .release          = released_port(),
                                          .persistence      = config.persistence,
@@ -514,7 +514,7 @@ static void definitions_that_share_a_bucket_are_told_apart(void)
     EXPECT_RELEASED(1, 3, 4, 5);
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     static const uint8_t key[] = {1, 0, APID, 0, 1};
     uint8_t octets[64];
@@ -522,15 +522,15 @@ static void every_request_has_a_strict_shape(void)
     add(1U, 1U, 0U);
     add(2U, 2U, 3U);
     memcpy(octets, data, writer.position);
-    expect_strict_shape(1U, octets, writer.position);
-    expect_strict_shape(2U, key, sizeof(key));
-    expect_strict_shape(4U, key, sizeof(key));
-    expect_strict_shape(5U, key, sizeof(key));
-    expect_strict_shape(10U, key, sizeof(key));
-    expect_strict_shape(3U, key, 0U);
-    expect_strict_shape(6U, key, 0U);
-    expect_strict_shape(8U, key, 0U);
-    expect_strict_shape(9U, key, 0U);
+    expect_strict_format(1U, octets, writer.position);
+    expect_strict_format(2U, key, sizeof(key));
+    expect_strict_format(4U, key, sizeof(key));
+    expect_strict_format(5U, key, sizeof(key));
+    expect_strict_format(10U, key, sizeof(key));
+    expect_strict_format(3U, key, 0U);
+    expect_strict_format(6U, key, 0U);
+    expect_strict_format(8U, key, 0U);
+    expect_strict_format(9U, key, 0U);
 }
 
 int main(void)
@@ -552,6 +552,6 @@ int main(void)
     RUN_TEST(a_record_that_is_not_there_counts_as_erased);
     RUN_TEST(a_record_that_makes_no_sense_is_refused);
     RUN_TEST(definitions_that_share_a_bucket_are_told_apart);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

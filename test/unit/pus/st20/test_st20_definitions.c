@@ -101,7 +101,7 @@ static void values_in_memory_are_reported_and_set(void)
     memcpy(&memory_ram[8], &value, sizeof value);
     define(NEW_U32, RAM, RAM_BASE + 8U, 3U, 14U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    expect_strict_shape(4U, memory_data, memory_writer.position);
+    expect_strict_format(4U, memory_data, memory_writer.position);
     ask(1U, NEW_U32);
     EXPECT_MESSAGES(1, 1, 1, 3, 20, 2, 1, 7);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
@@ -168,7 +168,7 @@ static void objects_hold_parameters_too(void)
     memory_request(5U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_ADDRESS, 2U, 16U);
-    expect_strict_shape(5U, memory_data, memory_writer.position);
+    expect_strict_format(5U, memory_data, memory_writer.position);
     ask(6U, NEW_DOUBLE);
     EXPECT_MESSAGES(1, 1, 1, 3, 20, 7, 1, 7);
     TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
@@ -226,7 +226,7 @@ static void definitions_of_all_parameters_are_reported(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(4U).data, sizeof expected);
     ask(6U, P_UNKNOWN);
     EXPECT_MESSAGES(1, 1, 1, 4);
-    expect_strict_shape(6U, memory_data, memory_writer.position);
+    expect_strict_format(6U, memory_data, memory_writer.position);
 }
 
 static void without_memories_nothing_is_defined(void)

@@ -129,7 +129,7 @@ static status_t post_long(void* const context, octet_writer_t* const report)
 static void what_fits_no_packet_goes_as_a_long_report(void)
 {
     const pus_long_port_t port = {&long_size, sizeof long_octets - PUS_TM_MIN, begin_long, post_long};
-    pus_process_lengthen(&bench.process, &port);
+    pus_app_process_lengthen(&bench.process, &port);
     begin(4U);
     add(P_LARGE);
     add(P_LARGE);
@@ -257,20 +257,20 @@ static void up_to_255_values_are_set(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(3U, data, writer.position + 1U));
 }
 
-static void every_request_has_a_strict_shape(void)
+static void every_request_has_a_strict_format(void)
 {
     uint8_t octets[64];
     begin(2U);
     add(P_U8);
     add(P_U16);
     memcpy(octets, data, writer.position);
-    expect_strict_shape(1U, octets, writer.position);
+    expect_strict_format(1U, octets, writer.position);
     begin(3U);
     add_value(P_STRUCT, 11U, 1U);
     add_value(P_UNKNOWN, 8U, 1U);
     add_value(P_U16, 2U, 1U);
     memcpy(octets, data, writer.position);
-    expect_strict_shape(3U, octets, writer.position);
+    expect_strict_format(3U, octets, writer.position);
     TEST_ASSERT_EQUAL_UINT32(0U, dictionary.writes);
 }
 
@@ -288,6 +288,6 @@ int main(void)
     RUN_TEST(what_cannot_be_delimited_is_refused_with_all_that_follows);
     RUN_TEST(without_a_write_port_nothing_is_settable);
     RUN_TEST(up_to_255_values_are_set);
-    RUN_TEST(every_request_has_a_strict_shape);
+    RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

@@ -5,37 +5,37 @@
 #include "test/unit/pus/fixtures/records.h"
 #include "test/unit/pus/fixtures/reports.h"
 #include "test/unit/pus/fixtures/schedules.h"
-#include "test/unit/pus/fixtures/sequenced.h"
+#include "test/unit/pus/fixtures/st21_fixture.h"
 #include "unity.h"
 
 #include <string.h>
 
 void setUp(void)
 {
-    sequenced_set_up();
+    st21_fixture_set_up();
 }
 
 void tearDown(void)
 {
     records_start();
-    TEST_ASSERT_EQUAL_UINT(0U, sequenced.file.open);
+    TEST_ASSERT_EQUAL_UINT(0U, st21_fixture.file.open);
 }
 
 static void a_file_is_loaded_and_may_be_activated_at_once(void)
 {
-    sequenced_begin_file(2U);
-    sequenced_add(1U, 50U, 0);
-    sequenced_add(2U, 5000U - 4000U, TICKS);
-    sequenced_end_file();
-    sequenced_reference('a', 2U);
+    st21_fixture_begin_file(2U);
+    st21_fixture_add(1U, 50U, 0);
+    st21_fixture_add(2U, 5000U - 4000U, TICKS);
+    st21_fixture_end_file();
+    st21_fixture_reference('a', 2U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    sequenced_step(MS);
+    st21_fixture_step(MS);
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
-    sequenced_reference('b', 8U);
+    st21_fixture_reference('b', 8U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    sequenced_step(MS);
+    st21_fixture_step(MS);
     EXPECT_RELEASED(1, 2);
-    sequenced_reference('b', 8U);
+    st21_fixture_reference('b', 8U);
     expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 0U, DETAIL('b'));
 }
 
@@ -49,50 +49,50 @@ static void a_file_that_cannot_be_opened_has_its_reason(void)
                  {STATUS_INVALID, PUS_FAILURE_OUT_OF_RANGE},
                  {STATUS_EXHAUSTED, PUS_FAILURE_TABLE_FULL}};
     for (size_t i = 0U; i < (sizeof(cases) / sizeof(cases[0])); i++) {
-        sequenced.file.open_status = cases[i].status;
-        sequenced_reference('a', (i == 0U) ? 8U : 2U);
+        st21_fixture.file.open_status = cases[i].status;
+        st21_fixture_reference('a', (i == 0U) ? 8U : 2U);
         EXPECT_MESSAGES(1, 1, 1, 4);
         expect_failure(1U, 4U, cases[i].code, 0U, 0U);
     }
-    sequenced.file.open_status = STATUS_IO;
-    sequenced_reference('a', 2U);
+    st21_fixture.file.open_status = STATUS_IO;
+    st21_fixture_reference('a', 2U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
-    sequenced.service.config.files = NULL;
-    sequenced_reference('a', 2U);
+    st21_fixture.service.config.files = NULL;
+    st21_fixture_reference('a', 2U);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 0U);
 }
 
 static void a_foreign_file_is_refused(void)
 {
-    sequenced_begin_file(1U);
-    sequenced_add(1U, 0U, TICKS);
-    sequenced_end_file();
-    const uint32_t whole = sequenced.file.size;
-    for (sequenced.file.size = 1U; sequenced.file.size < whole; sequenced.file.size++) {
-        sequenced_reference('a', 2U);
+    st21_fixture_begin_file(1U);
+    st21_fixture_add(1U, 0U, TICKS);
+    st21_fixture_end_file();
+    const uint32_t whole = st21_fixture.file.size;
+    for (st21_fixture.file.size = 1U; st21_fixture.file.size < whole; st21_fixture.file.size++) {
+        st21_fixture_reference('a', 2U);
         expect_failure(1U, 4U, PUS_FAILURE_EMBEDDED, 0U, 1U);
     }
-    sequenced.file.size = 0U;
-    sequenced_reference('a', 2U);
+    st21_fixture.file.size = 0U;
+    st21_fixture_reference('a', 2U);
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
-    sequenced.file.size = whole + 1U;
-    sequenced_reference('a', 2U);
+    st21_fixture.file.size = whole + 1U;
+    st21_fixture_reference('a', 2U);
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, whole);
-    sequenced.file.size        = whole;
-    sequenced.file.read_status = STATUS_IO;
-    sequenced_reference('a', 2U);
+    st21_fixture.file.size        = whole;
+    st21_fixture.file.read_status = STATUS_IO;
+    st21_fixture_reference('a', 2U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
-    sequenced.file.size = OCTETS_MAX + 1U;
-    sequenced_reference('a', 2U);
+    st21_fixture.file.size = OCTETS_MAX + 1U;
+    st21_fixture_reference('a', 2U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, OCTETS_MAX);
-    sequenced.file.read_status = STATUS_OK;
-    sequenced_start(SEQUENCES, 100U);
-    sequenced.file.size = 10000U;
-    sequenced_reference('a', 2U);
+    st21_fixture.file.read_status = STATUS_OK;
+    st21_fixture_start(SEQUENCES, 100U);
+    st21_fixture.file.size = 10000U;
+    st21_fixture_reference('a', 2U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, 100U);
-    TEST_ASSERT_EQUAL_UINT16(0U, sequenced.chains.pool.stats.taken);
+    TEST_ASSERT_EQUAL_UINT16(0U, st21_fixture.chains.pool.stats.taken);
 }
 
 static status_t restore(void* const self, const uint32_t key, const uint8_t* const octets, const size_t size)
@@ -103,111 +103,116 @@ static status_t restore(void* const self, const uint32_t key, const uint8_t* con
 static void restart(void)
 {
     records_cut();
-    sequenced.config.persistence = records_port();
+    st21_fixture.config.persistence = records_port();
     bench_start();
     pus_dispatcher_persist(&bench.dispatcher, records_port());
-    sequenced_start(SEQUENCES, BLOCKS_HERE);
-    sequenced.service.config.octets_max = 30000U;
-    (void)records_replay(PUS_SERVICE_SEQUENCES, restore, &sequenced.service);
+    st21_fixture_start(SEQUENCES, BLOCKS_HERE);
+    st21_fixture.service.config.octets_max = 30000U;
+    (void)records_replay(PUS_SERVICE_SEQUENCES, restore, &st21_fixture.service);
 }
 
 static void loaded_sequences_outlive_a_power_cut(void)
 {
     restart();
-    sequenced_load('a', 1U, 2U);
-    sequenced_load('b', 3U, 1U);
-    sequenced_make_long_file();
-    sequenced_reference('c', 8U);
-    sequenced_step(0U); // Under execution.
+    st21_fixture_load('a', 1U, 2U);
+    st21_fixture_load('b', 3U, 1U);
+    st21_fixture_make_long_file();
+    st21_fixture_reference('c', 8U);
+    st21_fixture_step(0U); // Under execution.
     released.count = 0U;
-    sequenced_command(3U, 'b');
+    st21_fixture_command(3U, 'b');
     restart();
-    sequenced.writer = octet_writer(sequenced.data, sizeof(sequenced.data));
-    sequenced_request(6U);
+    st21_fixture.writer = octet_writer(st21_fixture.data, sizeof(st21_fixture.data));
+    st21_fixture_request(6U);
     TEST_ASSERT_EQUAL_UINT64(2U + (2U * 9U), bench_report(2U).size);
-    sequenced_step(MS);
+    st21_fixture_step(MS);
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
-    sequenced_command(9U, 'c');
+    st21_fixture_command(9U, 'c');
     octet_reader_t reader = bench_data(2U);
     (void)octet_read_octets(&reader, 8U);
-    TEST_ASSERT_EQUAL_HEX16(crc16_ccitt(sequenced.file.octets, sequenced.file.size), octet_read_u16(&reader));
-    sequenced_command(4U, 'a');
-    sequenced_step(2U * MS);
+    TEST_ASSERT_EQUAL_HEX16(crc16_ccitt(st21_fixture.file.octets, st21_fixture.file.size),
+                            octet_read_u16(&reader));
+    st21_fixture_command(4U, 'a');
+    st21_fixture_step(2U * MS);
     EXPECT_RELEASED(1);
-    sequenced_command(5U, 'a');
-    sequenced_command(3U, 'a');
-    sequenced_command(3U, 'c');
+    st21_fixture_command(5U, 'a');
+    st21_fixture_command(3U, 'a');
+    st21_fixture_command(3U, 'c');
     restart();
-    sequenced.writer = octet_writer(sequenced.data, sizeof(sequenced.data));
-    sequenced_request(13U);
+    st21_fixture.writer = octet_writer(st21_fixture.data, sizeof(st21_fixture.data));
+    st21_fixture_request(13U);
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size);
-    TEST_ASSERT_EQUAL_UINT16(0U, sequenced.chains.pool.stats.taken);
+    TEST_ASSERT_EQUAL_UINT16(0U, st21_fixture.chains.pool.stats.taken);
 }
 
 static void what_cannot_be_kept_is_not_acknowledged(void)
 {
     restart();
-    sequenced_make_long_file();
+    st21_fixture_make_long_file();
     records.put_status   = STATUS_FULL;
     records.refuse_after = 2U;
-    sequenced_reference('a', 8U);
+    st21_fixture_reference('a', 8U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
     TEST_ASSERT_EQUAL_UINT(2U, records.erasures);
-    TEST_ASSERT_EQUAL_UINT16(0U, sequenced.chains.pool.stats.taken);
+    TEST_ASSERT_EQUAL_UINT16(0U, st21_fixture.chains.pool.stats.taken);
     records.put_status = STATUS_OK;
-    sequenced_load('a', 1U, 1U);
+    st21_fixture_load('a', 1U, 1U);
     records.erase_status = STATUS_IO;
-    sequenced_command(3U, 'a');
+    st21_fixture_command(3U, 'a');
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
     records.erase_status = STATUS_NOT_FOUND;
-    sequenced_command(3U, 'a');
+    st21_fixture_command(3U, 'a');
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
 static void a_record_that_makes_no_sense_is_refused(void)
 {
-    uint8_t octets[64] = {'a', 'q'};
-    sequenced.writer   = octet_writer(&octets[12], 50U);
-    octet_write_u8(&sequenced.writer, 1U);
-    sequenced_add(1U, 0U, TICKS);
-    const size_t size  = 12U + sequenced.writer.position;
+    uint8_t octets[64]  = {'a', 'q'};
+    st21_fixture.writer = octet_writer(&octets[12], 50U);
+    octet_write_u8(&st21_fixture.writer, 1U);
+    st21_fixture_add(1U, 0U, TICKS);
+    const size_t size  = 12U + st21_fixture.writer.position;
     const uint32_t key = 0x01000000U;
     octets[11]         = 21U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&sequenced.service, 0U, octets, size));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&sequenced.service, key, octets, 11U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&sequenced.service, key, octets, 12U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&sequenced.service, key, octets, size + 1U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&sequenced.service, key | 1U, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&st21_fixture.service, 0U, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&st21_fixture.service, key, octets, 11U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&st21_fixture.service, key, octets, 12U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&st21_fixture.service, key, octets, size + 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&st21_fixture.service, key | 1U, octets, size));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED,
-                      pus_sequences_restore(&sequenced.service, key | 0x40000U, octets, size));
-    sequenced.service.config.octets_max = 20U;
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_sequences_restore(&sequenced.service, key, octets, size));
-    sequenced.service.config.octets_max = OCTETS_MAX;
+                      pus_sequences_restore(&st21_fixture.service, key | 0x40000U, octets, size));
+    st21_fixture.service.config.octets_max = 20U;
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_sequences_restore(&st21_fixture.service, key, octets, size));
+    st21_fixture.service.config.octets_max = OCTETS_MAX;
     octets[13] ^= 0x10U; // Not a request.
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&sequenced.service, key, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&st21_fixture.service, key, octets, size));
     octets[13] ^= 0x10U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&sequenced.service, key, octets, size));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, pus_sequences_restore(&sequenced.service, key, octets, size));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, pus_sequences_restore(&sequenced.service, key | 0x10000U, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&st21_fixture.service, key, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, pus_sequences_restore(&st21_fixture.service, key, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS,
+                      pus_sequences_restore(&st21_fixture.service, key | 0x10000U, octets, size));
     octets[0]  = 'b'; // Of two parts, the second is another's.
     octets[11] = 22U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&sequenced.service, key | 0x10000U, octets, size));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&sequenced.service, key | 0x10000U, octets, 13U));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&st21_fixture.service, key | 0x10000U, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      pus_sequences_restore(&st21_fixture.service, key | 0x10000U, octets, 13U));
     octets[11] = 23U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&sequenced.service, key | 0x10001U, octets, 13U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      pus_sequences_restore(&st21_fixture.service, key | 0x10001U, octets, 13U));
     octets[11] = 22U;
     octets[0]  = 'c';
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&sequenced.service, key | 0x10001U, octets, 13U));
-    TEST_ASSERT_EQUAL_UINT16(2U, sequenced.chains.pool.stats.taken);
-    sequenced_load('b', 1U, 1U); // Its place is good for another one.
-    TEST_ASSERT_EQUAL_UINT16(2U, sequenced.chains.pool.stats.taken);
-    sequenced_start(SEQUENCES, 1U);
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      pus_sequences_restore(&st21_fixture.service, key | 0x10001U, octets, 13U));
+    TEST_ASSERT_EQUAL_UINT16(2U, st21_fixture.chains.pool.stats.taken);
+    st21_fixture_load('b', 1U, 1U); // Its place is good for another one.
+    TEST_ASSERT_EQUAL_UINT16(2U, st21_fixture.chains.pool.stats.taken);
+    st21_fixture_start(SEQUENCES, 1U);
     octets[11] = 100U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&sequenced.service, key, octets, 12U + 50U));
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&st21_fixture.service, key, octets, 12U + 50U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED,
-                      pus_sequences_restore(&sequenced.service, key | 1U, octets, 12U + 50U));
+                      pus_sequences_restore(&st21_fixture.service, key | 1U, octets, 12U + 50U));
 }
 
 int main(void)

@@ -251,9 +251,9 @@ static void every_request_has_its_place(void)
         TEST_ASSERT_EQUAL_UINT8(subtypes[i], service.subtypes[i].subtype);
     }
     static const uint8_t octets[32] = {0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 2, 0, 1, 0, 0};
-    expect_strict_shape(28U, octets, 4U);
-    expect_strict_shape(15U, octets, 6U);
-    expect_strict_shape(8U, octets, 21U);
+    expect_strict_format(28U, octets, 4U);
+    expect_strict_format(15U, octets, 6U);
+    expect_strict_format(8U, octets, 21U);
 }
 
 int main(void)

@@ -8,11 +8,11 @@
 
 #define PERIOD_S 0.0005
 
-static tracker_t tracker;
+static control_tracker_t tracker;
 
 void setUp(void)
 {
-    tracker_reset(&tracker, 0.0);
+    control_tracker_reset(&tracker, 0.0);
 }
 
 void tearDown(void)
@@ -21,9 +21,9 @@ void tearDown(void)
 
 static void a_constant_is_left_alone(void)
 {
-    tracker_reset(&tracker, 0.7);
+    control_tracker_reset(&tracker, 0.7);
     for (unsigned i = 0U; i < 1000U; i++) {
-        tracker_step(&tracker, 0.7, 1250.0, PERIOD_S);
+        control_tracker_step(&tracker, 0.7, 1250.0, PERIOD_S);
     }
     TEST_ASSERT_TRUE(tracker.position == 0.7);
     TEST_ASSERT_TRUE(tracker.velocity == 0.0);
@@ -36,7 +36,7 @@ static void a_ramp_is_followed_without_lag(void)
     double target      = 0.0;
     for (unsigned i = 0U; i < 4000U; i++) {
         target = speed * PERIOD_S * (double)i;
-        tracker_step(&tracker, target, 125.0, PERIOD_S);
+        control_tracker_step(&tracker, target, 125.0, PERIOD_S);
     }
     // The state is that of the next sample.
     EXPECT_WITHIN(target + (speed * PERIOD_S), 1.0e-9, tracker.position);
@@ -50,7 +50,7 @@ static void a_step_settles_without_ringing(void)
     double highest = 0.0;
     double lowest  = 1.0;
     for (unsigned i = 0U; i < 2000U; i++) {
-        tracker_step(&tracker, 1.0, 125.0, PERIOD_S);
+        control_tracker_step(&tracker, 1.0, 125.0, PERIOD_S);
         highest = fmax(highest, tracker.position);
         if (i > 40U) {
             lowest = fmin(lowest, tracker.position);
@@ -67,7 +67,7 @@ static void bandwidth_is_where_it_is_said_to_be(void)
     const double omega = 125.0;
     double largest     = 0.0;
     for (unsigned i = 0U; i < 20000U; i++) {
-        tracker_step(&tracker, sin(omega * PERIOD_S * (double)i), omega, PERIOD_S);
+        control_tracker_step(&tracker, sin(omega * PERIOD_S * (double)i), omega, PERIOD_S);
         if (i > 10000U) {
             largest = fmax(largest, fabs(tracker.position));
         }

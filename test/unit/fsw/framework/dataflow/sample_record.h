@@ -15,18 +15,18 @@ typedef struct {
 
 #define SAMPLE_OCTETS 11U
 
-static const record_field_t sample_fields[] = {RECORD_FIELD(sample_t, number, VALUE_UINT16, 1U),
-                                               RECORD_FIELD(sample_t, rates, VALUE_FLOAT, 2U),
-                                               RECORD_FIELD(sample_t, is_on, VALUE_BOOL, 1U)};
-static const record_layout_t sample_layout  = {sample_fields, 3U};
-static const sample_t sample                = {0x1234U, {1.0F, -2.0F}, true};
+static const flow_record_field_t sample_fields[] = {RECORD_FIELD(sample_t, number, VALUE_UINT16, 1U),
+                                                    RECORD_FIELD(sample_t, rates, VALUE_FLOAT, 2U),
+                                                    RECORD_FIELD(sample_t, is_on, VALUE_BOOL, 1U)};
+static const flow_record_layout_t sample_layout  = {sample_fields, 3U};
+static const sample_t sample                     = {0x1234U, {1.0F, -2.0F}, true};
 static const uint8_t sample_wire[FLOW_ORDERS][SAMPLE_OCTETS] = {
     [FLOW_ORDER_BIG]    = {0x12U, 0x34U, 0x3FU, 0x80U, 0U, 0U, 0xC0U, 0U, 0U, 0U, 1U},
     [FLOW_ORDER_LITTLE] = {0x34U, 0x12U, 0U, 0U, 0x80U, 0x3FU, 0U, 0U, 0U, 0xC0U, 1U}};
 
 // A layout that no flow carries.
-static const record_field_t giant_fields[] = {{VALUE_UINT64, (RECORD_OCTETS_MAX / 8U) + 1U, 0U}};
-static const record_layout_t giant_layout  = {giant_fields, 1U};
+static const flow_record_field_t giant_fields[] = {{VALUE_UINT64, (RECORD_OCTETS_MAX / 8U) + 1U, 0U}};
+static const flow_record_layout_t giant_layout  = {giant_fields, 1U};
 static const uint64_t giant_record[(RECORD_OCTETS_MAX / 8U) + 1U];
 
 static inline bool is_sample(const sample_t* seen)

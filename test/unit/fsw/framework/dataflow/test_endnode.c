@@ -25,7 +25,7 @@ static void addresses_are_read(void)
                 {"10.0.002.3:00080", 0x0A000203U, 80U}};
     for (unsigned i = 0U; i < (sizeof good / sizeof good[0]); i++) {
         osal_address_t address = {0U, 0U};
-        TEST_ASSERT_EQUAL(STATUS_OK, endnode_socket_address(good[i].text, &address));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_endnode_socket_address(good[i].text, &address));
         TEST_ASSERT_EQUAL_HEX32(good[i].ipv4, address.ipv4);
         TEST_ASSERT_EQUAL_UINT16(good[i].port, address.port);
     }
@@ -50,13 +50,13 @@ static void what_is_no_address_is_refused(void)
                                "99999999999999999999.0.0.1:1"};
     for (unsigned i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
         osal_address_t address = {1U, 2U};
-        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, endnode_socket_address(bad[i], &address), bad[i]);
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, flow_endnode_socket_address(bad[i], &address), bad[i]);
         TEST_ASSERT_EQUAL_HEX32(1U, address.ipv4);
     }
 }
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     if (strcmp(name, "endless") == 0) {
@@ -73,14 +73,14 @@ static status_t resolve(void* const context, const endnode_kind_t kind, const ch
 static void the_resolver_is_asked_and_not_trusted(void)
 {
     const flow_resolver_t resolver = {NULL, resolve};
-    endnode_address_t address;
+    flow_endnode_address_t address;
     memset(&address, 0xFF, sizeof address);
-    TEST_ASSERT_EQUAL(STATUS_OK, endnode_resolve(&resolver, ENDNODE_CAN, "robot", &address));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_endnode_resolve(&resolver, ENDNODE_CAN, "robot", &address));
     TEST_ASSERT_EQUAL_STRING("shm:somewhere", address.address);
     TEST_ASSERT_FALSE(address.is_fd);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, endnode_resolve(&resolver, ENDNODE_UDP, "robot", &address));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, endnode_resolve(&resolver, ENDNODE_CAN, "moon", &address));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, endnode_resolve(&resolver, ENDNODE_CAN, "endless", &address));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_endnode_resolve(&resolver, ENDNODE_UDP, "robot", &address));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_endnode_resolve(&resolver, ENDNODE_CAN, "moon", &address));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_endnode_resolve(&resolver, ENDNODE_CAN, "endless", &address));
 }
 
 int main(void)

@@ -9,8 +9,8 @@
 static scripted_bus_t bus;
 static flow_can_t flow;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)kind;
     if (strcmp(name, "robot") != 0) {

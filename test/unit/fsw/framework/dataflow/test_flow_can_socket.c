@@ -22,7 +22,8 @@ static bool is_fd;
 static flow_can_t flow;
 static osal_can_t peer;
 
-static status_t resolve(void* context, endnode_kind_t kind, const char* name, endnode_address_t* out_address)
+static status_t resolve(void* context, flow_endnode_kind_t kind, const char* name,
+                        flow_endnode_address_t* out_address)
 {
     (void)context;
     (void)kind;

@@ -20,8 +20,8 @@ static flow_mqueue_t sender;
 static flow_mqueue_t receiver;
 static quota_t quota;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     if ((kind != ENDNODE_MQUEUE) || (strcmp(name, "moon") == 0)) {

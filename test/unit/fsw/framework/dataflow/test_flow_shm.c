@@ -20,8 +20,8 @@ static flow_shm_t writer;
 static flow_shm_t reader;
 static quota_t quota;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     if ((kind != ENDNODE_SHM) || (strcmp(name, "moon") == 0)) {

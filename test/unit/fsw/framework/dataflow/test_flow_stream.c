@@ -30,8 +30,8 @@ static uint64_t now_ns;
 static int far; ///< The partner's end.
 static osal_socket_t listener = OSAL_SOCKET_CLOSED;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     (void)kind;
@@ -65,7 +65,7 @@ void tearDown(void)
     }
 }
 
-static void begin(const endnode_kind_t kind, const char* const name, const flow_format_t format)
+static void begin(const flow_endnode_kind_t kind, const char* const name, const flow_format_t format)
 {
     const flow_stream_setup_t setup = {.kind             = kind,
                                        .name             = name,

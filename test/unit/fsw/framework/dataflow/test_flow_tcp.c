@@ -60,8 +60,8 @@ static size_t on_frame(void* const context, const unsigned client, const uint8_t
     return frame;
 }
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     if ((kind != ENDNODE_TCP) || (strcmp(name, "moon") == 0)) {

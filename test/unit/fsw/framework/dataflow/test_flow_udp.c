@@ -17,8 +17,8 @@ static osal_socket_t stranger;
 static osal_address_t addresses[3]; // Of left, right, and one without a socket.
 
 /// Names "0", "1", "2" are the addresses; "text" is no address.
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     if ((kind != ENDNODE_UDP) || (strcmp(name, "moon") == 0)) {

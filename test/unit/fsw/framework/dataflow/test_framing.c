@@ -21,7 +21,7 @@ static const flow_format_t formats[] = {
 };
 #define FORMATS (sizeof formats / sizeof formats[0])
 
-static frame_assembler_t assembler;
+static flow_frame_assembler_t assembler;
 static uint8_t buffer[CAPACITY];
 static octets_t seen; ///< Each frame as its size and its octets.
 
@@ -55,7 +55,7 @@ static void feed(const uint8_t* const octets, const size_t size)
         size_t taken   = 0U;
         size_t payload = 0U;
         const status_t status =
-            frame_assembler_feed(&assembler, &octets[used], size - used, &taken, &payload);
+            flow_frame_assembler_feed(&assembler, &octets[used], size - used, &taken, &payload);
         used += taken;
         if (status == STATUS_EMPTY) {
             TEST_ASSERT_EQUAL_UINT64(size, used);
@@ -69,15 +69,15 @@ static void feed(const uint8_t* const octets, const size_t size)
 static void begin(const flow_format_t* const format)
 {
     seen.size = 0U;
-    frame_assembler_init(&assembler, format, buffer, CAPACITY);
+    flow_frame_assembler_init(&assembler, format, buffer, CAPACITY);
 }
 
 static void put(octets_t* const stream, const flow_format_t* const format, const void* const payload,
                 const size_t size)
 {
     size_t octets = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, frame_encode(format, payload, size, &stream->octets[stream->size],
-                                              STREAM - stream->size, &octets));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_frame_encode(format, payload, size, &stream->octets[stream->size],
+                                                   STREAM - stream->size, &octets));
     stream->size += octets;
 }
 
@@ -101,8 +101,8 @@ static void frames_are_as_written_down(void)
         TEST_ASSERT_EQUAL_HEX8_ARRAY(cases[i].octets, stream.octets, stream.size);
         for (size_t capacity = 0U; capacity < cases[i].size; capacity++) {
             size_t size = 1U;
-            TEST_ASSERT_EQUAL(STATUS_FULL, frame_encode(&cases[i].format, (const uint8_t*)"a\300\333", 3U,
-                                                        stream.octets, capacity, &size));
+            TEST_ASSERT_EQUAL(STATUS_FULL, flow_frame_encode(&cases[i].format, (const uint8_t*)"a\300\333",
+                                                             3U, stream.octets, capacity, &size));
             TEST_ASSERT_EQUAL_UINT64(0U, size);
         }
     }
@@ -196,10 +196,10 @@ static void lines_end_as_any_instrument_ends_them(void)
     add_frame(&expected, "a\rb\r", 4U);
     TEST_ASSERT_EQUAL_UINT64(expected.size, seen.size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, seen.size);
-    TEST_ASSERT_EQUAL(STATUS_INVALID,
-                      frame_encode(&formats[3], (const uint8_t*)"a\nb", 3U, octets, sizeof octets, &size));
-    TEST_ASSERT_EQUAL(STATUS_INVALID,
-                      frame_encode(&formats[3], (const uint8_t*)"a\r", 2U, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_frame_encode(&formats[3], (const uint8_t*)"a\nb", 3U, octets,
+                                                        sizeof octets, &size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_frame_encode(&formats[3], (const uint8_t*)"a\r", 2U, octets,
+                                                        sizeof octets, &size));
 }
 
 static void lengths_at_their_ends(void)
@@ -213,14 +213,14 @@ static void lengths_at_their_ends(void)
         begin(&formats[f]);
         feed((const uint8_t*)"\000\000", 2U);
         TEST_ASSERT_EQUAL_UINT64(1U, seen.size); // A frame of no octets.
-        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, frame_encode(&formats[f], payload, FRAMING_LENGTH_MAX + 1U,
-                                                         octets, sizeof octets, &size));
+        TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, flow_frame_encode(&formats[f], payload, FRAMING_LENGTH_MAX + 1U,
+                                                              octets, sizeof octets, &size));
         memset(payload, 0x5A, sizeof payload);
-        TEST_ASSERT_EQUAL(
-            STATUS_OK, frame_encode(&formats[f], payload, FRAMING_LENGTH_MAX, octets, sizeof octets, &size));
-        frame_assembler_init(&assembler, &formats[f], large, sizeof large);
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_frame_encode(&formats[f], payload, FRAMING_LENGTH_MAX, octets,
+                                                       sizeof octets, &size));
+        flow_frame_assembler_init(&assembler, &formats[f], large, sizeof large);
         size_t taken = 0U;
-        TEST_ASSERT_EQUAL(STATUS_OK, frame_assembler_feed(&assembler, octets, size, &taken, &held));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_frame_assembler_feed(&assembler, octets, size, &taken, &held));
         TEST_ASSERT_EQUAL_UINT64(size, taken);
         TEST_ASSERT_EQUAL_UINT64(FRAMING_LENGTH_MAX, held);
         TEST_ASSERT_EACH_EQUAL_HEX8(0x5A, large, held);
@@ -249,14 +249,14 @@ static void a_stream_that_ends_cuts_the_frame_it_had_begun(void)
         for (size_t cut = 0U; cut < stream.size; cut++) {
             begin(&formats[f]);
             feed(stream.octets, cut);
-            frame_assembler_reset(&assembler);
+            flow_frame_assembler_reset(&assembler);
             feed(stream.octets, stream.size);
             TEST_ASSERT_EQUAL_UINT64(expected.size, seen.size);
             TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, seen.size);
             TEST_ASSERT_TRUE(assembler.counters.cut <= 1U);
         }
         TEST_ASSERT_EQUAL_UINT32(1U, assembler.counters.cut);
-        frame_assembler_reset(&assembler); // After a whole frame nothing is cut.
+        flow_frame_assembler_reset(&assembler); // After a whole frame nothing is cut.
         TEST_ASSERT_EQUAL_UINT32(1U, assembler.counters.cut);
     }
 }

@@ -16,14 +16,14 @@ typedef struct {
     int64_t large;
 } sample_t;
 
-static const record_field_t fields[] = {
+static const flow_record_field_t fields[] = {
     RECORD_FIELD(sample_t, octet, VALUE_UINT8, 1U), RECORD_FIELD(sample_t, words, VALUE_UINT32, 2U),
     RECORD_FIELD(sample_t, half, VALUE_INT16, 1U),  RECORD_FIELD(sample_t, flag, VALUE_BOOL, 1U),
     RECORD_FIELD(sample_t, real, VALUE_DOUBLE, 1U), RECORD_FIELD(sample_t, single, VALUE_FLOAT, 1U),
     RECORD_FIELD(sample_t, large, VALUE_INT64, 1U),
 };
-static const record_layout_t layout = {fields, sizeof fields / sizeof fields[0]};
-static const sample_t sample        = {0x12U, {0x01020304U, 0xFFFEFDFCU}, -2, true, 1.0, -2.0F, -3};
+static const flow_record_layout_t layout = {fields, sizeof fields / sizeof fields[0]};
+static const sample_t sample             = {0x12U, {0x01020304U, 0xFFFEFDFCU}, -2, true, 1.0, -2.0F, -3};
 
 // Written down by hand.
 static const uint8_t big[]    = {0x12, 1,    2,    3,    4,    0xFF, 0xFE, 0xFD, 0xFC, 0xFF, 0xFE,
@@ -58,16 +58,16 @@ static void both_orders_are_as_written_down(void)
         flow_order_t order;
         const uint8_t* octets;
     } cases[] = {{FLOW_ORDER_BIG, big}, {FLOW_ORDER_LITTLE, little}};
-    TEST_ASSERT_EQUAL_UINT64(sizeof big, record_octets(&layout));
+    TEST_ASSERT_EQUAL_UINT64(sizeof big, flow_record_octets(&layout));
     for (size_t i = 0U; i < 2U; i++) {
         uint8_t octets[64];
         size_t size   = 0U;
         sample_t seen = {0};
         TEST_ASSERT_EQUAL(STATUS_OK,
-                          record_encode(&layout, cases[i].order, &sample, octets, sizeof octets, &size));
+                          flow_record_encode(&layout, cases[i].order, &sample, octets, sizeof octets, &size));
         TEST_ASSERT_EQUAL_UINT64(sizeof big, size);
         TEST_ASSERT_EQUAL_HEX8_ARRAY(cases[i].octets, octets, sizeof big);
-        TEST_ASSERT_EQUAL(STATUS_OK, record_decode(&layout, cases[i].order, octets, size, &seen));
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_record_decode(&layout, cases[i].order, octets, size, &seen));
         expect_same(&seen);
     }
 }
@@ -78,10 +78,11 @@ static void a_record_needs_its_room(void)
     size_t size = 1U;
     memset(octets, 0xEE, sizeof octets);
     TEST_ASSERT_EQUAL(STATUS_FULL,
-                      record_encode(&layout, FLOW_ORDER_BIG, &sample, octets, sizeof big - 1U, &size));
+                      flow_record_encode(&layout, FLOW_ORDER_BIG, &sample, octets, sizeof big - 1U, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
     TEST_ASSERT_EACH_EQUAL_HEX8(0xEE, octets, sizeof octets);
-    TEST_ASSERT_EQUAL(STATUS_OK, record_encode(&layout, FLOW_ORDER_BIG, &sample, octets, sizeof big, &size));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      flow_record_encode(&layout, FLOW_ORDER_BIG, &sample, octets, sizeof big, &size));
 }
 
 static void what_is_no_record_changes_nothing(void)
@@ -91,22 +92,23 @@ static void what_is_no_record_changes_nothing(void)
     memcpy(octets, big, sizeof big);
     octets[0] = 0x77U; // Would be seen.
     for (size_t size = 0U; size < sizeof big; size++) {
-        TEST_ASSERT_EQUAL(STATUS_TRUNCATED, record_decode(&layout, FLOW_ORDER_BIG, octets, size, &seen));
+        TEST_ASSERT_EQUAL(STATUS_TRUNCATED, flow_record_decode(&layout, FLOW_ORDER_BIG, octets, size, &seen));
     }
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, record_decode(&layout, FLOW_ORDER_BIG, octets, sizeof octets, &seen));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE,
+                      flow_record_decode(&layout, FLOW_ORDER_BIG, octets, sizeof octets, &seen));
     octets[11] = 2U; // The BOOL.
-    TEST_ASSERT_EQUAL(STATUS_INVALID, record_decode(&layout, FLOW_ORDER_BIG, octets, sizeof big, &seen));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_record_decode(&layout, FLOW_ORDER_BIG, octets, sizeof big, &seen));
     expect_same(&seen);
 }
 
 static void a_layout_without_fields_has_no_octets(void)
 {
-    const record_layout_t nothing = {NULL, 0U};
-    uint8_t octet                 = 0U;
-    size_t size                   = 1U;
-    TEST_ASSERT_EQUAL_UINT64(0U, record_octets(&nothing));
-    TEST_ASSERT_EQUAL(STATUS_OK, record_encode(&nothing, FLOW_ORDER_BIG, &sample, &octet, 0U, &size));
-    TEST_ASSERT_EQUAL(STATUS_OK, record_decode(&nothing, FLOW_ORDER_BIG, &octet, 0U, &octet));
+    const flow_record_layout_t nothing = {NULL, 0U};
+    uint8_t octet                      = 0U;
+    size_t size                        = 1U;
+    TEST_ASSERT_EQUAL_UINT64(0U, flow_record_octets(&nothing));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_record_encode(&nothing, FLOW_ORDER_BIG, &sample, &octet, 0U, &size));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_record_decode(&nothing, FLOW_ORDER_BIG, &octet, 0U, &octet));
 }
 
 int main(void)

@@ -39,7 +39,8 @@ void tearDown(void)
 static status_t load(const char* const document)
 {
     write_file("flight.xml", document);
-    return descriptor_load_mission(&loader, path, MISSION_ANY_TARGET, &mission_whole, &mission, &scratch);
+    return descriptor_load_mission(&loader, path, MISSION_ANY_TARGET, &descriptor_mission_whole, &mission,
+                                   &scratch);
 }
 
 static void load_the_good_one(void)
@@ -56,7 +57,7 @@ static void reads_mission_and_subsystems(void)
     TEST_ASSERT_EQUAL_UINT32(2159006400U, mission.epoch_s); // date -d: 1780315200 + 378691200.
     TEST_ASSERT_EQUAL_UINT32(200U, mission.power_available_w);
     TEST_ASSERT_EQUAL_UINT16(2U, mission.subsystem_count);
-    const mission_subsystem_t* const arm = mission_find_subsystem(&mission, 16U);
+    const mission_subsystem_t* const arm = descriptor_mission_find_subsystem(&mission, 16U);
     TEST_ASSERT_EQUAL_STRING("ARM", arm->name);
     TEST_ASSERT_EQUAL_STRING("arm", arm->executable);
     TEST_ASSERT_TRUE(arm->is_autostart);
@@ -68,15 +69,15 @@ static void reads_mission_and_subsystems(void)
     TEST_ASSERT_EQUAL_UINT16(2U, arm->port_count);
     TEST_ASSERT_EQUAL_UINT16(2U, arm->ports[1].configuration);
     TEST_ASSERT_TRUE(arm->ports[1].is_required);
-    TEST_ASSERT_NULL(mission_find_subsystem(&mission, 1U));
+    TEST_ASSERT_NULL(descriptor_mission_find_subsystem(&mission, 1U));
 }
 
 static void reads_modes_log_buses_and_ground(void)
 {
     load_the_good_one();
     TEST_ASSERT_EQUAL_UINT16(3U, mission.initial_mode);
-    TEST_ASSERT_EQUAL_STRING("NOMINAL", mission_find_mode(&mission, 3U)->name);
-    TEST_ASSERT_NULL(mission_find_mode(&mission, 1U));
+    TEST_ASSERT_EQUAL_STRING("NOMINAL", descriptor_mission_find_mode(&mission, 3U)->name);
+    TEST_ASSERT_NULL(descriptor_mission_find_mode(&mission, 1U));
     TEST_ASSERT_EQUAL(MISSION_LOG_SQLITE, mission.log_strategy);
     TEST_ASSERT_EQUAL_UINT32(100U, mission.log_ring_records);
     TEST_ASSERT_EQUAL_UINT32(5000000U, mission.buses[0].data_bit_rate);
@@ -91,27 +92,27 @@ static void reads_modes_log_buses_and_ground(void)
 static void resolves_links_to_the_ids_of_ports(void)
 {
     load_the_good_one();
-    const mission_link_t* const back = mission_find_link(&mission, 17U, 4U, 16U, 2U);
+    const mission_link_t* const back = descriptor_mission_find_link(&mission, 17U, 4U, 16U, 2U);
     TEST_ASSERT_EQUAL_STRING("BACK", back->name);
     TEST_ASSERT_EQUAL_UINT16(2U, back->number);
     TEST_ASSERT_TRUE(back->is_required);
-    const mission_link_t* const forth = mission_find_link(&mission, 16U, 1U, 17U, 3U);
+    const mission_link_t* const forth = descriptor_mission_find_link(&mission, 16U, 1U, 17U, 3U);
     TEST_ASSERT_EQUAL_STRING("FORTH", forth->name);
     TEST_ASSERT_FALSE(forth->is_required);
-    TEST_ASSERT_NULL(mission_find_link(&mission, 16U, 2U, 17U, 4U));
-    TEST_ASSERT_NULL(mission_find_link(&mission, 16U, 1U, 16U, 3U));
-    TEST_ASSERT_NULL(mission_find_link(&mission, 16U, 1U, 17U, 4U));
+    TEST_ASSERT_NULL(descriptor_mission_find_link(&mission, 16U, 2U, 17U, 4U));
+    TEST_ASSERT_NULL(descriptor_mission_find_link(&mission, 16U, 1U, 16U, 3U));
+    TEST_ASSERT_NULL(descriptor_mission_find_link(&mission, 16U, 1U, 17U, 4U));
 }
 
 static void resolves_plans_and_finds_the_first_that_matches(void)
 {
     load_the_good_one();
-    const mission_plan_t* const lost = mission_find_plan(&mission, DESCRIPTOR_HIGH, 17U, 9U);
+    const mission_plan_t* const lost = descriptor_mission_find_plan(&mission, DESCRIPTOR_HIGH, 17U, 9U);
     TEST_ASSERT_EQUAL_STRING("HAND_LOST", lost->name);
     TEST_ASSERT_EQUAL(MISSION_ACTION_LOG, mission.actions[lost->first_action].kind);
-    const mission_plan_t* const down = mission_find_plan(&mission, DESCRIPTOR_HIGH, 17U, 8U);
+    const mission_plan_t* const down = descriptor_mission_find_plan(&mission, DESCRIPTOR_HIGH, 17U, 8U);
     TEST_ASSERT_EQUAL_STRING("DOWN", down->name);
-    TEST_ASSERT_EQUAL_PTR(down, mission_find_plan(&mission, DESCRIPTOR_HIGH, 16U, 9U));
+    TEST_ASSERT_EQUAL_PTR(down, descriptor_mission_find_plan(&mission, DESCRIPTOR_HIGH, 16U, 9U));
     TEST_ASSERT_EQUAL_UINT16(2U, down->action_count);
     const mission_action_t* const first = &mission.actions[down->first_action];
     TEST_ASSERT_EQUAL_UINT16(MISSION_NETWORK, first->target);
@@ -119,7 +120,7 @@ static void resolves_plans_and_finds_the_first_that_matches(void)
     TEST_ASSERT_EQUAL_UINT32(500000U, first->after_us);
     TEST_ASSERT_EQUAL(MISSION_ACTION_MODE, mission.actions[down->first_action + 1U].kind);
     TEST_ASSERT_EQUAL_UINT8(0U, mission.actions[down->first_action + 1U].mode);
-    TEST_ASSERT_NULL(mission_find_plan(&mission, DESCRIPTOR_MEDIUM, 17U, 9U));
+    TEST_ASSERT_NULL(descriptor_mission_find_plan(&mission, DESCRIPTOR_MEDIUM, 17U, 9U));
 }
 
 typedef struct {
@@ -291,11 +292,14 @@ static void time_is_reported_in_the_format_of_the_mission(void)
 static void how_long_a_subsystem_lives_without_supervisor_is_the_missions(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document));
-    TEST_ASSERT_EQUAL_UINT32(3000000U, mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
+    TEST_ASSERT_EQUAL_UINT32(3000000U,
+                             descriptor_mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "descriptor='hand.xml'",
                                               "descriptor='hand.xml' supervisorPatience='100ms'")));
-    TEST_ASSERT_EQUAL_UINT32(3000000U, mission_find_subsystem(&mission, 16U)->supervisor_patience_us);
-    TEST_ASSERT_EQUAL_UINT32(100000U, mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
+    TEST_ASSERT_EQUAL_UINT32(3000000U,
+                             descriptor_mission_find_subsystem(&mission, 16U)->supervisor_patience_us);
+    TEST_ASSERT_EQUAL_UINT32(100000U,
+                             descriptor_mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
 }
 
 static void the_fallback_mode_is_the_one_marked_or_0(void)
@@ -335,8 +339,8 @@ static void paths_are_relative_to_the_mission_or_absolute(void)
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "descriptor='hand.xml'", where)));
     TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document)); // Written for what follows.
     TEST_ASSERT_EQUAL(0, chdir(folder));
-    const status_t status = descriptor_load_mission(&loader, "flight.xml", MISSION_ANY_TARGET, &mission_whole,
-                                                    &mission, &scratch);
+    const status_t status = descriptor_load_mission(&loader, "flight.xml", MISSION_ANY_TARGET,
+                                                    &descriptor_mission_whole, &mission, &scratch);
     TEST_ASSERT_EQUAL(0, chdir(here));
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
     size_t length = (size_t)snprintf(where, sizeof where, "%s", folder);
@@ -348,7 +352,7 @@ static void paths_are_relative_to_the_mission_or_absolute(void)
         damaged(flight_document, "descriptor='arm.xml'", "descriptor='./././././././arm.xml'");
     write_file("flight.xml", long_name);
     TEST_ASSERT_EQUAL(STATUS_INVALID, descriptor_load_mission(&loader, where, MISSION_ANY_TARGET,
-                                                              &mission_whole, &mission, &scratch));
+                                                              &descriptor_mission_whole, &mission, &scratch));
     TEST_ASSERT_NOT_NULL(
         strstr(descriptor_error(&loader), "flight.xml:3: the path of the descriptor is too long"));
 }
@@ -480,13 +484,13 @@ static void a_whole_mission_leaves_the_model_that_was_asked_for(void)
     load_the_good_one();
     const uint64_t interface_hash     = mission.interface_hash;
     const uint64_t configuration_hash = mission.configuration_hash;
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      descriptor_load_mission(&loader, path, 16U, &mission_whole, &mission, &scratch));
+    TEST_ASSERT_EQUAL(STATUS_OK, descriptor_load_mission(&loader, path, 16U, &descriptor_mission_whole,
+                                                         &mission, &scratch));
     TEST_ASSERT_EQUAL_STRING("ARM", scratch.name);
     TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
     TEST_ASSERT_TRUE(mission.configuration_hash == configuration_hash);
     TEST_ASSERT_EQUAL_UINT16(6U, mission.rule_count);
-    TEST_ASSERT_NOT_NULL(mission_find_link(&mission, 17U, 4U, 16U, 2U));
+    TEST_ASSERT_NOT_NULL(descriptor_mission_find_link(&mission, 17U, 4U, 16U, 2U));
 }
 
 static void load_nothing_of_a_mission(void)

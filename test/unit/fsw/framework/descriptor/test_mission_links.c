@@ -117,7 +117,7 @@ static status_t load(const link_t* links, size_t count, bool is_own)
     add("</Links><Ground address='127.0.0.1' port='10015'/></Mission>");
     write_file("m.xml");
     return descriptor_load_mission(&loader, path_of("m.xml"), is_own ? HUB : MISSION_ANY_TARGET,
-                                   is_own ? NULL : &mission_whole, &mission, &scratch);
+                                   is_own ? NULL : &descriptor_mission_whole, &mission, &scratch);
 }
 
 static void expect_loaded(const link_t* links, size_t count)

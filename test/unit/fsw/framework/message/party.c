@@ -66,30 +66,30 @@ static void open_endpoint(party_member_t* member, uint32_t epoch)
 
 static void open_udp(party_t* party)
 {
-    const delivery_notice_t notice = {party, delivered};
+    const message_delivery_notice_t notice = {party, delivered};
     for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
         party_member_t* const member = &party->members[i];
         const osal_address_t any     = {OSAL_IPV4_LOOPBACK, 0U};
         TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&member->socket, any, 4194304U));
         TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&member->socket, &member->address));
-        udp_carrier_init(&member->udp, &member->socket, notice);
-        member->carrier = udp_carrier_port(&member->udp);
+        message_udp_carrier_init(&member->udp, &member->socket, notice);
+        member->carrier = message_udp_carrier_port(&member->udp);
     }
     for (unsigned i = 0U; i < (PARTY_MEMBERS * PARTY_MEMBERS); i++) {
         party_member_t* const member = &party->members[i / PARTY_MEMBERS];
         const unsigned peer          = i % PARTY_MEMBERS;
         if (peer != member->index) {
-            TEST_ASSERT_EQUAL(
-                STATUS_OK, udp_carrier_add_peer(&member->udp, party_id(peer), party->members[peer].address));
+            TEST_ASSERT_EQUAL(STATUS_OK, message_udp_carrier_add_peer(&member->udp, party_id(peer),
+                                                                      party->members[peer].address));
         }
     }
 }
 
 static void open_tipc(party_t* party)
 {
-    const delivery_notice_t notice     = {party, delivered};
-    const uint32_t type                = 0x50000000U | ((uint32_t)getpid() & 0x00FFFFFFU);
-    uint64_t identities[PARTY_MEMBERS] = {0U};
+    const message_delivery_notice_t notice = {party, delivered};
+    const uint32_t type                    = 0x50000000U | ((uint32_t)getpid() & 0x00FFFFFFU);
+    uint64_t identities[PARTY_MEMBERS]     = {0U};
     for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
         party_member_t* const member = &party->members[i];
         const osal_tipc_name_t name  = {type, party_id(i)};
@@ -97,15 +97,15 @@ static void open_tipc(party_t* party)
                           osal_tipc_open(&member->socket, OSAL_TIPC_MESSAGE, &name, OSAL_TIPC_NODE));
         TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_identity(&member->socket, &identities[i]));
         TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_watch_open(&member->watch, type));
-        tipc_carrier_init(&member->tipc, &member->socket, &member->watch, type, notice);
-        member->carrier = tipc_carrier_port(&member->tipc);
+        message_tipc_carrier_init(&member->tipc, &member->socket, &member->watch, type, notice);
+        member->carrier = message_tipc_carrier_port(&member->tipc);
     }
     for (unsigned i = 0U; i < (PARTY_MEMBERS * PARTY_MEMBERS); i++) {
         party_member_t* const member = &party->members[i / PARTY_MEMBERS];
         const unsigned peer          = i % PARTY_MEMBERS;
         if (peer != member->index) {
             TEST_ASSERT_EQUAL(STATUS_OK,
-                              tipc_carrier_add_peer(&member->tipc, party_id(peer), identities[peer]));
+                              message_tipc_carrier_add_peer(&member->tipc, party_id(peer), identities[peer]));
         }
     }
 }
@@ -114,13 +114,13 @@ void party_open(party_t* party, party_form_t form)
 {
     (void)memset(party, 0, sizeof *party);
     party->form = form;
-    ring_carrier_init(&party->hub, (delivery_notice_t){party, delivered});
+    message_ring_carrier_init(&party->hub, (message_delivery_notice_t){party, delivered});
     for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
         party->members[i].party             = party;
         party->members[i].index             = i;
         party->members[i].socket.descriptor = -1;
         party->members[i].watch.descriptor  = -1;
-        party->members[i].carrier           = ring_carrier_port(&party->hub);
+        party->members[i].carrier           = message_ring_carrier_port(&party->hub);
     }
     if (form == PARTY_UDP) {
         open_udp(party);
@@ -129,7 +129,7 @@ void party_open(party_t* party, party_form_t form)
     }
     for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
         open_endpoint(&party->members[i], 1U);
-        TEST_ASSERT_EQUAL(STATUS_OK, ring_carrier_attach(&party->hub, &party->members[i].endpoint));
+        TEST_ASSERT_EQUAL(STATUS_OK, message_ring_carrier_attach(&party->hub, &party->members[i].endpoint));
     }
 }
 
@@ -168,8 +168,8 @@ static void pump(party_member_t* member)
 {
     while ((member->party->form != PARTY_RING) && (member->announced > 0U)) {
         const status_t status = (member->party->form == PARTY_TIPC)
-                                    ? tipc_carrier_pump(&member->tipc, &member->endpoint)
-                                    : udp_carrier_pump(&member->udp, &member->endpoint);
+                                    ? message_tipc_carrier_pump(&member->tipc, &member->endpoint)
+                                    : message_udp_carrier_pump(&member->udp, &member->endpoint);
         if (status == STATUS_EMPTY) {
             TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&member->socket, ARRIVAL_MS));
         } else {

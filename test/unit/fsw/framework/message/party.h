@@ -31,16 +31,16 @@ typedef struct {
     message_place_t inbox[PARTY_MEMBERS];
     osal_socket_t socket;
     osal_address_t address;
-    udp_carrier_t udp;
+    message_udp_carrier_t udp;
     osal_socket_t watch;
-    tipc_carrier_t tipc;
+    message_tipc_carrier_t tipc;
     message_carrier_t carrier; // Below the interposer.
     unsigned announced;        // Datagrams on their way to this member.
 } party_member_t;
 
 struct party {
     party_form_t form;
-    ring_carrier_t hub;
+    message_ring_carrier_t hub;
     party_member_t members[PARTY_MEMBERS];
     unsigned frames[PARTY_MEMBERS][PARTY_MEMBERS]; ///< Taken by the carrier, from and to.
     /// What becomes of a frame: STATUS_OK passes it on, STATUS_EMPTY loses it on the way, anything else is

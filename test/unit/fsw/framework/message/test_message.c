@@ -104,14 +104,14 @@ static void there_are_as_many_peers_as_places(void)
     static message_place_t places[MESSAGE_PEERS_MAX];
     static message_endpoint_t alone;
     party_open(&party, PARTY_RING);
-    message_open(&alone, 1U, 1U, ring_carrier_port(&party.hub), places, MESSAGE_PEERS_MAX);
+    message_open(&alone, 1U, 1U, message_ring_carrier_port(&party.hub), places, MESSAGE_PEERS_MAX);
     for (uint16_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&alone, (uint16_t)(100U + i)));
     }
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, message_add_peer(&alone, 200U));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, message_send(&alone, 100U, block, 1U)); // No carrier reaches it.
     TEST_ASSERT_EQUAL(1U, alone.counters.unreachable);
-    message_open(&alone, 1U, 1U, ring_carrier_port(&party.hub), places, 1U);
+    message_open(&alone, 1U, 1U, message_ring_carrier_port(&party.hub), places, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&alone, 100U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, message_add_peer(&alone, 101U));
     party_close(&party);

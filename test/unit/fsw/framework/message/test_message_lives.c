@@ -177,12 +177,12 @@ static void resume_after_a_start(void)
     party_take_in(&party, 0U);
     message_take_control(end(0U));
     TEST_ASSERT_TRUE(message_position(end(0U), 0U, &position));
-    const size_t size = octet_ring_copy(message_waiting(end(0U), 0U), kept, sizeof kept);
+    const size_t size = message_ring_copy(message_waiting(end(0U), 0U), kept, sizeof kept);
     party_restart(&party, 1U, 2U);
     party_restart(&party, 0U, 1U);
     message_set_life(end(1U), party_id(0U), 1U);
     message_set_life(end(0U), party_id(1U), 2U);
-    octet_ring_refill(message_waiting(end(0U), 0U), kept, size);
+    message_ring_refill(message_waiting(end(0U), 0U), kept, size);
     message_resume(end(0U), &position);
     TEST_ASSERT_EQUAL(50U, next_number(0U));
     TEST_ASSERT_TRUE(message_is_of_past(end(0U)));

@@ -21,11 +21,11 @@
 #define OTHER_SOCKET 0x100000017ULL
 #define PEERS 2U
 
-// ---- The bed ----
+// ---- The fixture ----
 
 static osal_socket_t plug  = {.descriptor = 7};
 static osal_socket_t watch = {.descriptor = 8};
-static tipc_carrier_t carrier;
+static message_tipc_carrier_t carrier;
 static message_endpoint_t endpoint;
 static message_place_t inbox[PEERS];
 static const uint8_t octets[3] = {1U, 2U, 3U};
@@ -96,7 +96,7 @@ static void will_tell(const bool is_published, const uint32_t instance)
 static void take_hints(void)
 {
     will_return(__wrap_osal_tipc_watch_next, STATUS_EMPTY);
-    tipc_carrier_take_hints(&carrier, &endpoint);
+    message_tipc_carrier_take_hints(&carrier, &endpoint);
 }
 
 static void delivered(void* context, uint16_t to)
@@ -108,12 +108,12 @@ static void delivered(void* context, uint16_t to)
 static int set_up(void** state)
 {
     (void)state;
-    tipc_carrier_init(&carrier, &plug, &watch, TYPE, (delivery_notice_t){NULL, delivered});
-    message_open(&endpoint, SELF, 1U, tipc_carrier_port(&carrier), inbox, PEERS);
+    message_tipc_carrier_init(&carrier, &plug, &watch, TYPE, (message_delivery_notice_t){NULL, delivered});
+    message_open(&endpoint, SELF, 1U, message_tipc_carrier_port(&carrier), inbox, PEERS);
     return ((message_add_peer(&endpoint, PEER) == STATUS_OK) &&
             (message_add_peer(&endpoint, OTHER) == STATUS_OK) &&
-            (tipc_carrier_add_peer(&carrier, PEER, PEER_SOCKET) == STATUS_OK) &&
-            (tipc_carrier_add_peer(&carrier, OTHER, OTHER_SOCKET) == STATUS_OK))
+            (message_tipc_carrier_add_peer(&carrier, PEER, PEER_SOCKET) == STATUS_OK) &&
+            (message_tipc_carrier_add_peer(&carrier, OTHER, OTHER_SOCKET) == STATUS_OK))
                ? 0
                : -1;
 }
@@ -151,9 +151,9 @@ static void no_more_peers_than_there_is_room_for(void** state)
 {
     (void)state;
     for (unsigned i = 2U; i < MESSAGE_PEERS_MAX; i++) {
-        assert_int_equal(STATUS_OK, tipc_carrier_add_peer(&carrier, (uint16_t)(100U + i), i));
+        assert_int_equal(STATUS_OK, message_tipc_carrier_add_peer(&carrier, (uint16_t)(100U + i), i));
     }
-    assert_int_equal(STATUS_EXHAUSTED, tipc_carrier_add_peer(&carrier, 99U, 99U));
+    assert_int_equal(STATUS_EXHAUSTED, message_tipc_carrier_add_peer(&carrier, 99U, 99U));
 }
 
 // ---- Receiving ----
@@ -163,12 +163,12 @@ static void what_comes_back_is_counted_and_is_no_message(void** state)
     (void)state;
     will_return_count(__wrap_osal_tipc_receive, STATUS_FORBIDDEN, 2);
     will_receive(PEER_SOCKET, MESSAGE_HEADER_OCTETS);
-    assert_int_equal(STATUS_OK, tipc_carrier_pump(&carrier, &endpoint));
+    assert_int_equal(STATUS_OK, message_tipc_carrier_pump(&carrier, &endpoint));
     assert_int_equal(2U, carrier.returned);
     assert_int_equal(0U, carrier.foreign);
     will_return(__wrap_osal_tipc_receive, STATUS_FORBIDDEN);
     will_return(__wrap_osal_tipc_receive, STATUS_EMPTY);
-    assert_int_equal(STATUS_EMPTY, tipc_carrier_pump(&carrier, &endpoint));
+    assert_int_equal(STATUS_EMPTY, message_tipc_carrier_pump(&carrier, &endpoint));
     assert_int_equal(3U, carrier.returned);
 }
 
@@ -176,7 +176,7 @@ static void a_stranger_is_not_heard(void** state)
 {
     (void)state;
     will_receive(0x200000016ULL, MESSAGE_HEADER_OCTETS); // The peer's number on another node.
-    assert_int_equal(STATUS_NOT_OURS, tipc_carrier_pump(&carrier, &endpoint));
+    assert_int_equal(STATUS_NOT_OURS, message_tipc_carrier_pump(&carrier, &endpoint));
     assert_int_equal(1U, carrier.foreign);
 }
 
@@ -184,10 +184,10 @@ static void errors_are_passed_on(void** state)
 {
     (void)state;
     will_return(__wrap_osal_tipc_receive, STATUS_TOO_LARGE);
-    assert_int_equal(STATUS_NOT_OURS, tipc_carrier_pump(&carrier, &endpoint));
+    assert_int_equal(STATUS_NOT_OURS, message_tipc_carrier_pump(&carrier, &endpoint));
     assert_int_equal(1U, endpoint.counters.malformed);
     will_return(__wrap_osal_tipc_receive, STATUS_IO);
-    assert_int_equal(STATUS_IO, tipc_carrier_pump(&carrier, &endpoint));
+    assert_int_equal(STATUS_IO, message_tipc_carrier_pump(&carrier, &endpoint));
 }
 
 static void a_message_beyond_the_window_is_dropped_and_counted(void** state)
@@ -205,7 +205,7 @@ static void a_message_beyond_the_window_is_dropped_and_counted(void** state)
     }
     assert_int_equal(MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX, kept);
     will_receive(PEER_SOCKET, MESSAGE_FRAME_MAX);
-    assert_int_equal(STATUS_OK, tipc_carrier_pump(&carrier, &endpoint));
+    assert_int_equal(STATUS_OK, message_tipc_carrier_pump(&carrier, &endpoint));
     assert_int_equal(2U, endpoint.counters.overruns);
 }
 
@@ -251,10 +251,10 @@ static void without_a_watch_there_are_no_hints(void** state)
 {
     osal_socket_t closed = {.descriptor = -1};
     (void)state;
-    tipc_carrier_init(&carrier, &plug, NULL, TYPE, (delivery_notice_t){NULL, delivered});
-    tipc_carrier_take_hints(&carrier, &endpoint); // Nobody is asked.
-    tipc_carrier_init(&carrier, &plug, &closed, TYPE, (delivery_notice_t){NULL, delivered});
-    tipc_carrier_take_hints(&carrier, &endpoint);
+    message_tipc_carrier_init(&carrier, &plug, NULL, TYPE, (message_delivery_notice_t){NULL, delivered});
+    message_tipc_carrier_take_hints(&carrier, &endpoint); // Nobody is asked.
+    message_tipc_carrier_init(&carrier, &plug, &closed, TYPE, (message_delivery_notice_t){NULL, delivered});
+    message_tipc_carrier_take_hints(&carrier, &endpoint);
 }
 
 int main(void)

@@ -63,7 +63,7 @@ static void delivered(void* context, uint16_t link, uint32_t epoch)
     under_way++;
 }
 
-const link_resolver_t links = {
+const rtlink_resolver_t links = {
     .shm_name = shm_name, .udp_route = udp_route, .delivered = delivered, .tipc_route = tipc_route};
 
 rtlink_terms_t links_terms(rtlink_method_t method, uint32_t octets)

@@ -7,7 +7,7 @@
 
 #define LINK_UNKNOWN 99U ///< A link that has neither name nor route.
 
-extern const link_resolver_t links;
+extern const rtlink_resolver_t links;
 /// Terms of a link of `octets` over one method.
 rtlink_terms_t links_terms(rtlink_method_t method, uint32_t octets);
 /// Name of the shared memory of a link.

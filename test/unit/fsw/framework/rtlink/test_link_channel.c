@@ -12,8 +12,8 @@
 #define OCTETS 20U
 #define MS 1000000ULL
 
-static link_producer_t producer;
-static link_consumer_t consumer;
+static rtlink_producer_t producer;
+static rtlink_consumer_t consumer;
 static rtlink_method_t method;
 
 void setUp(void)
@@ -23,23 +23,23 @@ void setUp(void)
 
 void tearDown(void)
 {
-    link_consumer_close(&consumer);
-    link_producer_close(&producer);
+    rtlink_consumer_close(&consumer);
+    rtlink_producer_close(&producer);
     links_close();
 }
 
 static void open_both(uint32_t epoch)
 {
     const rtlink_terms_t terms = links_terms(method, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &terms, epoch));
-    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&consumer, &links, LINK, &terms, epoch));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &links, LINK, &terms, epoch));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_open(&consumer, &links, LINK, &terms, epoch));
 }
 
 static void write_number(uint32_t number, uint64_t now_ns)
 {
     uint8_t payload[OCTETS];
     (void)memset(payload, (int)(number & 0xFFU), sizeof payload);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_write(&producer, (uint8_t)(number % 10U), now_ns, payload));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_write(&producer, (uint8_t)(number % 10U), now_ns, payload));
 }
 
 /// Hand over what came by UDP, then read.
@@ -48,9 +48,9 @@ static status_t read_at(uint64_t now_ns)
     while (links_under_way() > 0U) {
         uint8_t frame[LINK_FRAME_MAX];
         const size_t size = links_receive(frame);
-        (void)link_consumer_deliver(&consumer, frame, size);
+        (void)rtlink_consumer_deliver(&consumer, frame, size);
     }
-    return link_consumer_read(&consumer, now_ns);
+    return rtlink_consumer_read(&consumer, now_ns);
 }
 
 static void expect_number(uint32_t number)
@@ -68,8 +68,8 @@ static void over_each_method(void (*act)(void))
     for (unsigned i = 0U; i < (sizeof methods / sizeof methods[0]); i++) {
         method = methods[i];
         act();
-        link_consumer_close(&consumer);
-        link_producer_close(&producer);
+        rtlink_consumer_close(&consumer);
+        rtlink_producer_close(&producer);
         while (links_under_way() > 0U) {
             uint8_t frame[LINK_FRAME_MAX];
             (void)links_receive(frame);
@@ -82,11 +82,11 @@ static void over_each_method(void (*act)(void))
 static void live_and_die(void)
 {
     const uint8_t payload[OCTETS] = {0U};
-    link_producer_close(&producer);
-    link_consumer_close(&consumer);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_producer_write(&producer, 3U, 0U, payload));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_read(&consumer, 0U));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_deliver(&consumer, payload, sizeof payload));
+    rtlink_producer_close(&producer);
+    rtlink_consumer_close(&consumer);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_producer_write(&producer, 3U, 0U, payload));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_deliver(&consumer, payload, sizeof payload));
     open_both(1U);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(100U * MS));
@@ -94,12 +94,12 @@ static void live_and_die(void)
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(100U * MS));
     expect_number(5U);
     TEST_ASSERT_EQUAL(100U * MS, consumer.sample_time_ns);
-    link_producer_close(&producer);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_producer_write(&producer, 3U, 0U, payload));
+    rtlink_producer_close(&producer);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_producer_write(&producer, 3U, 0U, payload));
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(101U * MS)); // What is known stays known until it is old.
     TEST_ASSERT_EQUAL(STATUS_STALE, read_at(103U * MS));
-    link_consumer_close(&consumer);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_read(&consumer, 0U));
+    rtlink_consumer_close(&consumer);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
 }
 
 static void a_link_lives_from_open_to_close(void)
@@ -155,8 +155,8 @@ static void skip(uint32_t decimation, const uint32_t* steps, uint32_t count, uin
     const rtlink_terms_t terms = links_terms(method, OCTETS);
     rtlink_terms_t own         = terms;
     own.decimation             = decimation;
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &terms, 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&consumer, &links, LINK, &own, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &links, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_open(&consumer, &links, LINK, &own, 1U));
     uint32_t number = 0U;
     for (uint32_t i = 0U; i < count; i++) {
         for (uint32_t k = 0U; k < steps[i]; k++) {
@@ -167,8 +167,8 @@ static void skip(uint32_t decimation, const uint32_t* steps, uint32_t count, uin
     }
     TEST_ASSERT_EQUAL(expected_lost, consumer.counters.lost);
     TEST_ASSERT_EQUAL(count, consumer.counters.frames);
-    link_consumer_close(&consumer);
-    link_producer_close(&producer);
+    rtlink_consumer_close(&consumer);
+    rtlink_producer_close(&producer);
 }
 
 static void losses_are_counted_per_sample_that_should_have_come(void)
@@ -211,8 +211,8 @@ static void reopen(void)
     open_both(1U);
     write_number(1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
-    link_consumer_close(&consumer);
-    link_producer_close(&producer);
+    rtlink_consumer_close(&consumer);
+    rtlink_producer_close(&producer);
     open_both(2U);
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_EMPTY, read_at(0U), "a sample of the earlier opening");
     write_number(2U, 1U);
@@ -228,16 +228,16 @@ static void an_earlier_opening_is_forgotten(void)
 static void meet_an_old_producer(void)
 {
     const rtlink_terms_t terms = links_terms(method, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &links, LINK, &terms, 1U));
     write_number(1U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&consumer, &links, LINK, &terms, 2U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_open(&consumer, &links, LINK, &terms, 2U));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_TRUE(consumer.counters.refused > 0U);
-    link_producer_t successor = {0};
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&successor, &links, LINK, &terms, 2U));
+    rtlink_producer_t successor = {0};
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&successor, &links, LINK, &terms, 2U));
     write_number(2U, 0U); // The old one does not know that it is.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
-    link_producer_close(&successor);
+    rtlink_producer_close(&successor);
 }
 
 static void an_old_producer_is_not_believed(void)
@@ -251,14 +251,14 @@ static void an_old_reader_of_replaced_memory_goes_stale(void)
     open_both(1U);
     write_number(1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
-    link_producer_t successor  = {0};
-    const rtlink_terms_t terms = links_terms(method, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&successor, &links, LINK, &terms, 2U));
+    rtlink_producer_t successor = {0};
+    const rtlink_terms_t terms  = links_terms(method, OCTETS);
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&successor, &links, LINK, &terms, 2U));
     const uint8_t payload[OCTETS] = {0U};
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_write(&successor, 3U, 100U * MS, payload));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_write(&successor, 3U, 100U * MS, payload));
     TEST_ASSERT_EQUAL(STATUS_STALE, read_at(100U * MS));
     expect_number(1U);
-    link_producer_close(&successor);
+    rtlink_producer_close(&successor);
 }
 
 // ---- What cannot be opened ----
@@ -266,21 +266,21 @@ static void an_old_reader_of_replaced_memory_goes_stale(void)
 static void nothing_to_open_is_said(void)
 {
     rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_consumer_open(&consumer, &links, LINK_UNKNOWN, &terms, 1U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_consumer_open(&consumer, &links, LINK, &terms, 1U));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_read(&consumer, 0U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_consumer_open(&consumer, &links, LINK_UNKNOWN, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_consumer_open(&consumer, &links, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
     terms = links_terms(RTLINK_METHOD_UDP, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
     terms = links_terms(RTLINK_METHOD_TIPC, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
-    const link_resolver_t without = {.shm_name = links.shm_name, .udp_route = links.udp_route};
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &without, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
+    const rtlink_resolver_t without = {.shm_name = links.shm_name, .udp_route = links.udp_route};
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &without, LINK, &terms, 1U));
     static const uint8_t others[] = {0x0U, 0x3U, 0x5U, 0x8U}; // None, two at once, unknown.
     for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
         terms.methods = others[i];
-        TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_producer_open(&producer, &links, LINK, &terms, 1U));
-        TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_consumer_open(&consumer, &links, LINK, &terms, 1U));
+        TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &links, LINK, &terms, 1U));
+        TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_consumer_open(&consumer, &links, LINK, &terms, 1U));
     }
 }
 
@@ -291,8 +291,8 @@ static void memory_of_another_size_is_not_read(void)
     char name[64];
     links_name(LINK, name);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&foreign, name, 64U));
-    TEST_ASSERT_EQUAL(STATUS_IO, link_consumer_open(&consumer, &links, LINK, &terms, 1U));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, link_consumer_read(&consumer, 0U));
+    TEST_ASSERT_EQUAL(STATUS_IO, rtlink_consumer_open(&consumer, &links, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
     osal_shm_close(&foreign);
     method = RTLINK_METHOD_SHARED_MEMORY; // What is left over is replaced by the next opening.
     open_both(1U);
@@ -304,7 +304,7 @@ static void a_closed_link_leaves_no_name(void)
 {
     method = RTLINK_METHOD_SHARED_MEMORY;
     open_both(1U);
-    link_producer_close(&producer);
+    rtlink_producer_close(&producer);
     char name[64];
     links_name(LINK, name);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_remove(name));
@@ -328,40 +328,40 @@ static void a_damaged_slot_is_refused(void)
 
 static void datagrams_are_checked(void)
 {
-    uint8_t payload[OCTETS]   = {0U};
-    link_frame_header_t frame = {.producer_state = 5U, .link = LINK, .epoch = 3U, .sequence = 7U};
+    uint8_t payload[OCTETS]     = {0U};
+    rtlink_frame_header_t frame = {.producer_state = 5U, .link = LINK, .epoch = 3U, .sequence = 7U};
     uint8_t octets[LINK_FRAME_MAX];
     method = RTLINK_METHOD_UDP;
     open_both(3U);
-    size_t size = link_frame_encode(&frame, payload, OCTETS, true, octets);
+    size_t size = rtlink_frame_encode(&frame, payload, OCTETS, true, octets);
     for (size_t shorter = 0U; shorter < size; shorter++) {
-        TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, shorter));
+        TEST_ASSERT_EQUAL(STATUS_INVALID, rtlink_consumer_deliver(&consumer, octets, shorter));
     }
     octets[size - 1U] ^= 1U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, rtlink_consumer_deliver(&consumer, octets, size));
     frame.link = 2U;
-    size       = link_frame_encode(&frame, payload, OCTETS, true, octets);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+    size       = rtlink_frame_encode(&frame, payload, OCTETS, true, octets);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, rtlink_consumer_deliver(&consumer, octets, size));
     frame.link = LINK;
     for (uint32_t epoch = 2U; epoch <= 4U; epoch += 2U) {
         frame.epoch = epoch;
-        size        = link_frame_encode(&frame, payload, OCTETS, true, octets);
-        TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+        size        = rtlink_frame_encode(&frame, payload, OCTETS, true, octets);
+        TEST_ASSERT_EQUAL(STATUS_INVALID, rtlink_consumer_deliver(&consumer, octets, size));
     }
     frame.epoch = 3U;
-    size        = link_frame_encode(&frame, payload, OCTETS - 1U, true, octets);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+    size        = rtlink_frame_encode(&frame, payload, OCTETS - 1U, true, octets);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, rtlink_consumer_deliver(&consumer, octets, size));
     TEST_ASSERT_EQUAL(LINK_FRAME_HEADER_OCTETS + OCTETS + 4U + 5U, consumer.counters.refused);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
-    size = link_frame_encode(&frame, payload, OCTETS, true, octets);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_deliver(&consumer, octets, size));
+    size = rtlink_frame_encode(&frame, payload, OCTETS, true, octets);
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_deliver(&consumer, octets, size));
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
 }
 
 static void an_overtaken_datagram_is_left_aside(void)
 {
     static const uint32_t order[] = {5U, 5U, 4U, 8U, 6U, 9U};
-    link_frame_header_t frame     = {.producer_state = 5U, .link = LINK, .epoch = 1U};
+    rtlink_frame_header_t frame   = {.producer_state = 5U, .link = LINK, .epoch = 1U};
     uint8_t payload[OCTETS];
     uint8_t octets[LINK_FRAME_MAX];
     method = RTLINK_METHOD_UDP;
@@ -369,8 +369,8 @@ static void an_overtaken_datagram_is_left_aside(void)
     for (unsigned i = 0U; i < (sizeof order / sizeof order[0]); i++) {
         frame.sequence = order[i];
         (void)memset(payload, (int)order[i], sizeof payload);
-        const size_t size = link_frame_encode(&frame, payload, OCTETS, true, octets);
-        TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_deliver(&consumer, octets, size));
+        const size_t size = rtlink_frame_encode(&frame, payload, OCTETS, true, octets);
+        TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_deliver(&consumer, octets, size));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
     TEST_ASSERT_EQUAL(9U, consumer.payload[0]);
@@ -382,12 +382,12 @@ static void an_overtaken_datagram_is_left_aside(void)
 static void no_datagram_reaches_a_link_by_memory(void)
 {
     uint8_t octets[LINK_FRAME_MAX];
-    const uint8_t payload[OCTETS]   = {0xEEU};
-    const link_frame_header_t frame = {.producer_state = 5U, .link = LINK, .epoch = 1U, .sequence = 7U};
-    const size_t size               = link_frame_encode(&frame, payload, OCTETS, true, octets);
-    method                          = RTLINK_METHOD_SHARED_MEMORY;
+    const uint8_t payload[OCTETS]     = {0xEEU};
+    const rtlink_frame_header_t frame = {.producer_state = 5U, .link = LINK, .epoch = 1U, .sequence = 7U};
+    const size_t size                 = rtlink_frame_encode(&frame, payload, OCTETS, true, octets);
+    method                            = RTLINK_METHOD_SHARED_MEMORY;
     open_both(1U);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, link_consumer_deliver(&consumer, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, rtlink_consumer_deliver(&consumer, octets, size));
     TEST_ASSERT_EQUAL(1U, consumer.counters.refused);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
 }
@@ -399,7 +399,7 @@ static void a_datagram_that_does_not_leave_is_counted(void)
     open_both(1U);
     osal_socket_t gone = OSAL_SOCKET_CLOSED;
     producer.socket    = &gone;
-    TEST_ASSERT_EQUAL(STATUS_IO, link_producer_write(&producer, 3U, 0U, payload));
+    TEST_ASSERT_EQUAL(STATUS_IO, rtlink_producer_write(&producer, 3U, 0U, payload));
     TEST_ASSERT_EQUAL(1U, producer.counters.lost);
     TEST_ASSERT_EQUAL(0U, producer.counters.frames);
     TEST_ASSERT_EQUAL(0U, links_under_way());
@@ -417,13 +417,13 @@ static void why_a_frame_over_tipc_does_not_leave_is_told(void)
     open_both(1U);
     for (unsigned i = 0U; i < 4U; i++) {
         links_tipc_status = refusals[i][0];
-        TEST_ASSERT_EQUAL(refusals[i][1], link_producer_write(&producer, 3U, 0U, payload));
+        TEST_ASSERT_EQUAL(refusals[i][1], rtlink_producer_write(&producer, 3U, 0U, payload));
         TEST_ASSERT_EQUAL(i + 1U, producer.counters.lost);
     }
     TEST_ASSERT_EQUAL(0U, producer.counters.frames);
     TEST_ASSERT_EQUAL(0U, links_under_way());
     links_tipc_status = STATUS_OK;
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_write(&producer, 3U, 0U, payload));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_write(&producer, 3U, 0U, payload));
     TEST_ASSERT_EQUAL(1U, producer.counters.frames);
     TEST_ASSERT_EQUAL(1U, links_under_way());
 }
@@ -440,21 +440,21 @@ static bool name_as_wanted(void* context, uint16_t link, char* out_name, size_t 
 
 static void a_name_that_cannot_be_is_said(void)
 {
-    link_resolver_t named      = links;
+    rtlink_resolver_t named    = links;
     named.shm_name             = name_as_wanted;
     const rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
     (void)strcpy(wanted_name, "no/name");
-    TEST_ASSERT_EQUAL(STATUS_IO, link_producer_open(&producer, &named, LINK, &terms, 1U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, link_consumer_open(&consumer, &named, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_IO, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_consumer_open(&consumer, &named, LINK, &terms, 1U));
     links_name(LINK, wanted_name); // Something else has the name and does not give it up.
     char folder[80] = "/dev/shm";
     (void)strcat(folder, wanted_name);
     TEST_ASSERT_EQUAL(0, mkdir(folder, 0700));
-    TEST_ASSERT_EQUAL(STATUS_IO, link_producer_open(&producer, &named, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_IO, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
     TEST_ASSERT_EQUAL(0, rmdir(folder));
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &named, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
     wanted_name[0] = '\0'; // The name is known no more: the memory goes with the process.
-    link_producer_close(&producer);
+    rtlink_producer_close(&producer);
     TEST_ASSERT_FALSE(producer.is_open);
     links_name(LINK, wanted_name);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(wanted_name));
@@ -462,10 +462,10 @@ static void a_name_that_cannot_be_is_said(void)
 
 static void nobody_need_know_what_was_delivered(void)
 {
-    link_resolver_t silent     = links;
+    rtlink_resolver_t silent   = links;
     silent.delivered           = NULL;
     const rtlink_terms_t terms = links_terms(RTLINK_METHOD_UDP, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &silent, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &silent, LINK, &terms, 1U));
     write_number(1U, 0U);
     TEST_ASSERT_EQUAL(0U, links_under_way());
     TEST_ASSERT_EQUAL(1U, producer.counters.frames);

@@ -12,8 +12,8 @@
 #define TIMEOUT_MS 20000U
 
 typedef struct {
-    link_producer_t producer;
-    link_consumer_t consumer;
+    rtlink_producer_t producer;
+    rtlink_consumer_t consumer;
 } end_t;
 
 static end_t near_end;
@@ -29,21 +29,21 @@ void tearDown(void)
     links_close();
 }
 
-static void open_link(uint16_t link, link_producer_t* producer, link_consumer_t* consumer)
+static void open_link(uint16_t link, rtlink_producer_t* producer, rtlink_consumer_t* consumer)
 {
     const rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(producer, &links, link, &terms, 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(consumer, &links, link, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(producer, &links, link, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_open(consumer, &links, link, &terms, 1U));
 }
 
 /// Sleep until a sample has come that was not read before. Its first octet, or 256 when none came in time.
-static unsigned next_sample(link_consumer_t* consumer)
+static unsigned next_sample(rtlink_consumer_t* consumer)
 {
-    osal_doorbell_t* const bell = link_consumer_doorbell(consumer);
+    osal_doorbell_t* const bell = rtlink_consumer_doorbell(consumer);
     const uint32_t frames       = consumer->counters.frames;
     for (;;) {
         const uint32_t seen = osal_doorbell_rings(bell);
-        (void)link_consumer_read(consumer, 0U);
+        (void)rtlink_consumer_read(consumer, 0U);
         if (consumer->counters.frames != frames) {
             return consumer->payload[0];
         }
@@ -58,7 +58,7 @@ static void answer(void* context)
     (void)context;
     for (unsigned i = 0U; i < SAMPLES; i++) {
         const uint8_t payload[OCTETS] = {(uint8_t)next_sample(&far_end.consumer)};
-        (void)link_producer_write(&far_end.producer, 5U, 0U, payload);
+        (void)rtlink_producer_write(&far_end.producer, 5U, 0U, payload);
     }
 }
 
@@ -70,31 +70,31 @@ static void every_sample_wakes_its_reader(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, answer, NULL, 0));
     for (unsigned i = 0U; i < SAMPLES; i++) {
         const uint8_t payload[OCTETS] = {(uint8_t)i};
-        TEST_ASSERT_EQUAL(STATUS_OK, link_producer_write(&near_end.producer, 5U, 0U, payload));
+        TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_write(&near_end.producer, 5U, 0U, payload));
         TEST_ASSERT_EQUAL_UINT(i & 0xFFU, next_sample(&near_end.consumer));
     }
     osal_task_join(&task);
     TEST_ASSERT_EQUAL_UINT32(SAMPLES, far_end.consumer.counters.frames);
     TEST_ASSERT_EQUAL_UINT32(0U, far_end.consumer.counters.lost);
-    link_consumer_close(&far_end.consumer);
-    link_consumer_close(&near_end.consumer);
-    link_producer_close(&near_end.producer);
-    link_producer_close(&far_end.producer);
+    rtlink_consumer_close(&far_end.consumer);
+    rtlink_consumer_close(&near_end.consumer);
+    rtlink_producer_close(&near_end.producer);
+    rtlink_producer_close(&far_end.producer);
 }
 
 static void only_an_open_link_in_shared_memory_has_a_doorbell(void)
 {
-    link_consumer_t consumer = {0};
-    TEST_ASSERT_NULL(link_consumer_doorbell(&consumer));
+    rtlink_consumer_t consumer = {0};
+    TEST_ASSERT_NULL(rtlink_consumer_doorbell(&consumer));
     open_link(THERE, &near_end.producer, &consumer);
-    TEST_ASSERT_NOT_NULL(link_consumer_doorbell(&consumer));
-    link_consumer_close(&consumer);
-    TEST_ASSERT_NULL(link_consumer_doorbell(&consumer));
-    link_producer_close(&near_end.producer);
+    TEST_ASSERT_NOT_NULL(rtlink_consumer_doorbell(&consumer));
+    rtlink_consumer_close(&consumer);
+    TEST_ASSERT_NULL(rtlink_consumer_doorbell(&consumer));
+    rtlink_producer_close(&near_end.producer);
     const rtlink_terms_t terms = links_terms(RTLINK_METHOD_UDP, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&consumer, &links, THERE, &terms, 1U));
-    TEST_ASSERT_NULL(link_consumer_doorbell(&consumer));
-    link_consumer_close(&consumer);
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_open(&consumer, &links, THERE, &terms, 1U));
+    TEST_ASSERT_NULL(rtlink_consumer_doorbell(&consumer));
+    rtlink_consumer_close(&consumer);
 }
 
 int main(void)

@@ -3,7 +3,7 @@
 // sample. In lock-step, so that simulated minutes take seconds and every figure is exact.
 #include "fsw/framework/rtlink/link_channel.h"
 
-#include "osal/include/osal/calendar.h"
+#include "osal/include/osal/lockstep_scheduler.h"
 #include "test/unit/fsw/framework/rtlink/links.h"
 #include "unity.h"
 
@@ -27,9 +27,9 @@ typedef struct { // Figures of all readers of one process; zero is as it should 
     uint32_t lost;     ///< What the consumers counted themselves, of every kind.
 } figures_t;
 
-static link_producer_t producer;
-static link_consumer_t readers[READERS];
-static link_consumer_t decimated;
+static rtlink_producer_t producer;
+static rtlink_consumer_t readers[READERS];
+static rtlink_consumer_t decimated;
 static unsigned reader_count; // Of the test, at most READERS.
 
 void setUp(void)
@@ -40,11 +40,11 @@ void setUp(void)
 
 void tearDown(void)
 {
-    link_producer_close(&producer);
+    rtlink_producer_close(&producer);
     for (unsigned i = 0U; i < READERS; i++) {
-        link_consumer_close(&readers[i]);
+        rtlink_consumer_close(&readers[i]);
     }
-    link_consumer_close(&decimated);
+    rtlink_consumer_close(&decimated);
     links_close();
 }
 
@@ -68,17 +68,17 @@ static void write_sample(uint32_t number, uint64_t now_ns)
 {
     uint32_t payload[WORDS];
     fill(number, payload);
-    TEST_ASSERT_EQUAL(
-        STATUS_OK, link_producer_write(&producer, (uint8_t)(number % 10U), now_ns, (const uint8_t*)payload));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_write(&producer, (uint8_t)(number % 10U), now_ns,
+                                                       (const uint8_t*)payload));
 }
 
 /// What is read at `now_ns` is sample `number`, which was written at that time.
-static void read_sample(link_consumer_t* consumer, uint32_t number, uint64_t now_ns, figures_t* figures)
+static void read_sample(rtlink_consumer_t* consumer, uint32_t number, uint64_t now_ns, figures_t* figures)
 {
     uint32_t expected[WORDS];
     fill(number, expected);
     figures->reads++;
-    figures->not_ok += (link_consumer_read(consumer, now_ns) != STATUS_OK) ? 1U : 0U;
+    figures->not_ok += (rtlink_consumer_read(consumer, now_ns) != STATUS_OK) ? 1U : 0U;
     figures->torn += (memcmp(consumer->payload, expected, OCTETS) != 0) ? 1U : 0U;
     figures->not_last += ((consumer->sequence != number) || (consumer->sample_time_ns != now_ns) ||
                           (consumer->peer_state != (number % 10U)))
@@ -92,9 +92,9 @@ static bool open_readers(const rtlink_terms_t* agreed)
     every_fifth.decimation     = DECIMATION;
     bool is_open               = true;
     for (unsigned i = 0U; i < reader_count; i++) {
-        is_open = is_open && (link_consumer_open(&readers[i], &links, LINK, agreed, EPOCH) == STATUS_OK);
+        is_open = is_open && (rtlink_consumer_open(&readers[i], &links, LINK, agreed, EPOCH) == STATUS_OK);
     }
-    return is_open && (link_consumer_open(&decimated, &links, LINK, &every_fifth, EPOCH) == STATUS_OK);
+    return is_open && (rtlink_consumer_open(&decimated, &links, LINK, &every_fifth, EPOCH) == STATUS_OK);
 }
 
 static void read_all(uint32_t number, uint64_t now_ns, figures_t* figures)
@@ -111,9 +111,9 @@ static void read_all(uint32_t number, uint64_t now_ns, figures_t* figures)
 static void close_figures(uint32_t samples, figures_t* figures)
 {
     for (unsigned i = 0U; i <= reader_count; i++) {
-        const link_consumer_t* const reader   = (i < reader_count) ? &readers[i] : &decimated;
-        const link_counters_t* const counters = &reader->counters;
-        const uint32_t expected               = (i < reader_count) ? samples : (samples / DECIMATION);
+        const rtlink_consumer_t* const reader   = (i < reader_count) ? &readers[i] : &decimated;
+        const rtlink_counters_t* const counters = &reader->counters;
+        const uint32_t expected                 = (i < reader_count) ? samples : (samples / DECIMATION);
         figures->lost += counters->lost + counters->late + counters->torn + counters->refused;
         figures->lost += (counters->frames != expected) ? 1U : 0U;
     }
@@ -134,7 +134,7 @@ static void two_kilohertz_for_thirty_minutes(void)
     const rtlink_terms_t agreed   = terms(RTLINK_METHOD_SHARED_MEMORY, 500U);
     figures_t figures             = {0};
     reader_count                  = 1U; // Beside the decimated one; the other tests have many.
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &agreed, EPOCH));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &links, LINK, &agreed, EPOCH));
     TEST_ASSERT_TRUE(open_readers(&agreed));
     for (uint32_t number = 0U; number < samples; number++) {
         const uint64_t now_ns = (uint64_t)number * 500000U;
@@ -145,13 +145,13 @@ static void two_kilohertz_for_thirty_minutes(void)
     expect_clean(&figures, samples);
 }
 
-// ---- Two processes, in turn by a calendar ----
+// ---- Two processes, in turn by a scheduler ----
 
 #define SLOT_NS 100000U ///< 10 kHz.
 #define MINUTE 600000U  ///< Samples.
 
 typedef struct { // In shared memory.
-    uint64_t calendar[OSAL_CALENDAR_BYTES / sizeof(uint64_t)];
+    uint64_t scheduler[OSAL_LOCKSTEP_BYTES / sizeof(uint64_t)];
     figures_t figures;
     uint32_t failed; ///< Processes that ended badly.
 } meeting_t;
@@ -170,59 +170,59 @@ enum { // How a process ended.
     NOT_WRITTEN
 };
 
-/// Run the calendar up to sample `number`. WELL, or what went wrong.
-static int await(osal_calendar_t* calendar, unsigned participant, uint32_t number)
+/// Run the scheduler up to sample `number`. WELL, or what went wrong.
+static int await(osal_lockstep_t* scheduler, unsigned participant, uint32_t number)
 {
     const uint64_t wake_ns = (uint64_t)number * SLOT_NS;
     osal_grant_t grant     = {0U, 0U, 0U};
-    if (osal_calendar_wait(calendar, participant, OSAL_CALENDAR_ANY_LIFE, wake_ns, &grant) != STATUS_OK) {
+    if (osal_lockstep_wait(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns, &grant) != STATUS_OK) {
         return NOT_GRANTED;
     }
     return (grant.now_ns == wake_ns) ? WELL : WRONG_TIME;
 }
 
 /// Everything it finds goes into the figures. Returns its exit code.
-static int consume(osal_calendar_t* calendar, figures_t* figures)
+static int consume(osal_lockstep_t* scheduler, figures_t* figures)
 {
     const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, SLOT_NS / 1000U);
-    int code                    = await(calendar, CONSUMER, 0U);
+    int code                    = await(scheduler, CONSUMER, 0U);
     if ((code == WELL) && !open_readers(&agreed)) { // The producer, whose turn was before, has opened it.
         return NOT_OPENED;
     }
     for (uint32_t number = 0U; (number < MINUTE) && (code == WELL); number++) {
         read_all(number, (uint64_t)number * SLOT_NS, figures);
-        code = await(calendar, CONSUMER, number + 1U);
+        code = await(scheduler, CONSUMER, number + 1U);
     }
     close_figures(MINUTE, figures);
-    osal_calendar_end(calendar, CONSUMER, OSAL_CALENDAR_ANY_LIFE);
+    osal_lockstep_end(scheduler, CONSUMER, OSAL_LOCKSTEP_ANY_LIFE);
     return code;
 }
 
-static int produce(osal_calendar_t* calendar)
+static int produce(osal_lockstep_t* scheduler)
 {
     const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, SLOT_NS / 1000U);
-    if (link_producer_open(&producer, &links, LINK, &agreed, EPOCH) != STATUS_OK) {
+    if (rtlink_producer_open(&producer, &links, LINK, &agreed, EPOCH) != STATUS_OK) {
         return NOT_OPENED;
     }
-    int code = await(calendar, PRODUCER, 0U);
+    int code = await(scheduler, PRODUCER, 0U);
     for (uint32_t number = 0U; (number < MINUTE) && (code == WELL); number++) {
         uint32_t payload[WORDS];
         fill(number, payload);
-        code = (link_producer_write(&producer, (uint8_t)(number % 10U), (uint64_t)number * SLOT_NS,
-                                    (const uint8_t*)payload) == STATUS_OK)
-                   ? await(calendar, PRODUCER, number + 1U)
+        code = (rtlink_producer_write(&producer, (uint8_t)(number % 10U), (uint64_t)number * SLOT_NS,
+                                      (const uint8_t*)payload) == STATUS_OK)
+                   ? await(scheduler, PRODUCER, number + 1U)
                    : NOT_WRITTEN;
     }
-    osal_calendar_end(calendar, PRODUCER, OSAL_CALENDAR_ANY_LIFE);
+    osal_lockstep_end(scheduler, PRODUCER, OSAL_LOCKSTEP_ANY_LIFE);
     return code;
 }
 
-static pid_t start(unsigned participant, osal_calendar_t* calendar, figures_t* figures)
+static pid_t start(unsigned participant, osal_lockstep_t* scheduler, figures_t* figures)
 {
     const pid_t process = fork();
     TEST_ASSERT_TRUE(process >= 0);
     if (process == 0) {
-        _exit((participant == PRODUCER) ? produce(calendar) : consume(calendar, figures));
+        _exit((participant == PRODUCER) ? produce(scheduler) : consume(scheduler, figures));
     }
     return process;
 }
@@ -236,13 +236,13 @@ static void ten_kilohertz_for_one_minute_between_processes(void)
     pid_t processes[PROCESSES];
     links_name(2U, name);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, sizeof(meeting_t)));
-    meeting_t* const meeting        = osal_shm_address(&shm);
-    osal_calendar_t* const calendar = osal_calendar_create(meeting->calendar, SLOT_NS, true);
-    TEST_ASSERT_NOT_NULL(calendar);
-    osal_calendar_expect(calendar, PRODUCER, 1U, 0U);
-    osal_calendar_expect(calendar, CONSUMER, 1U, 0U);
+    meeting_t* const meeting         = osal_shm_address(&shm);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(meeting->scheduler, SLOT_NS, true);
+    TEST_ASSERT_NOT_NULL(scheduler);
+    osal_lockstep_expect(scheduler, PRODUCER, 1U, 0U);
+    osal_lockstep_expect(scheduler, CONSUMER, 1U, 0U);
     for (unsigned i = 0U; i < PROCESSES; i++) {
-        processes[i] = start(i, calendar, &meeting->figures);
+        processes[i] = start(i, scheduler, &meeting->figures);
     }
     for (unsigned i = 0U; i < PROCESSES; i++) {
         int ended         = 0;
@@ -250,7 +250,7 @@ static void ten_kilohertz_for_one_minute_between_processes(void)
         TEST_ASSERT_TRUE((first == processes[PRODUCER]) || (first == processes[CONSUMER]));
         const bool is_well = WIFEXITED(ended) && (WEXITSTATUS(ended) == WELL);
         if (!is_well) {
-            osal_calendar_close(calendar);
+            osal_lockstep_close(scheduler);
             (void)printf("process %s ended with 0x%X\n",
                          (first == processes[PRODUCER]) ? "producer" : "consumer", (unsigned)ended);
         }
@@ -269,17 +269,17 @@ static void two_kilohertz_over_udp(void)
     static uint8_t frame[LINK_FRAME_MAX];
     const rtlink_terms_t agreed = terms(RTLINK_METHOD_UDP, 500U);
     figures_t figures           = {0};
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &agreed, EPOCH));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &links, LINK, &agreed, EPOCH));
     TEST_ASSERT_TRUE(open_readers(&agreed));
     for (uint32_t number = 0U; number < samples; number++) {
         const uint64_t now_ns = (uint64_t)number * 500000U;
         write_sample(number, now_ns);
         const size_t size = links_receive(frame);
         for (unsigned i = 0U; i < READERS; i++) {
-            TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_deliver(&readers[i], frame, size));
+            TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_deliver(&readers[i], frame, size));
         }
         if ((number % DECIMATION) == 0U) {
-            TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_deliver(&decimated, frame, size));
+            TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_deliver(&decimated, frame, size));
         }
         read_all(number, now_ns, &figures);
     }

@@ -14,11 +14,11 @@ void tearDown(void)
 {
 }
 
-static const link_frame_header_t header = {.producer_state = 5U,
-                                           .link           = 0x0102U,
-                                           .epoch          = 0x03040506U,
-                                           .sequence       = 0x0708090AU,
-                                           .time_ns        = 0x0B0C0D0E0F101112ULL};
+static const rtlink_frame_header_t header = {.producer_state = 5U,
+                                             .link           = 0x0102U,
+                                             .epoch          = 0x03040506U,
+                                             .sequence       = 0x0708090AU,
+                                             .time_ns        = 0x0B0C0D0E0F101112ULL};
 
 static uint32_t random_state = 3U;
 
@@ -35,9 +35,9 @@ static void the_frame_is_as_the_header_says(void)
                                          0x0DU, 0x0EU, 0x0FU, 0x10U, 0x11U, 0x12U, 0xAAU, 0xBBU, 0xCCU};
     const uint8_t payload[3]          = {0xAAU, 0xBBU, 0xCCU};
     uint8_t frame[LINK_FRAME_MAX];
-    TEST_ASSERT_EQUAL(27U, link_frame_encode(&header, payload, sizeof payload, false, frame));
+    TEST_ASSERT_EQUAL(27U, rtlink_frame_encode(&header, payload, sizeof payload, false, frame));
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, frame, sizeof expected);
-    TEST_ASSERT_EQUAL(31U, link_frame_encode(&header, payload, sizeof payload, true, frame));
+    TEST_ASSERT_EQUAL(31U, rtlink_frame_encode(&header, payload, sizeof payload, true, frame));
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, frame, sizeof expected);
     const uint32_t crc = crc32_iso(expected, sizeof expected);
     for (unsigned i = 0U; i < 4U; i++) {
@@ -54,12 +54,12 @@ static void every_size_comes_back(void)
             for (size_t i = 0U; i < size; i++) {
                 payload[i] = draw();
             }
-            link_frame_header_t found = {0};
-            const uint8_t* octets     = NULL;
-            const size_t whole        = link_frame_encode(&header, payload, size, with_crc != 0U, frame);
+            rtlink_frame_header_t found = {0};
+            const uint8_t* octets       = NULL;
+            const size_t whole          = rtlink_frame_encode(&header, payload, size, with_crc != 0U, frame);
             TEST_ASSERT_EQUAL(24U + size + (4U * with_crc), whole);
             TEST_ASSERT_EQUAL(STATUS_OK,
-                              link_frame_decode(frame, whole, size, with_crc != 0U, &found, &octets));
+                              rtlink_frame_decode(frame, whole, size, with_crc != 0U, &found, &octets));
             TEST_ASSERT_EQUAL(header.producer_state, found.producer_state);
             TEST_ASSERT_EQUAL(header.link, found.link);
             TEST_ASSERT_EQUAL_HEX32(header.epoch, found.epoch);
@@ -74,11 +74,11 @@ static void every_size_comes_back(void)
 static status_t decode(const uint8_t* frame, size_t size, size_t payload_size, bool with_crc)
 {
     uint8_t copy[(2U * LINK_FRAME_MAX) + 1U];
-    link_frame_header_t found = {0};
-    const uint8_t* octets     = NULL;
-    uint8_t* const last       = &copy[sizeof copy - size - 1U];
+    rtlink_frame_header_t found = {0};
+    const uint8_t* octets       = NULL;
+    uint8_t* const last         = &copy[sizeof copy - size - 1U];
     (void)memcpy(last, frame, size);
-    return link_frame_decode(last, size, payload_size, with_crc, &found, &octets);
+    return rtlink_frame_decode(last, size, payload_size, with_crc, &found, &octets);
 }
 
 static void every_other_length_is_refused(void)
@@ -88,7 +88,7 @@ static void every_other_length_is_refused(void)
     static const size_t sizes[]         = {1U, 8U, 255U, 1024U};
     for (size_t i = 0U; i < (sizeof sizes / sizeof sizes[0]); i++) {
         for (unsigned with_crc = 0U; with_crc < 2U; with_crc++) {
-            const size_t whole = link_frame_encode(&header, payload, sizes[i], with_crc != 0U, frame);
+            const size_t whole = rtlink_frame_encode(&header, payload, sizes[i], with_crc != 0U, frame);
             for (size_t size = 0U; size <= LINK_FRAME_MAX; size++) {
                 TEST_ASSERT_EQUAL((size == whole) ? STATUS_OK : STATUS_TRUNCATED,
                                   decode(frame, size, sizes[i], with_crc != 0U));
@@ -104,7 +104,7 @@ static void no_flipped_bit_goes_unseen(void)
     for (size_t i = 0U; i < sizeof payload; i++) {
         payload[i] = draw();
     }
-    const size_t whole = link_frame_encode(&header, payload, sizeof payload, true, frame);
+    const size_t whole = rtlink_frame_encode(&header, payload, sizeof payload, true, frame);
     for (size_t first = 0U; first < (8U * whole); first++) {
         frame[first / 8U] ^= (uint8_t)(1U << (first % 8U));
         const status_t one = decode(frame, whole, sizeof payload, true);
@@ -123,7 +123,7 @@ static void without_a_checksum_the_fixed_fields_are_checked(void)
 {
     const uint8_t payload[4] = {1U, 2U, 3U, 4U};
     uint8_t frame[LINK_FRAME_MAX];
-    const size_t whole = link_frame_encode(&header, payload, sizeof payload, false, frame);
+    const size_t whole = rtlink_frame_encode(&header, payload, sizeof payload, false, frame);
     for (size_t bit = 0U; bit < (8U * whole); bit++) {
         const size_t octet  = bit / 8U;
         const bool is_fixed = (octet <= 2U) || (octet == 6U) || (octet == 7U); // Magic, version, flags.
@@ -137,11 +137,11 @@ static void the_epoch_is_told_without_decoding(void)
 {
     const uint8_t payload[1] = {9U};
     uint8_t frame[LINK_FRAME_MAX];
-    const size_t whole = link_frame_encode(&header, payload, sizeof payload, true, frame);
-    TEST_ASSERT_EQUAL_HEX32(header.epoch, link_frame_epoch(frame, whole));
-    TEST_ASSERT_EQUAL_HEX32(header.epoch, link_frame_epoch(frame, LINK_FRAME_HEADER_OCTETS));
+    const size_t whole = rtlink_frame_encode(&header, payload, sizeof payload, true, frame);
+    TEST_ASSERT_EQUAL_HEX32(header.epoch, rtlink_frame_epoch(frame, whole));
+    TEST_ASSERT_EQUAL_HEX32(header.epoch, rtlink_frame_epoch(frame, LINK_FRAME_HEADER_OCTETS));
     for (size_t size = 0U; size < LINK_FRAME_HEADER_OCTETS; size++) { // Too short to have one.
-        TEST_ASSERT_EQUAL_HEX32(0U, link_frame_epoch(frame, size));
+        TEST_ASSERT_EQUAL_HEX32(0U, rtlink_frame_epoch(frame, size));
     }
 }
 

@@ -15,14 +15,14 @@
 #define OCTETS RTLINK_PAYLOAD_MAX
 
 typedef struct {
-    link_consumer_t consumer;
+    rtlink_consumer_t consumer;
     osal_task_t task;
     uint32_t reads;
     uint32_t torn;      // Payloads whose octets do not belong together.
     uint32_t backwards; // Samples older than one seen before.
 } reader_t;
 
-static link_producer_t producer;
+static rtlink_producer_t producer;
 static reader_t readers[READERS];
 static uint32_t is_over;
 
@@ -73,11 +73,11 @@ static void read_all(void* context)
     reader_t* const reader = context;
     uint32_t last          = 0U;
     while (__atomic_load_n(&is_over, __ATOMIC_ACQUIRE) == 0U) {
-        if (link_consumer_read(&reader->consumer, 0U) == STATUS_OK) {
+        if (rtlink_consumer_read(&reader->consumer, 0U) == STATUS_OK) {
             check(reader, &last);
         }
     }
-    if (link_consumer_read(&reader->consumer, 0U) == STATUS_OK) {
+    if (rtlink_consumer_read(&reader->consumer, 0U) == STATUS_OK) {
         check(reader, &last);
     }
 }
@@ -85,16 +85,16 @@ static void read_all(void* context)
 static void no_sample_is_ever_torn(void)
 {
     const rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
-    TEST_ASSERT_EQUAL(STATUS_OK, link_producer_open(&producer, &links, LINK, &terms, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &links, LINK, &terms, 1U));
     for (unsigned i = 0U; i < READERS; i++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, link_consumer_open(&readers[i].consumer, &links, LINK, &terms, 1U));
+        TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_open(&readers[i].consumer, &links, LINK, &terms, 1U));
         TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&readers[i].task, read_all, &readers[i], 0));
     }
     uint32_t number = 0U;
     for (; (number < SAMPLES) || !has_everybody_read(); number++) {
         uint8_t payload[OCTETS];
         fill(number, payload);
-        (void)link_producer_write(&producer, (uint8_t)(number % 10U), number, payload);
+        (void)rtlink_producer_write(&producer, (uint8_t)(number % 10U), number, payload);
     }
     __atomic_store_n(&is_over, 1U, __ATOMIC_RELEASE);
     for (unsigned i = 0U; i < READERS; i++) {
@@ -106,9 +106,9 @@ static void no_sample_is_ever_torn(void)
         // What was read and what was counted as missed are all there was behind the first.
         TEST_ASSERT_EQUAL(0U, readers[i].consumer.counters.refused);
         TEST_ASSERT_TRUE((readers[i].consumer.counters.frames + readers[i].consumer.counters.lost) <= number);
-        link_consumer_close(&readers[i].consumer);
+        rtlink_consumer_close(&readers[i].consumer);
     }
-    link_producer_close(&producer);
+    rtlink_producer_close(&producer);
 }
 
 int main(void)

@@ -11,7 +11,7 @@
 
 static const image_t empty[2];
 static image_t media[2];
-static session_mark_t mark;
+static sdls_session_mark_t mark;
 static medium_t medium;
 static uint8_t check[SESSION_MARK_CHECK];
 
@@ -30,7 +30,7 @@ void tearDown(void)
 
 static void open_it(const uint32_t expected)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, session_mark_open(&mark, &medium, check));
+    TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_open(&mark, &medium, check));
     TEST_ASSERT_EQUAL_UINT32(expected, mark.session);
 }
 
@@ -38,31 +38,31 @@ static void test_numbers_stay(void)
 {
     open_it(0U);
     for (uint32_t session = 1U; session <= SESSIONS; session++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, session * 3U));
+        TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, session * 3U));
         open_it(session * 3U);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, UINT32_MAX));
+    TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, UINT32_MAX));
     open_it(UINT32_MAX);
 }
 
 static void test_a_copy_may_decay(void)
 {
     open_it(0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, 5U));
+    TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, 5U));
     for (size_t octet = 0U; octet < (SESSION_MARK_APART + SESSION_MARK_RECORD); octet++) {
         recorded.image[0].octets[octet] ^= 0x10U;
         open_it(5U); // Mends it.
     }
     memset(recorded.image[0].octets, 0, SESSION_MARK_APART + SESSION_MARK_RECORD);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, session_mark_open(&mark, &medium, check));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
 }
 
 static void test_lost_and_foreign_marks(void)
 {
     check[0] ^= 1U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, session_mark_open(&mark, &medium, check));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
     recorded_clear(empty);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, session_mark_open(&mark, &medium, check));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
 }
 
 static void test_a_disk_that_refuses(void)
@@ -75,17 +75,17 @@ static void test_a_disk_that_refuses(void)
         recorded.fail_count = 1U;
         recorded.failure    = STATUS_IO;
         session++;
-        TEST_ASSERT_EQUAL(STATUS_IO, session_mark_advance(&mark, session));
+        TEST_ASSERT_EQUAL(STATUS_IO, sdls_session_mark_advance(&mark, session));
         TEST_ASSERT_TRUE(mark.session < session);
         recorded.fail_from = 0U;
         session++;
-        TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, session));
+        TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, session));
         open_it(session);
     }
     for (unsigned call = 1U; call <= 2U; call++) { // The two copies are read.
         recorded.calls     = 0U;
         recorded.fail_from = call;
-        TEST_ASSERT_EQUAL(STATUS_IO, session_mark_open(&mark, &medium, check));
+        TEST_ASSERT_EQUAL(STATUS_IO, sdls_session_mark_open(&mark, &medium, check));
     }
     recorded.fail_from = 0U;
 }
@@ -111,7 +111,7 @@ static void test_power_cuts(void)
     medium = recorded_medium(0U);
     for (uint32_t session = 1U; session <= SESSIONS; session++) {
         recorded.mark = session;
-        TEST_ASSERT_EQUAL(STATUS_OK, session_mark_advance(&mark, session));
+        TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, session));
     }
     const size_t count = recorded.count;
     TEST_ASSERT_EQUAL(4U * SESSIONS, count);
@@ -126,7 +126,7 @@ static void test_power_cuts(void)
             cut(at, size);
             recorded_clear(media);
             const uint32_t begun = operations[at].mark;
-            TEST_ASSERT_EQUAL(STATUS_OK, session_mark_open(&mark, &medium, check));
+            TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_open(&mark, &medium, check));
             TEST_ASSERT_TRUE((mark.session == begun) || (mark.session == (begun - 1U)));
             const uint32_t found = mark.session;
             memset(recorded.image[0].octets, 0, SESSION_MARK_RECORD); // The next cut, in the first copy.

@@ -9,12 +9,12 @@
 
 static void done(state_machine_t* machine)
 {
-    state_machine_outcome(machine, OUTCOME_DONE);
+    subsystem_state_machine_outcome(machine, OUTCOME_DONE);
 }
 
 static void go(state_machine_t* machine, state_t target)
 {
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_request(machine, target, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_state_machine_request(machine, target, CAUSE_REQUEST));
 }
 
 static void go_all_the_way(state_machine_t* machine, state_t target)
@@ -29,7 +29,7 @@ static void go_all_the_way(state_machine_t* machine, state_t target)
 state_machine_t machine_unconfigured(void)
 {
     state_machine_t machine;
-    state_machine_init(&machine, true);
+    subsystem_state_machine_init(&machine, true);
     go_all_the_way(&machine, STATE_PRE_OPERATIONAL);
     return machine;
 }
@@ -37,7 +37,7 @@ state_machine_t machine_unconfigured(void)
 static state_machine_t machine_configured(void)
 {
     state_machine_t machine = machine_unconfigured();
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_configure(&machine));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_state_machine_configure(&machine));
     done(&machine);
     return machine;
 }
@@ -47,7 +47,7 @@ static state_machine_t machine_passing(state_t state)
 {
     state_machine_t machine = machine_configured();
     if (state <= STATE_HARDWARE_INIT) {
-        state_machine_init(&machine, true);
+        subsystem_state_machine_init(&machine, true);
         go(&machine, STATE_PRE_OPERATIONAL);
     } else if (state == STATE_POST_OPERATIONAL) {
         go_all_the_way(&machine, STATE_SAFE_OPERATIONAL);
@@ -66,7 +66,7 @@ state_machine_t machine_in(state_t state)
     state_machine_t machine;
     switch (state) {
     case STATE_OFFLINE:
-        state_machine_init(&machine, true);
+        subsystem_state_machine_init(&machine, true);
         return machine;
     case STATE_PRE_OPERATIONAL:
         return machine_configured();
@@ -96,7 +96,7 @@ state_machine_t machine_running(state_action_t action)
     case ACTION_HARDWARE_INIT:
         return machine_in(STATE_HARDWARE_INIT);
     case ACTION_CONFIGURE:
-        TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_configure(&machine));
+        TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_state_machine_configure(&machine));
         break;
     case ACTION_START_CONTROL:
         go(&machine, STATE_SAFE_OPERATIONAL);
@@ -167,7 +167,7 @@ void machine_finish(state_machine_t* machine, state_outcome_t outcome, char walk
         TEST_ASSERT_TRUE_MESSAGE(i < LONGEST_WALK, "the walk does not end");
         const state_t state       = machine->state;
         const state_phase_t phase = machine->phase;
-        state_machine_outcome(machine, outcome);
+        subsystem_state_machine_outcome(machine, outcome);
         machine_check_transitions(machine, state, phase);
         length = note_states(machine, walk, length);
     }

@@ -17,7 +17,7 @@ static void every_type_has_its_kind_and_name(void)
 {
     static const struct {
         descriptor_endnode_t endnode;
-        endnode_kind_t kind;
+        flow_endnode_kind_t kind;
         const char* name;
     } cases[] = {
         {{.type = DESCRIPTOR_ENDNODE_CAN, .bus = "robot", .name = ""}, ENDNODE_CAN, "robot"},
@@ -32,8 +32,8 @@ static void every_type_has_its_kind_and_name(void)
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         char name[ENDNODE_ADDRESS_MAX];
-        endnode_kind_t kind = ENDNODE_CAN;
-        TEST_ASSERT_EQUAL(STATUS_OK, endnode_name(&cases[i].endnode, &kind, name));
+        flow_endnode_kind_t kind = ENDNODE_CAN;
+        TEST_ASSERT_EQUAL(STATUS_OK, subsystem_endnode_name(&cases[i].endnode, &kind, name));
         TEST_ASSERT_EQUAL(cases[i].kind, kind);
         TEST_ASSERT_EQUAL_STRING(cases[i].name, name);
     }
@@ -43,14 +43,14 @@ static void a_name_that_no_flow_takes_is_refused(void)
 {
     char words[ENDNODE_ADDRESS_MAX + 1U];
     char name[ENDNODE_ADDRESS_MAX];
-    endnode_kind_t kind                = ENDNODE_CAN;
+    flow_endnode_kind_t kind           = ENDNODE_CAN;
     const descriptor_endnode_t endnode = {.type = DESCRIPTOR_ENDNODE_FILE, .name = words};
     memset(words, 'x', sizeof words);
     words[ENDNODE_ADDRESS_MAX - 1U] = '\0';
-    TEST_ASSERT_EQUAL(STATUS_OK, endnode_name(&endnode, &kind, name));
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_endnode_name(&endnode, &kind, name));
     words[ENDNODE_ADDRESS_MAX - 1U] = 'x';
     words[ENDNODE_ADDRESS_MAX]      = '\0';
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, endnode_name(&endnode, &kind, name));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, subsystem_endnode_name(&endnode, &kind, name));
     TEST_ASSERT_EQUAL_STRING("", name);
 }
 

@@ -5,7 +5,7 @@
 #include "base/crc.h"
 #include "fsw/framework/subsystem/device_service.h"
 #include "fsw/framework/subsystem/memory_service.h"
-#include "test/unit/fsw/framework/subsystem/bed.h"
+#include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
 #include "unity.h"
 
 #include <string.h>
@@ -27,7 +27,7 @@ static octet_writer_t writer;
 static void note_step(void* self, uint64_t now_ns, uint32_t cycle)
 {
     TEST_ASSERT_EQUAL_PTR(&storage, self);
-    TEST_ASSERT_EQUAL_UINT64(bed.now_ns, now_ns);
+    TEST_ASSERT_EQUAL_UINT64(fixture.now_ns, now_ns);
     TEST_ASSERT_EQUAL_UINT32(storage.steps + 1U, cycle);
     storage.steps = cycle;
 }
@@ -40,16 +40,16 @@ static status_t note_record(void* self, uint32_t key, const uint8_t* octets, siz
     return STATUS_OK;
 }
 
-static void add_services(void* context, component_t* component)
+static void add_services(void* context, subsystem_t* subsystem)
 {
     static const pus_service_t stepped = {.type = 200U, .self = &storage, .step = note_step};
     static const pus_service_t still   = {.type = 201U, .self = &storage};
     TEST_ASSERT_EQUAL_PTR(&storage, context);
-    TEST_ASSERT_TRUE(component_persistence(component) == bed.component.config.persistence);
-    component_add_service(component, &still, NULL);
-    component_add_service(component, &stepped, note_record);
-    device_service_add(component, &storage.devices, storage.exchanges, 1U);
-    memory_service_add(component, &storage.memory, storage.operations, MEMORY_OPERATIONS);
+    TEST_ASSERT_TRUE(subsystem_persistence(subsystem) == fixture.subsystem.config.persistence);
+    subsystem_add_service(subsystem, &still, NULL);
+    subsystem_add_service(subsystem, &stepped, note_record);
+    subsystem_device_service_add(subsystem, &storage.devices, storage.exchanges, 1U);
+    subsystem_memory_service_add(subsystem, &storage.memory, storage.operations, MEMORY_OPERATIONS);
 }
 
 static status_t nothing_kept(void* context)
@@ -63,67 +63,67 @@ static pus_device_port_t device_port(void* self);
 static void begin(const pus_persistence_t* kept)
 {
     (void)memset(&storage, 0, sizeof storage);
-    component_config_t config = bed.component.config;
+    subsystem_config_t config = fixture.subsystem.config;
     static subsystem_callbacks_t callbacks;
     callbacks             = *config.callbacks;
     callbacks.device_port = device_port;
     config.callbacks      = &callbacks;
-    config.optional       = (component_services_t){&storage, add_services};
+    config.optional       = (subsystem_services_t){&storage, add_services};
     config.persistence    = kept;
-    bed_begin(&config);
+    fixture_begin(&config);
 }
 
 void setUp(void)
 {
     persistence = (pus_persistence_t){.commit = nothing_kept};
-    bed_open(NULL);
+    fixture_open(NULL);
     begin(NULL);
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static void they_are_stepped_in_every_cycle_in_offline_too(void)
 {
-    bed_run(3U);
+    fixture_run(3U);
     TEST_ASSERT_EQUAL_UINT32(3U, storage.steps);
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
-    TEST_ASSERT_EQUAL_UINT64(bed.now_ns + 10000000U, component_step(&bed.component, bed.now_ns));
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
+    TEST_ASSERT_EQUAL_UINT64(fixture.now_ns + 10000000U, subsystem_step(&fixture.subsystem, fixture.now_ns));
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     const uint32_t before = storage.steps;
-    bed_run(100U);
+    fixture_run(100U);
     TEST_ASSERT_EQUAL_UINT32(before + 100U, storage.steps); // Also where the component counts anew.
 }
 
 static void records_go_to_the_service_they_are_of(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, component_restore(&bed.component, 200U, 5U, (const uint8_t*)"\11", 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_restore(&fixture.subsystem, 200U, 5U, (const uint8_t*)"\11", 1U));
     TEST_ASSERT_EQUAL_UINT32(5U, storage.key);
     static const uint8_t place[] = {MEMORY_PARAMETERS, 0, 0, 0, 0, 0};
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      component_restore(&bed.component, 20U, BED_APID << 21U, place, sizeof place));
-    TEST_ASSERT_EQUAL(STATUS_OK, component_restore(&bed.component, 3U, 5U, (const uint8_t*)"\0", 1U));
+                      subsystem_restore(&fixture.subsystem, 20U, FIXTURE_APID << 21U, place, sizeof place));
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_restore(&fixture.subsystem, 3U, 5U, (const uint8_t*)"\0", 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
-                      component_restore(&bed.component, 201U, 5U, (const uint8_t*)"\11", 1U));
+                      subsystem_restore(&fixture.subsystem, 201U, 5U, (const uint8_t*)"\11", 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
-                      component_restore(&bed.component, 202U, 5U, (const uint8_t*)"\11", 1U));
+                      subsystem_restore(&fixture.subsystem, 202U, 5U, (const uint8_t*)"\11", 1U));
 }
 
 static void what_is_not_kept_is_not_acknowledged(void)
 {
     begin(&persistence);
-    (void)bed_command(17U, 1U, NULL, 0U);
-    TEST_ASSERT_TRUE(bed_has("1.8 #"));
+    (void)fixture_command(17U, 1U, NULL, 0U);
+    TEST_ASSERT_TRUE(fixture_has("1.8 #"));
 }
 
 static void a_subsystem_reaches_itself_and_the_supervisor(void)
 {
-    (void)bed_command(17U, 3U, "\0\20", 2U);
-    (void)bed_command(17U, 3U, "\0\1", 2U);
-    (void)bed_command(17U, 3U, "\0\21", 2U);
-    bed_expect(
+    (void)fixture_command(17U, 3U, "\0\20", 2U);
+    (void)fixture_command(17U, 3U, "\0\1", 2U);
+    (void)fixture_command(17U, 3U, "\0\21", 2U);
+    fixture_expect(
         "1.1 #0\n1.3 #0\n17.4 0010\n1.7 #0\n1.1 #1\n1.3 #1\n17.4 0001\n1.7 #1\n1.1 #2\n1.4 #2 0201 11\n");
 }
 
@@ -131,7 +131,7 @@ static void a_subsystem_reaches_itself_and_the_supervisor(void)
 
 static status_t check_device(void* context, const pus_device_action_t* action)
 {
-    TEST_ASSERT_EQUAL_PTR(&bed, context);
+    TEST_ASSERT_EQUAL_PTR(&fixture, context);
     return (action->device == 1U) ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
@@ -139,20 +139,20 @@ static status_t begin_action(void* context, uint8_t slot, const pus_device_actio
                              pus_device_result_t* out_result)
 {
     (void)out_result;
-    TEST_ASSERT_TRUE((context == &bed) && (slot == 0U) && (action->kind == PUS_DEVICE_SWITCH));
+    TEST_ASSERT_TRUE((context == &fixture) && (slot == 0U) && (action->kind == PUS_DEVICE_SWITCH));
     return STATUS_OK;
 }
 
 static status_t poll_device(void* context, uint8_t slot, pus_device_result_t* out_result)
 {
     (void)out_result;
-    TEST_ASSERT_TRUE((context == &bed) && (slot == 0U));
+    TEST_ASSERT_TRUE((context == &fixture) && (slot == 0U));
     return STATUS_OK;
 }
 
 static void abandon_device(void* context, uint8_t slot)
 {
-    TEST_ASSERT_TRUE((context == &bed) && (slot == 0U));
+    TEST_ASSERT_TRUE((context == &fixture) && (slot == 0U));
 }
 
 static pus_device_port_t device_port(void* self)
@@ -162,9 +162,9 @@ static pus_device_port_t device_port(void* self)
 
 static void devices_are_reached_by_the_port_of_the_subsystem(void)
 {
-    (void)bed_command(2U, 1U, "\2\0\1\0\2", 5U);
-    bed_run(1U);
-    bed_expect("1.1 #0\n1.4 #0 0201 2\n1.3 #0\n1.8 #0 0407 1\n");
+    (void)fixture_command(2U, 1U, "\2\0\1\0\2", 5U);
+    fixture_run(1U);
+    fixture_expect("1.1 #0\n1.4 #0 0201 2\n1.3 #0\n1.8 #0 0407 1\n");
 }
 
 // ST[06].
@@ -195,75 +195,75 @@ static void add_data(uint32_t offset, const void* octets, uint16_t size)
 
 static void request(uint8_t subtype)
 {
-    bed_forget();
-    (void)bed_command(6U, subtype, data, writer.position);
-    bed_run(4U);
+    fixture_forget();
+    (void)fixture_command(6U, subtype, data, writer.position);
+    fixture_run(4U);
 }
 
 static void parameters_are_loaded_and_dumped_as_objects(void)
 {
     const uint16_t count = 0x1234U;
-    bed_bring(STATE_PRE_OPERATIONAL, 0U);
-    start_request(MEMORY_PARAMETERS, bed_count_id, true);
+    fixture_bring(STATE_PRE_OPERATIONAL, 0U);
+    start_request(MEMORY_PARAMETERS, fixture_count_id, true);
     add_data(0U, &count, sizeof count);
     request(1U);
-    TEST_ASSERT_TRUE(bed_has("1.7 #"));
-    TEST_ASSERT_EQUAL_HEX16(count, bed.count);
-    start_request(MEMORY_PARAMETERS, bed_count_id, true);
+    TEST_ASSERT_TRUE(fixture_has("1.7 #"));
+    TEST_ASSERT_EQUAL_HEX16(count, fixture.count);
+    start_request(MEMORY_PARAMETERS, fixture_count_id, true);
     add_area(1U, 1U);
     request(3U);
-    TEST_ASSERT_TRUE(bed_has("6.4 01"));
-    start_request(MEMORY_PARAMETERS, bed_count_id, true);
+    TEST_ASSERT_TRUE(fixture_has("6.4 01"));
+    start_request(MEMORY_PARAMETERS, fixture_count_id, true);
     add_area(1U, 2U);
     request(3U);
-    TEST_ASSERT_TRUE(bed_has("1.4 #"));
+    TEST_ASSERT_TRUE(fixture_has("1.4 #"));
     start_request(MEMORY_PARAMETERS, 0U, true);
     add_area(0U, 1U);
     request(3U);
-    TEST_ASSERT_TRUE(bed_has("1.4 #"));
+    TEST_ASSERT_TRUE(fixture_has("1.4 #"));
 }
 
 static void parameters_are_reached_by_address_across_their_borders(void)
 {
-    bed_bring(STATE_PRE_OPERATIONAL, 0U);
-    bed.values.position[1] = 1.5;
-    bed.limit              = 2.5;
+    fixture_bring(STATE_PRE_OPERATIONAL, 0U);
+    fixture.values.position[1] = 1.5;
+    fixture.limit              = 2.5;
     start_request(MEMORY_PARAMETERS, 0U, false);
     add_area(23U, 2U); // The last octet of VALUES and the first of LIMIT.
     request(9U);
-    TEST_ASSERT_TRUE(bed_has("6.10 010001"));
+    TEST_ASSERT_TRUE(fixture_has("6.10 010001"));
     start_request(MEMORY_PARAMETERS, 0U, false);
     add_area(32U, 3U); // COUNT has two octets.
     request(9U);
-    TEST_ASSERT_TRUE(bed_has("1.8 #"));
+    TEST_ASSERT_TRUE(fixture_has("1.8 #"));
     start_request(MEMORY_PARAMETERS, 0U, false);
     add_data(0x8000U, "x", 1U); // Nothing lies there.
     request(2U);
-    TEST_ASSERT_TRUE(bed_has("1.8 #"));
+    TEST_ASSERT_TRUE(fixture_has("1.8 #"));
 }
 
 static void the_component_is_read_but_not_written(void)
 {
-    bed_run(1U);
+    fixture_run(1U);
     start_request(MEMORY_COMPONENT, 0U, false);
-    add_area((uint32_t)(sizeof bed.component - 1U), 1U);
+    add_area((uint32_t)(sizeof fixture.subsystem - 1U), 1U);
     request(9U);
-    TEST_ASSERT_TRUE(bed_has("6.10 02"));
+    TEST_ASSERT_TRUE(fixture_has("6.10 02"));
     for (uint32_t object = 0U; object < 3U; object++) {
         start_request(MEMORY_COMPONENT, object, true);
         add_area(0U, 8U);
         request(7U);
-        TEST_ASSERT_EQUAL(object < 2U, bed_has("6.8 02"));
+        TEST_ASSERT_EQUAL(object < 2U, fixture_has("6.8 02"));
     }
     start_request(MEMORY_COMPONENT, 0U, false);
     add_data(0U, "x", 1U);
     request(2U);
-    TEST_ASSERT_TRUE(bed_has("1.4 #"));
+    TEST_ASSERT_TRUE(fixture_has("1.4 #"));
     start_request(MEMORY_COMPONENT, 0U, false);
     writer.position = 1U;
     request(13U);
-    TEST_ASSERT_TRUE(bed_has("1.7 #"));
-    bed_run((unsigned)(sizeof bed.component / PUS_MEMORY_SLICE) + 1U);
+    TEST_ASSERT_TRUE(fixture_has("1.7 #"));
+    fixture_run((unsigned)(sizeof fixture.subsystem / PUS_MEMORY_SLICE) + 1U);
     TEST_ASSERT_EQUAL_UINT32(1U, storage.memory.memory.counters.passes);
 }
 

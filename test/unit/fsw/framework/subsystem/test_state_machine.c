@@ -53,10 +53,11 @@ static void every_request_in_every_state(void)
             const char* const cell       = cell_name(row, column);
             state_machine_t machine      = machine_in((state_t)row);
             const state_machine_t before = machine;
-            TEST_ASSERT_EQUAL_MESSAGE(answer_of(expected), state_machine_verdict(&machine, requests[column]),
-                                      cell);
             TEST_ASSERT_EQUAL_MESSAGE(answer_of(expected),
-                                      state_machine_request(&machine, requests[column], CAUSE_PLAN), cell);
+                                      subsystem_state_machine_verdict(&machine, requests[column]), cell);
+            TEST_ASSERT_EQUAL_MESSAGE(answer_of(expected),
+                                      subsystem_state_machine_request(&machine, requests[column], CAUSE_PLAN),
+                                      cell);
             machine_check_transitions(&machine, before.state, before.phase);
             if (answer_of(expected) != ANSWER_STARTED) {
                 TEST_ASSERT_EQUAL_MESSAGE(before.action, machine.action, cell);
@@ -79,7 +80,8 @@ static void no_other_target_can_be_asked_for(void)
     for (unsigned row = 0U; row < STATE_COUNT; row++) {
         for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
             state_machine_t machine = machine_in((state_t)row);
-            TEST_ASSERT_EQUAL(ANSWER_NO, state_machine_request(&machine, (state_t)others[i], CAUSE_REQUEST));
+            TEST_ASSERT_EQUAL(ANSWER_NO,
+                              subsystem_state_machine_request(&machine, (state_t)others[i], CAUSE_REQUEST));
             TEST_ASSERT_EQUAL(0U, machine.transition_count);
         }
     }
@@ -89,13 +91,16 @@ static void going_up_needs_a_configuration(void)
 {
     state_machine_t machine = machine_unconfigured();
     TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, machine.phase);
-    TEST_ASSERT_EQUAL(ANSWER_NO, state_machine_request(&machine, STATE_SAFE_OPERATIONAL, CAUSE_REQUEST));
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_configure(&machine));
+    TEST_ASSERT_EQUAL(ANSWER_NO,
+                      subsystem_state_machine_request(&machine, STATE_SAFE_OPERATIONAL, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_state_machine_configure(&machine));
     TEST_ASSERT_EQUAL(PHASE_CONFIGURING, machine.phase);
-    TEST_ASSERT_EQUAL(ANSWER_BUSY, state_machine_request(&machine, STATE_SAFE_OPERATIONAL, CAUSE_REQUEST));
-    state_machine_outcome(&machine, OUTCOME_DONE);
+    TEST_ASSERT_EQUAL(ANSWER_BUSY,
+                      subsystem_state_machine_request(&machine, STATE_SAFE_OPERATIONAL, CAUSE_REQUEST));
+    subsystem_state_machine_outcome(&machine, OUTCOME_DONE);
     TEST_ASSERT_EQUAL(PHASE_CONFIGURED, machine.phase);
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_request(&machine, STATE_SAFE_OPERATIONAL, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      subsystem_state_machine_request(&machine, STATE_SAFE_OPERATIONAL, CAUSE_REQUEST));
 }
 
 static void configurations_are_selected_in_pre_operational_only(void)
@@ -103,24 +108,25 @@ static void configurations_are_selected_in_pre_operational_only(void)
     for (unsigned row = 0U; row < STATE_COUNT; row++) {
         state_machine_t machine = machine_in((state_t)row);
         TEST_ASSERT_EQUAL((row == STATE_PRE_OPERATIONAL) ? ANSWER_STARTED : ANSWER_NO,
-                          state_machine_configure(&machine));
+                          subsystem_state_machine_configure(&machine));
     }
     state_machine_t machine = machine_running(ACTION_CONFIGURE);
-    TEST_ASSERT_EQUAL(ANSWER_BUSY, state_machine_configure(&machine));
+    TEST_ASSERT_EQUAL(ANSWER_BUSY, subsystem_state_machine_configure(&machine));
     TEST_ASSERT_FALSE_MESSAGE(machine.is_configured, "the old configuration is revoked first");
 }
 
 static void a_refused_descriptor_stays_offline(void)
 {
     state_machine_t machine;
-    state_machine_init(&machine, false);
+    subsystem_state_machine_init(&machine, false);
     TEST_ASSERT_EQUAL(PHASE_INVALID, machine.phase);
     for (unsigned target = 1U; target < STATE_COUNT; target++) {
-        TEST_ASSERT_EQUAL(ANSWER_NO, state_machine_request(&machine, (state_t)target, CAUSE_REQUEST));
+        TEST_ASSERT_EQUAL(ANSWER_NO,
+                          subsystem_state_machine_request(&machine, (state_t)target, CAUSE_REQUEST));
     }
-    TEST_ASSERT_EQUAL(ANSWER_DONE, state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_DONE, subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST));
     for (unsigned event = 0U; event < STATE_EVENT_COUNT; event++) {
-        TEST_ASSERT_FALSE(state_machine_event(&machine, (state_event_t)event, CAUSE_NETWORK));
+        TEST_ASSERT_FALSE(subsystem_state_machine_event(&machine, (state_event_t)event, CAUSE_NETWORK));
     }
     TEST_ASSERT_EQUAL(PHASE_INVALID, machine.phase);
 }
@@ -145,7 +151,8 @@ static void every_event_in_every_state(void)
             state_machine_t machine      = machine_in((state_t)column);
             const state_machine_t before = machine;
             TEST_ASSERT_EQUAL_MESSAGE(
-                changes, state_machine_event(&machine, (state_event_t)event, CAUSE_SUPERVISOR_LOST), cell);
+                changes, subsystem_state_machine_event(&machine, (state_event_t)event, CAUSE_SUPERVISOR_LOST),
+                cell);
             machine_check_transitions(&machine, before.state, before.phase);
             TEST_ASSERT_EQUAL_MESSAGE(changes ? CAUSE_SUPERVISOR_LOST : before.cause, machine.cause, cell);
             char walk[WALK_TEXT];
@@ -162,7 +169,7 @@ static void an_error_goes_to_six_before_anything_else(void)
                                              ACTION_STOP_CONTROL, ACTION_DISENGAGE,     ACTION_SECURE};
     for (unsigned i = 0U; i < (sizeof actions / sizeof actions[0]); i++) {
         state_machine_t machine = machine_running(actions[i]);
-        (void)state_machine_event(&machine, EVENT_OWN_HIGH, CAUSE_OWN_ERROR);
+        (void)subsystem_state_machine_event(&machine, EVENT_OWN_HIGH, CAUSE_OWN_ERROR);
         TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, machine.state);
         TEST_ASSERT_EQUAL(ACTION_SECURE, machine.action);
     }
@@ -199,7 +206,7 @@ static void check_outcome(const outcome_row_t* row, state_outcome_t outcome)
     const state_t state       = machine.state;
     const state_phase_t phase = machine.phase;
     const char* const name    = cell_name(row->action, outcome);
-    state_machine_outcome(&machine, outcome);
+    subsystem_state_machine_outcome(&machine, outcome);
     machine_check_transitions(&machine, state, phase);
     TEST_ASSERT_EQUAL_MESSAGE(!is_done, machine.has_failed, name);
     if (!is_done) {
@@ -229,7 +236,7 @@ static void on_the_way_down_nothing_stops_a_failure(void)
     for (unsigned state = STATE_PRE_OPERATIONAL; state < STATE_COUNT; state++) {
         for (int outcome = OUTCOME_FAILED; outcome <= OUTCOME_TIMEOUT; outcome++) {
             state_machine_t machine = machine_in((state_t)state);
-            (void)state_machine_request(&machine, STATE_OFFLINE, CAUSE_SHUTDOWN);
+            (void)subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_SHUTDOWN);
             char walk[WALK_TEXT];
             machine_finish(&machine, (state_outcome_t)outcome, walk);
             // Actuators that cannot be switched off end in 6, where the next request finds them.
@@ -246,20 +253,20 @@ static void a_failure_is_forgotten_by_the_next_request(void)
     for (unsigned i = 0U; i < (sizeof outcome_rows / sizeof outcome_rows[0]); i++) {
         state_machine_t machine = machine_running(outcome_rows[i].action);
         char walk[WALK_TEXT];
-        state_machine_outcome(&machine, OUTCOME_FAILED);
+        subsystem_state_machine_outcome(&machine, OUTCOME_FAILED);
         machine_finish(&machine, OUTCOME_DONE, walk);
         TEST_ASSERT_TRUE_MESSAGE(machine.has_failed, cell_name(outcome_rows[i].action, 0U));
         const state_t next = (machine.state == STATE_OFFLINE) ? STATE_PRE_OPERATIONAL : STATE_OFFLINE;
-        TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_request(&machine, next, CAUSE_REQUEST));
+        TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_state_machine_request(&machine, next, CAUSE_REQUEST));
         TEST_ASSERT_FALSE_MESSAGE(machine.has_failed, cell_name(outcome_rows[i].action, 1U));
         machine_finish(&machine, OUTCOME_DONE, walk);
         TEST_ASSERT_EQUAL(next, machine.state);
         TEST_ASSERT_FALSE_MESSAGE(machine.has_failed, cell_name(outcome_rows[i].action, 2U));
     }
     state_machine_t machine = machine_running(ACTION_CONFIGURE); // A configuration is a request, too.
-    state_machine_outcome(&machine, OUTCOME_FAILED);
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_configure(&machine));
-    state_machine_outcome(&machine, OUTCOME_DONE);
+    subsystem_state_machine_outcome(&machine, OUTCOME_FAILED);
+    TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_state_machine_configure(&machine));
+    subsystem_state_machine_outcome(&machine, OUTCOME_DONE);
     TEST_ASSERT_FALSE(machine.has_failed);
 }
 
@@ -279,12 +286,13 @@ static void requests_for_0_and_6_cut_an_action_short(void)
             const state_t target    = (i == 0U) ? STATE_OFFLINE : STATE_ERROR_OPERATIONAL;
             const char* const name  = cell_name(action, i);
             if (after[action][i] == NULL) { // On its way there: nothing to start, nothing superseded.
-                TEST_ASSERT_EQUAL(ANSWER_DONE, state_machine_request(&machine, target, CAUSE_REQUEST));
+                TEST_ASSERT_EQUAL(ANSWER_DONE,
+                                  subsystem_state_machine_request(&machine, target, CAUSE_REQUEST));
                 TEST_ASSERT_FALSE(machine.is_superseded);
                 continue;
             }
-            TEST_ASSERT_EQUAL_MESSAGE(ANSWER_STARTED, state_machine_request(&machine, target, CAUSE_REQUEST),
-                                      name);
+            TEST_ASSERT_EQUAL_MESSAGE(ANSWER_STARTED,
+                                      subsystem_state_machine_request(&machine, target, CAUSE_REQUEST), name);
             TEST_ASSERT_TRUE_MESSAGE(machine.is_superseded, name);
             char walk[WALK_TEXT];
             machine_finish(&machine, OUTCOME_DONE, walk);
@@ -299,7 +307,8 @@ static void all_other_requests_wait(void)
         for (unsigned column = 1U; column <= 3U; column++) {
             state_machine_t machine      = machine_running((state_action_t)action);
             const state_machine_t before = machine;
-            const state_answer_t answer  = state_machine_request(&machine, requests[column], CAUSE_REQUEST);
+            const state_answer_t answer =
+                subsystem_state_machine_request(&machine, requests[column], CAUSE_REQUEST);
             TEST_ASSERT_TRUE((answer == ANSWER_BUSY) || (answer == ANSWER_NO));
             TEST_ASSERT_EQUAL(before.action, machine.action);
             TEST_ASSERT_EQUAL(before.target, machine.target);
@@ -315,7 +324,7 @@ static void a_request_at_rest_supersedes_nothing(void)
     for (unsigned i = 0U; i < COLUMNS; i++) {
         for (unsigned column = 0U; column < COLUMNS; column++) {
             state_machine_t machine = machine_in(rests[i]);
-            (void)state_machine_request(&machine, requests[column], CAUSE_REQUEST);
+            (void)subsystem_state_machine_request(&machine, requests[column], CAUSE_REQUEST);
             TEST_ASSERT_FALSE(machine.is_superseded);
         }
     }
@@ -324,30 +333,33 @@ static void a_request_at_rest_supersedes_nothing(void)
 static void what_makes_safe_is_never_cut_short(void)
 {
     state_machine_t machine = machine_running(ACTION_SECURE);
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST));
     TEST_ASSERT_EQUAL(ACTION_SECURE, machine.action);
-    TEST_ASSERT_TRUE(state_machine_event(&machine, EVENT_SHUTDOWN, CAUSE_SHUTDOWN));
+    TEST_ASSERT_TRUE(subsystem_state_machine_event(&machine, EVENT_SHUTDOWN, CAUSE_SHUTDOWN));
     TEST_ASSERT_EQUAL(ACTION_SECURE, machine.action);
-    state_machine_outcome(&machine, OUTCOME_FAILED); // Even so the way down begins behind it.
+    subsystem_state_machine_outcome(&machine, OUTCOME_FAILED); // Even so the way down begins behind it.
     TEST_ASSERT_EQUAL(ACTION_POST, machine.action);
     TEST_ASSERT_EQUAL(2U, machine.transition_count);
     TEST_ASSERT_EQUAL(PHASE_UNSECURED, machine.transitions[0].phase);
 
     machine = machine_running(ACTION_DISENGAGE);
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST));
     TEST_ASSERT_EQUAL(ACTION_DISENGAGE, machine.action);
-    state_machine_outcome(&machine, OUTCOME_DONE);
+    subsystem_state_machine_outcome(&machine, OUTCOME_DONE);
     TEST_ASSERT_EQUAL(ACTION_STOP_CONTROL, machine.action);
 }
 
 static void who_is_being_secured_may_be_told_to_stay(void)
 {
     state_machine_t machine = machine_running(ACTION_SECURE);
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST));
     TEST_ASSERT_EQUAL(ANSWER_STARTED,
-                      state_machine_request(&machine, STATE_ERROR_OPERATIONAL, CAUSE_NETWORK));
+                      subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      subsystem_state_machine_request(&machine, STATE_ERROR_OPERATIONAL, CAUSE_NETWORK));
     TEST_ASSERT_TRUE(machine.is_superseded);
-    state_machine_outcome(&machine, OUTCOME_DONE);
+    subsystem_state_machine_outcome(&machine, OUTCOME_DONE);
     TEST_ASSERT_FALSE(machine.is_superseded); // By the last call, that is.
     TEST_ASSERT_EQUAL(PHASE_SECURED, machine.phase);
     TEST_ASSERT_EQUAL(ACTION_NONE, machine.action);
@@ -356,14 +368,15 @@ static void who_is_being_secured_may_be_told_to_stay(void)
 static void a_descriptor_may_come_later(void)
 {
     state_machine_t machine;
-    state_machine_init(&machine, false);
-    state_machine_validate(&machine);
+    subsystem_state_machine_init(&machine, false);
+    subsystem_state_machine_validate(&machine);
     TEST_ASSERT_EQUAL(PHASE_IDLE, machine.phase);
     machine_check_transitions(&machine, STATE_OFFLINE, PHASE_INVALID);
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      subsystem_state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
     machine                      = machine_running(ACTION_CONFIGURE);
     const state_machine_t before = machine;
-    state_machine_validate(&machine); // Where there is one already it changes nothing.
+    subsystem_state_machine_validate(&machine); // Where there is one already it changes nothing.
     TEST_ASSERT_EQUAL(before.phase, machine.phase);
     TEST_ASSERT_EQUAL(before.action, machine.action);
     TEST_ASSERT_EQUAL(0U, machine.transition_count);

@@ -50,13 +50,13 @@ static void visit(const state_machine_t* machine)
 static bool take_step(state_machine_t* machine, unsigned step)
 {
     if (step < TARGETS) {
-        (void)state_machine_request(machine, (state_t)step, CAUSE_REQUEST);
+        (void)subsystem_state_machine_request(machine, (state_t)step, CAUSE_REQUEST);
     } else if (step == STEP_CONFIGURE) {
-        (void)state_machine_configure(machine);
+        (void)subsystem_state_machine_configure(machine);
     } else if (step < STEP_OUTCOME) {
-        (void)state_machine_event(machine, (state_event_t)(step - STEP_EVENT), CAUSE_OWN_ERROR);
+        (void)subsystem_state_machine_event(machine, (state_event_t)(step - STEP_EVENT), CAUSE_OWN_ERROR);
     } else if (machine->action != ACTION_NONE) {
-        state_machine_outcome(machine, (state_outcome_t)(step - STEP_OUTCOME));
+        subsystem_state_machine_outcome(machine, (state_outcome_t)(step - STEP_OUTCOME));
     } else {
         return false;
     }
@@ -125,8 +125,8 @@ static void check_answers(const state_machine_t* machine)
 {
     for (unsigned target = 0U; target < TARGETS; target++) {
         state_machine_t trial        = *machine;
-        const state_answer_t verdict = state_machine_verdict(&trial, (state_t)target);
-        TEST_ASSERT_EQUAL(verdict, state_machine_request(&trial, (state_t)target, CAUSE_REQUEST));
+        const state_answer_t verdict = subsystem_state_machine_verdict(&trial, (state_t)target);
+        TEST_ASSERT_EQUAL(verdict, subsystem_state_machine_request(&trial, (state_t)target, CAUSE_REQUEST));
         if (verdict != ANSWER_STARTED) {
             TEST_ASSERT_EQUAL(machine->action, trial.action);
             TEST_ASSERT_EQUAL(machine->target, trial.target);
@@ -147,7 +147,7 @@ static void explore(void)
     visited_count = 0U;
     for (unsigned valid = 0U; valid < 2U; valid++) {
         state_machine_t start;
-        state_machine_init(&start, valid != 0U);
+        subsystem_state_machine_init(&start, valid != 0U);
         visit(&start);
     }
     for (unsigned next = 0U; next < visited_count; next++) {
@@ -186,7 +186,7 @@ static unsigned longest_walk(const state_machine_t* machine, unsigned depth)
     unsigned longest = depth;
     for (unsigned outcome = 0U; outcome < 3U; outcome++) {
         state_machine_t next = *machine;
-        state_machine_outcome(&next, (state_outcome_t)outcome);
+        subsystem_state_machine_outcome(&next, (state_outcome_t)outcome);
         const unsigned length = longest_walk(&next, depth + 1U);
         longest               = (length > longest) ? length : longest;
     }
@@ -209,7 +209,7 @@ static void every_walk_reaches_its_target_if_nothing_fails(void)
         const state_t target    = machine.target;
         const bool had_failed   = machine.has_failed;
         while (machine.action != ACTION_NONE) {
-            state_machine_outcome(&machine, OUTCOME_DONE);
+            subsystem_state_machine_outcome(&machine, OUTCOME_DONE);
             TEST_ASSERT_EQUAL_MESSAGE(target, machine.target, "the target changed although nothing failed");
         }
         TEST_ASSERT_EQUAL(target, machine.state);
@@ -222,9 +222,9 @@ static void offline_can_be_reached_from_everywhere(void)
     explore();
     for (unsigned i = 0U; i < visited_count; i++) {
         state_machine_t machine = visited[i];
-        (void)state_machine_request(&machine, STATE_OFFLINE, CAUSE_SHUTDOWN);
+        (void)subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_SHUTDOWN);
         while (machine.action != ACTION_NONE) {
-            state_machine_outcome(&machine, OUTCOME_DONE);
+            subsystem_state_machine_outcome(&machine, OUTCOME_DONE);
         }
         TEST_ASSERT_EQUAL(STATE_OFFLINE, machine.state);
     }

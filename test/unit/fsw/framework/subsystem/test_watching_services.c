@@ -4,15 +4,15 @@
 #include "fsw/framework/subsystem/statistics_service.h"
 
 #include "base/octets.h"
-#include "test/unit/fsw/framework/subsystem/bed.h"
+#include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
 #include "unity.h"
 
 #include <string.h>
 
 #define PMONS 2U
 #define STATISTICS 2U
-#define BED_CROSSED 20U // 16 octets of auxiliary data, as a PMON has them,
-#define BED_FAILED 21U  // and 4, as an FMON has them.
+#define FIXTURE_CROSSED 20U // 16 octets of auxiliary data, as a PMON has them,
+#define FIXTURE_FAILED 21U  // and 4, as an FMON has them.
 #define TICKS_PER_S 16777216U
 
 static struct {
@@ -61,7 +61,7 @@ static status_t commit(void* context)
 
 static const pus_persistence_t persistence = {.context = &kept, .put = put, .commit = commit};
 
-static void add_services(void* context, component_t* component)
+static void add_services(void* context, subsystem_t* subsystem)
 {
     TEST_ASSERT_EQUAL_PTR(&storage, context);
     const monitoring_room_t room     = {.pmons      = storage.pmons,
@@ -77,47 +77,48 @@ static void add_services(void* context, component_t* component)
                                         .due        = storage.samples,
                                         .places     = storage.sample_places,
                                         .capacity   = STATISTICS};
-    monitoring_service_add(component, &storage.monitoring, &room);
-    statistics_service_add(component, &storage.statistics, &sampling);
+    subsystem_monitoring_service_add(subsystem, &storage.monitoring, &room);
+    subsystem_statistics_service_add(subsystem, &storage.statistics, &sampling);
 }
 
 static void begin(const pus_persistence_t* where)
 {
     (void)memset(&storage, 0xA5, sizeof storage);
     (void)memset(&kept, 0, sizeof kept);
-    component_config_t config = bed.component.config;
-    config.optional           = (component_services_t){&storage, add_services};
+    subsystem_config_t config = fixture.subsystem.config;
+    config.optional           = (subsystem_services_t){&storage, add_services};
     config.persistence        = where;
-    bed_begin(&config);
+    fixture_begin(&config);
 }
 
 void setUp(void)
 {
-    bed_open_with("<Event name='INFO' id='4' severity='INFORMATIVE'/>",
-                  "<Event name='INFO' id='4' severity='INFORMATIVE'/>"
-                  "<Event name='CROSSED' id='20' severity='LOW'><ParamRef name='WHAT' type='UINT8' "
-                  "count='16'/></Event><Event name='FAILED' id='21' severity='LOW'>"
-                  "<ParamRef name='FMON' type='UINT16'/><ParamRef name='FAILING' type='UINT16'/></Event>");
+    fixture_open_with(
+        "<Event name='INFO' id='4' severity='INFORMATIVE'/>",
+        "<Event name='INFO' id='4' severity='INFORMATIVE'/>"
+        "<Event name='CROSSED' id='20' severity='LOW'><ParamRef name='WHAT' type='UINT8' "
+        "count='16'/></Event><Event name='FAILED' id='21' severity='LOW'>"
+        "<ParamRef name='FMON' type='UINT16'/><ParamRef name='FAILING' type='UINT16'/></Event>");
     begin(NULL);
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static void request(uint8_t service, uint8_t subtype)
 {
-    (void)bed_command(service, subtype, data, writer.position);
+    (void)fixture_command(service, subtype, data, writer.position);
     writer = octet_writer(data, sizeof data);
 }
 
 static void accepted(uint8_t service, uint8_t subtype)
 {
-    bed_forget();
+    fixture_forget();
     request(service, subtype);
-    TEST_ASSERT_TRUE(bed_has("1.7 #"));
-    bed_forget();
+    TEST_ASSERT_TRUE(fixture_has("1.7 #"));
+    fixture_forget();
 }
 
 /// The one record that was kept, handed to a component that begins anew; cut it is refused.
@@ -131,8 +132,8 @@ static void comes_back(uint8_t service)
     TEST_ASSERT_EQUAL_UINT8(service, kept.table);
     (void)memcpy(record, kept.octets, size);
     begin(NULL);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, component_restore(&bed.component, service, key, record, size - 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, component_restore(&bed.component, service, key, record, size));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, subsystem_restore(&fixture.subsystem, service, key, record, size - 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_restore(&fixture.subsystem, service, key, record, size));
 }
 
 // ---- ST[12] ----
@@ -143,7 +144,7 @@ static void write_pmon(uint16_t id, uint16_t low_event, uint16_t high_event)
     writer = octet_writer(data, sizeof data);
     octet_write_u8(&writer, 1U);
     octet_write_u16(&writer, id);
-    octet_write_u32(&writer, bed_count_id);
+    octet_write_u32(&writer, fixture_count_id);
     octet_write_u32(&writer, 0U); // No validity condition.
     octet_write_u16(&writer, 0U);
     octet_write_u32(&writer, 1U);
@@ -165,52 +166,52 @@ static void write_id(uint16_t id)
 /// PMON `id` is enabled with the function, in PRE_OPERATIONAL.
 static void monitored(uint16_t id, uint16_t low_event, uint16_t high_event)
 {
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
-    bed.count = 15U;
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
+    fixture.count = 15U;
     write_pmon(id, low_event, high_event);
     accepted(12U, 5U);
     write_id(id);
     accepted(12U, 1U);
     accepted(12U, 15U);
-    bed_run(1U);
-    bed_forget();
+    fixture_run(1U);
+    fixture_forget();
 }
 
 static void an_event_tells_what_a_monitor_tells(void)
 {
-    monitored(1U, 0U, BED_CROSSED);
-    bed.count = 21U;
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("5.2 event 20 aux 0001"
-                             "02010002"
-                             "01"
-                             "04"
-                             "4035000000000000\n"));
+    monitored(1U, 0U, FIXTURE_CROSSED);
+    fixture.count = 21U;
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("5.2 event 20 aux 0001"
+                                 "02010002"
+                                 "01"
+                                 "04"
+                                 "4035000000000000\n"));
 }
 
 static void an_event_of_another_size_tells_what_its_definition_samples(void)
 {
-    monitored(1U, BED_NOTE, BED_LINK_STALE);
-    bed.limit = 1.0;
-    bed.count = 9U;
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("5.2 event 3 aux 3FF0000000000000\n"));
-    bed.count = 21U;
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("5.4 event 6 aux \n"));
-    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&bed.component)); // As if it was its own.
+    monitored(1U, FIXTURE_NOTE, FIXTURE_LINK_STALE);
+    fixture.limit = 1.0;
+    fixture.count = 9U;
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("5.2 event 3 aux 3FF0000000000000\n"));
+    fixture.count = 21U;
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("5.4 event 6 aux \n"));
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&fixture.subsystem)); // As if it was its own.
 }
 
 /// Values that only its own raiser knows: nobody is told zeros in their place.
 static void an_event_with_values_of_another_raiser_is_refused(void)
 {
-    static const uint16_t events[][2] = {{BED_BROKEN, 0U}, {0U, BED_BROKEN}, {BED_FAILED, 0U}};
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    static const uint16_t events[][2] = {{FIXTURE_BROKEN, 0U}, {0U, FIXTURE_BROKEN}, {FIXTURE_FAILED, 0U}};
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     for (unsigned i = 0U; i < 3U; i++) {
-        bed_forget();
+        fixture_forget();
         write_pmon(1U, events[i][0], events[i][1]);
         request(12U, 5U);
-        const char* const lines = bed_look();
+        const char* const lines = fixture_look();
         TEST_ASSERT_NOT_NULL(strstr(lines, (i < 2U) ? " 0206 1\n" : " 0206 15\n"));
         TEST_ASSERT_NULL(strstr(lines, "1.7 #"));
     }
@@ -219,26 +220,26 @@ static void an_event_with_values_of_another_raiser_is_refused(void)
 static void only_events_of_the_descriptor_can_be_named(void)
 {
     write_pmon(1U, 0U, 999U);
-    bed_forget();
+    fixture_forget();
     request(12U, 5U);
-    TEST_ASSERT_FALSE(bed_has("1.7 #"));
+    TEST_ASSERT_FALSE(fixture_has("1.7 #"));
     TEST_ASSERT_EQUAL_UINT32(1U, storage.monitoring.monitoring.counters.refused);
 }
 
 static void an_event_that_a_new_descriptor_does_not_have_is_not_raised(void)
 {
     static subsystem_descriptor_t without;
-    monitored(1U, 0U, BED_CROSSED);
-    TEST_ASSERT_TRUE(bed_parse(bed_descriptor(), &without));
-    bed.next_descriptor = &without;
-    (void)bed_state(STATE_OFFLINE);
-    bed_run(10U);
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
-    (void)bed_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_RELOAD, NULL, 0U);
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
-    bed.count = 21U;
-    bed_run(1U);
-    TEST_ASSERT_FALSE(bed_has("5."));
+    monitored(1U, 0U, FIXTURE_CROSSED);
+    TEST_ASSERT_TRUE(fixture_parse(fixture_descriptor(), &without));
+    fixture.next_descriptor = &without;
+    (void)fixture_state(STATE_OFFLINE);
+    fixture_run(10U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
+    (void)fixture_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_RELOAD, NULL, 0U);
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
+    fixture.count = 21U;
+    fixture_run(1U);
+    TEST_ASSERT_FALSE(fixture_has("5."));
     TEST_ASSERT_EQUAL_UINT16(PUS_CHECK_HIGH, storage.pmons[storage.order[0]].status);
 }
 
@@ -253,24 +254,24 @@ static status_t find_nothing(void* context, uint32_t parameter_id, uint16_t* out
 
 static pus_parameter_port_t watch_nothing(void* self)
 {
-    TEST_ASSERT_EQUAL_PTR(&bed, self);
+    TEST_ASSERT_EQUAL_PTR(&fixture, self);
     return (pus_parameter_port_t){.context = self, .find = find_nothing};
 }
 
 static void what_is_watched_is_the_subsystem_s_choice(void)
 {
     static subsystem_callbacks_t others;
-    component_config_t config = bed.component.config;
+    subsystem_config_t config = fixture.subsystem.config;
     others                    = *config.callbacks;
     others.watched            = watch_nothing;
     config.callbacks          = &others;
-    config.optional           = (component_services_t){&storage, add_services};
-    bed_begin(&config);
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    config.optional           = (subsystem_services_t){&storage, add_services};
+    fixture_begin(&config);
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     write_pmon(1U, 0U, 0U);
-    bed_forget();
+    fixture_forget();
     request(12U, 5U);
-    TEST_ASSERT_FALSE(bed_has("1.7 #"));
+    TEST_ASSERT_FALSE(fixture_has("1.7 #"));
     TEST_ASSERT_EQUAL_UINT32(1U, storage.monitoring.monitoring.counters.refused);
 }
 
@@ -281,7 +282,7 @@ static void functional_monitoring_raises_events_too(void)
     octet_write_u16(&writer, 5U); // FMON 5, without a validity condition.
     octet_write_u32(&writer, 0U);
     octet_write_u16(&writer, 0U);
-    octet_write_u16(&writer, BED_FAILED);
+    octet_write_u16(&writer, FIXTURE_FAILED);
     octet_write_u16(&writer, 1U);
     octet_write_u8(&writer, 1U);
     octet_write_u16(&writer, 1U);
@@ -289,32 +290,32 @@ static void functional_monitoring_raises_events_too(void)
     write_id(5U);
     accepted(12U, 19U);
     accepted(12U, 17U);
-    bed.count = 21U;
-    bed_run(1U);
-    TEST_ASSERT_TRUE(bed_has("5.2 event 21 aux 00050001\n"));
+    fixture.count = 21U;
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("5.2 event 21 aux 00050001\n"));
 }
 
 static void what_is_not_there_is_not_judged(void)
 {
-    monitored(1U, BED_CROSSED, BED_CROSSED);
-    (void)bed_state(STATE_OFFLINE);
-    bed_run(10U);
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+    monitored(1U, FIXTURE_CROSSED, FIXTURE_CROSSED);
+    (void)fixture_state(STATE_OFFLINE);
+    fixture_run(10U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_INVALID, storage.pmons[storage.order[0]].status);
-    bed.count = 21U;
-    bed_run(10U);
-    TEST_ASSERT_FALSE(bed_has("5."));
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE); // Its parameters are there again.
-    bed.count = 21U;
-    bed_run(1U);
+    fixture.count = 21U;
+    fixture_run(10U);
+    TEST_ASSERT_FALSE(fixture_has("5."));
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE); // Its parameters are there again.
+    fixture.count = 21U;
+    fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_HIGH, storage.pmons[storage.order[0]].status);
 }
 
 static void a_definition_comes_back_from_its_record(void)
 {
     begin(&persistence);
-    bed_bring(STATE_PRE_OPERATIONAL, 0U);
-    write_pmon(7U, BED_NOTE, BED_CROSSED);
+    fixture_bring(STATE_PRE_OPERATIONAL, 0U);
+    write_pmon(7U, FIXTURE_NOTE, FIXTURE_CROSSED);
     accepted(12U, 5U);
     comes_back(12U);
     TEST_ASSERT_EQUAL_UINT16(1U, storage.monitoring.monitoring.pmon_count);
@@ -328,7 +329,7 @@ static void write_statistic(uint32_t interval_ms)
     const uint64_t ticks = (((uint64_t)interval_ms * TICKS_PER_S) + 999U) / 1000U;
     writer               = octet_writer(data, sizeof data);
     octet_write_u8(&writer, 1U);
-    octet_write_u32(&writer, bed_count_id);
+    octet_write_u32(&writer, fixture_count_id);
     octet_write_u8(&writer, 0U);
     octet_write_u16(&writer, 0U);
     octet_write_u32(&writer, (uint32_t)ticks);
@@ -341,42 +342,42 @@ static uint32_t samples(void)
 
 static void intervals_are_of_time_and_not_of_cycles(void)
 {
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
-    bed_run(1U);
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
+    fixture_run(1U);
     write_statistic(5U);
     accepted(4U, 6U);
-    bed_run(100U); // Of 1 ms.
+    fixture_run(100U); // Of 1 ms.
     TEST_ASSERT_EQUAL_UINT32(20U, samples());
-    (void)bed_state(STATE_OFFLINE);
-    bed_run_until(bed.now_ns + 100000000U);
-    bed_run(1U);
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&bed.component));
+    (void)fixture_state(STATE_OFFLINE);
+    fixture_run_until(fixture.now_ns + 100000000U);
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     const uint32_t missing = storage.statistics.statistics.counters.missing;
-    bed_run(10U); // Of 10 ms each: not twice in one, though two were due.
+    fixture_run(10U); // Of 10 ms each: not twice in one, though two were due.
     TEST_ASSERT_EQUAL_UINT32(missing + 10U, storage.statistics.statistics.counters.missing);
 }
 
 static void no_interval_is_shorter_than_a_millisecond(void)
 {
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     write_statistic(0U);
     request(4U, 6U);
-    TEST_ASSERT_TRUE(bed_has("1.4 #"));
+    TEST_ASSERT_TRUE(fixture_has("1.4 #"));
     write_statistic(1U);
     accepted(4U, 6U);
-    bed_run(10U);
+    fixture_run(10U);
     TEST_ASSERT_EQUAL_UINT32(10U, samples());
 }
 
 static void a_statistic_comes_back_from_its_record(void)
 {
     begin(&persistence);
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     write_statistic(1U);
     accepted(4U, 6U);
     comes_back(4U);
-    bed_bring(STATE_PRE_OPERATIONAL, BED_ALONE);
-    bed_run(10U);
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
+    fixture_run(10U);
     TEST_ASSERT_TRUE(samples() >= 10U);
 }
 

@@ -2,7 +2,7 @@
 // Communication over real loopback connections: framing up, reports down, and clients that misbehave.
 #include "fsw/subsystems/communication/communication.h"
 
-#include "test/unit/fsw/subsystems/communication/bed.h"
+#include "test/unit/fsw/subsystems/communication/communication_fixture.h"
 #include "unity.h"
 
 #include <string.h>
@@ -13,12 +13,12 @@
 
 void setUp(void)
 {
-    bed_open_up();
+    fixture_open_up();
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 // ---- Up ----
@@ -27,91 +27,91 @@ static void a_request_goes_up_wherever_the_stream_is_cut(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
     unsigned count = 0U;
-    bed_connect(0U);
-    const size_t size = bed_request(packet, 1U, 7U, 5U);
+    fixture_connect(0U);
+    const size_t size = fixture_request(packet, 1U, 7U, 5U);
     for (size_t cut = 1U; cut < size; cut++) {
-        bed_write(0U, packet, cut);
-        bed_run(2U);
-        TEST_ASSERT_EQUAL(count, bed.request_count);
-        bed_write(0U, &packet[cut], size - cut);
+        fixture_write(0U, packet, cut);
+        fixture_run(2U);
+        TEST_ASSERT_EQUAL(count, fixture.request_count);
+        fixture_write(0U, &packet[cut], size - cut);
         count++;
-        bed_run_until_requests(count);
-        TEST_ASSERT_EQUAL(size, bed.requests[count - 1U].size);
-        TEST_ASSERT_EQUAL(7U, bed.requests[count - 1U].sequence);
+        fixture_run_until_requests(count);
+        TEST_ASSERT_EQUAL(size, fixture.requests[count - 1U].size);
+        TEST_ASSERT_EQUAL(7U, fixture.requests[count - 1U].sequence);
     }
     for (size_t i = 0U; i < size; i++) { // Octet by octet.
-        bed_write(0U, &packet[i], 1U);
-        bed_run(2U);
+        fixture_write(0U, &packet[i], 1U);
+        fixture_run(2U);
     }
-    bed_run_until_requests(count + 1U);
-    TEST_ASSERT_FALSE(bed_is_ended(0U));
+    fixture_run_until_requests(count + 1U);
+    TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
 static void many_requests_in_one_segment_keep_their_order(void)
 {
     static uint8_t stream[60000];
     size_t used = 0U;
-    bed_connect(0U);
+    fixture_connect(0U);
     for (uint16_t i = 0U; i < 200U; i++) {
         static uint8_t packet[PUS_PACKET_MAX];
-        const size_t size = bed_request(packet, 1U, i, i);
+        const size_t size = fixture_request(packet, 1U, i, i);
         (void)memcpy(&stream[used], packet, size);
         used += size;
     }
-    bed_write(0U, stream, used);
-    bed_run_until_requests(200U);
+    fixture_write(0U, stream, used);
+    fixture_run_until_requests(200U);
     for (uint16_t i = 0U; i < 200U; i++) {
-        TEST_ASSERT_EQUAL(i, bed.requests[i].sequence);
-        TEST_ASSERT_EQUAL(13U + i, bed.requests[i].size);
+        TEST_ASSERT_EQUAL(i, fixture.requests[i].sequence);
+        TEST_ASSERT_EQUAL(13U + i, fixture.requests[i].size);
     }
-    TEST_ASSERT_EQUAL(200U, bed.communication.counters.tc_received);
-    TEST_ASSERT_EQUAL(used, bed.communication.counters.octets_received);
+    TEST_ASSERT_EQUAL(200U, fixture.communication.counters.tc_received);
+    TEST_ASSERT_EQUAL(used, fixture.communication.counters.octets_received);
 }
 
 static void the_largest_request_goes_up(void)
 {
-    bed_connect(0U);
-    bed_write_request(0U, 1U, 1U, PUS_TC_DATA_MAX);
-    bed_write_request(0U, 1U, 2U, PUS_TC_DATA_MAX);
-    bed_run_until_requests(2U);
-    TEST_ASSERT_EQUAL(PUS_PACKET_MAX, bed.requests[0].size);
-    TEST_ASSERT_EQUAL(2U, bed.requests[1].sequence);
+    fixture_connect(0U);
+    fixture_write_request(0U, 1U, 1U, PUS_TC_DATA_MAX);
+    fixture_write_request(0U, 1U, 2U, PUS_TC_DATA_MAX);
+    fixture_run_until_requests(2U);
+    TEST_ASSERT_EQUAL(PUS_PACKET_MAX, fixture.requests[0].size);
+    TEST_ASSERT_EQUAL(2U, fixture.requests[1].sequence);
 }
 
 static void garbage_ends_the_connection_and_no_other(void)
 {
     uint8_t garbage[64];
     (void)memset(garbage, 0xFF, sizeof garbage);
-    bed_connect(0U);
-    bed_connect(1U);
-    bed_write(0U, garbage, sizeof garbage);
-    bed_run(3U);
-    TEST_ASSERT_TRUE(bed_is_ended(0U));
-    bed_write_request(1U, 1U, 1U, 0U);
-    bed_run_until_requests(1U);
-    TEST_ASSERT_FALSE(bed_is_ended(1U));
-    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_GROUND_LOST]);
-    bed_connect(2U); // Its place is free again.
-    bed_write_request(2U, 1U, 2U, 0U);
-    bed_run_until_requests(2U);
+    fixture_connect(0U);
+    fixture_connect(1U);
+    fixture_write(0U, garbage, sizeof garbage);
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_is_ended(0U));
+    fixture_write_request(1U, 1U, 1U, 0U);
+    fixture_run_until_requests(1U);
+    TEST_ASSERT_FALSE(fixture_is_ended(1U));
+    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_LOST]);
+    fixture_connect(2U); // Its place is free again.
+    fixture_write_request(2U, 1U, 2U, 0U);
+    fixture_run_until_requests(2U);
 }
 
 static void what_is_framed_is_not_judged(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
-    bed_connect(0U);
-    size_t size = bed_request(packet, 1U, 1U, 0U);
+    fixture_connect(0U);
+    size_t size = fixture_request(packet, 1U, 1U, 0U);
     packet[size - 1U] ^= 0xFFU; // Checksum: the supervisor's business.
-    bed_write(0U, packet, size);
-    bed_run_until_requests(1U);
+    fixture_write(0U, packet, size);
+    fixture_run_until_requests(1U);
     packet[0] = 0x08U; // A report from the ground is none of its business.
-    bed_write(0U, packet, size);
-    bed_write_request(0U, 1U, 2U, 0U);
-    bed_run_until_requests(2U);
-    TEST_ASSERT_EQUAL(2U, bed.requests[1].sequence);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL(1U, bed.communication.counters.tc_refused);
-    TEST_ASSERT_FALSE(bed_is_ended(0U));
+    fixture_write(0U, packet, size);
+    fixture_write_request(0U, 1U, 2U, 0U);
+    fixture_run_until_requests(2U);
+    TEST_ASSERT_EQUAL(2U, fixture.requests[1].sequence);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(1U, fixture.communication.counters.tc_refused);
+    TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
 static void random_octets_break_nothing(void)
@@ -125,68 +125,68 @@ static void random_octets_break_nothing(void)
         }
         octets[0] = (uint8_t)((octets[0] & 0x07U) | 0x18U);
         octets[4] &= 0x0FU; // A length that may be believed, now and then.
-        bed_connect(0U);
-        bed_write(0U, octets, sizeof octets);
-        bed_run(3U);
-        bed_disconnect(0U);
-        bed_run(2U);
+        fixture_connect(0U);
+        fixture_write(0U, octets, sizeof octets);
+        fixture_run(3U);
+        fixture_disconnect(0U);
+        fixture_run(2U);
     }
-    bed_connect(0U);
-    const unsigned before = bed.request_count;
-    bed_write_request(0U, 1U, 1U, 0U);
-    bed_run_until_requests(before + 1U);
+    fixture_connect(0U);
+    const unsigned before = fixture.request_count;
+    fixture_write_request(0U, 1U, 1U, 0U);
+    fixture_run_until_requests(before + 1U);
 }
 
 static void a_full_mailbox_keeps_requests_waiting(void)
 {
-    bed_connect(0U);
-    bed_connect(1U);
-    bed.is_uplink_full = true;
+    fixture_connect(0U);
+    fixture_connect(1U);
+    fixture.is_uplink_full = true;
     for (uint16_t i = 0U; i < 2000U; i++) { // More than the buffer of a client holds.
-        bed_write_request(0U, 1U, i, 0U);
+        fixture_write_request(0U, 1U, i, 0U);
         if ((i % 100U) == 0U) {
-            bed_step();
+            fixture_step();
         }
     }
-    bed_run(20U);
-    TEST_ASSERT_EQUAL(0U, bed.request_count);
-    TEST_ASSERT_FALSE(bed_is_ended(0U));
-    bed.is_uplink_full = false;
-    for (unsigned room = 32U; bed.request_count < 2000U; room += 32U) { // A window at a time.
-        bed.uplink_room = room;
-        bed_step();
+    fixture_run(20U);
+    TEST_ASSERT_EQUAL(0U, fixture.request_count);
+    TEST_ASSERT_FALSE(fixture_is_ended(0U));
+    fixture.is_uplink_full = false;
+    for (unsigned room = 32U; fixture.request_count < 2000U; room += 32U) { // A window at a time.
+        fixture.uplink_room = room;
+        fixture_step();
         TEST_ASSERT_TRUE(room < 6400U);
     }
     for (uint16_t i = 0U; i < 2000U; i++) {
-        TEST_ASSERT_EQUAL(i, bed.requests[i].sequence);
+        TEST_ASSERT_EQUAL(i, fixture.requests[i].sequence);
     }
-    TEST_ASSERT_FALSE(bed_is_ended(0U));
+    TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
 // ---- Down ----
 
 static void reports_go_where_their_user_spoke_last(void)
 {
-    bed_connect(0U);
-    bed_connect(1U);
-    bed_write_request(0U, 1U, 1U, 0U);
-    bed_write_request(1U, 3U, 1U, 0U);
-    bed_run_until_requests(2U);
-    bed_report(1U, 1U, 7U, 100U, 0U);
-    bed_report(3U, 1U, 7U, 300U, 0U);
-    bed_report(0U, EVENT_SERVICE, 2U, 500U, 0U); // To all.
-    bed_report(2U, 1U, 7U, 200U, 0U);            // To a user that never spoke.
-    bed_step();
-    TEST_ASSERT_EQUAL(100U, bed_next_report(0U));
-    TEST_ASSERT_EQUAL(500U, bed_next_report(0U));
-    TEST_ASSERT_EQUAL(300U, bed_next_report(1U));
-    TEST_ASSERT_EQUAL(500U, bed_next_report(1U));
-    bed_write_request(1U, 1U, 2U, 0U); // User 1 moves.
-    bed_run_until_requests(3U);
-    bed_report(1U, 1U, 7U, 101U, 0U);
-    bed_step();
-    TEST_ASSERT_EQUAL(101U, bed_next_report(1U));
-    TEST_ASSERT_EQUAL(UINT32_MAX, bed_next_report(0U));
+    fixture_connect(0U);
+    fixture_connect(1U);
+    fixture_write_request(0U, 1U, 1U, 0U);
+    fixture_write_request(1U, 3U, 1U, 0U);
+    fixture_run_until_requests(2U);
+    fixture_report(1U, 1U, 7U, 100U, 0U);
+    fixture_report(3U, 1U, 7U, 300U, 0U);
+    fixture_report(0U, EVENT_SERVICE, 2U, 500U, 0U); // To all.
+    fixture_report(2U, 1U, 7U, 200U, 0U);            // To a user that never spoke.
+    fixture_step();
+    TEST_ASSERT_EQUAL(100U, fixture_next_report(0U));
+    TEST_ASSERT_EQUAL(500U, fixture_next_report(0U));
+    TEST_ASSERT_EQUAL(300U, fixture_next_report(1U));
+    TEST_ASSERT_EQUAL(500U, fixture_next_report(1U));
+    fixture_write_request(1U, 1U, 2U, 0U); // User 1 moves.
+    fixture_run_until_requests(3U);
+    fixture_report(1U, 1U, 7U, 101U, 0U);
+    fixture_step();
+    TEST_ASSERT_EQUAL(101U, fixture_next_report(1U));
+    TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
 }
 
 /// They have no secondary header, so no destination: what stands in its place is a part of the time.
@@ -194,18 +194,18 @@ static void time_packets_go_to_all(void)
 {
     static const uint8_t packet[18] = {0x00, 0x00, 0xC0, 0x3F, 0x00, 0x0B, 0x00, 0x1F, 0x80,
                                        0xAF, 0xD3, 0x07, 0x00, 0x00, 0x00, 0x00, 0x12, 0x34};
-    bed_connect(0U);
-    bed_connect(1U);
-    bed_write_request(0U, 1U, 1U, 0U);
-    bed_write_request(1U, 3U, 1U, 0U);
-    bed_run_until_requests(2U);
-    component_accept(&bed.component, packet, sizeof packet, bed.now_ns);
-    bed_step();
+    fixture_connect(0U);
+    fixture_connect(1U);
+    fixture_write_request(0U, 1U, 1U, 0U);
+    fixture_write_request(1U, 3U, 1U, 0U);
+    fixture_run_until_requests(2U);
+    subsystem_accept(&fixture.component, packet, sizeof packet, fixture.now_ns);
+    fixture_step();
     for (unsigned client = 0U; client < 2U; client++) {
         uint8_t octets[sizeof packet] = {0};
         size_t held                   = 0U;
         for (unsigned tries = 0U; (tries < 4U) && (held < sizeof packet); tries++) {
-            held += bed_read(client, &octets[held], sizeof packet - held);
+            held += fixture_read(client, &octets[held], sizeof packet - held);
         }
         TEST_ASSERT_EQUAL_UINT64(sizeof packet, held);
         TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, octets, sizeof packet);
@@ -214,66 +214,66 @@ static void time_packets_go_to_all(void)
 
 static void a_user_whose_connection_is_gone_is_forgotten(void)
 {
-    bed_connect(0U);
-    bed_write_request(0U, 1U, 1U, 0U);
-    bed_run_until_requests(1U);
-    bed_report(1U, 1U, 7U, 1U, 0U);
-    bed_disconnect(0U);
-    bed_run(3U);
-    bed_connect(1U); // Takes the same place.
-    bed_report(1U, 1U, 7U, 100U, 0U);
-    bed_run(2U);
-    TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, bed_next_report(1U), "a report for another");
-    TEST_ASSERT_EQUAL(2U, bed.events[COMMUNICATION_EVENT_GROUND_CONNECTED]);
-    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_GROUND_LOST]);
+    fixture_connect(0U);
+    fixture_write_request(0U, 1U, 1U, 0U);
+    fixture_run_until_requests(1U);
+    fixture_report(1U, 1U, 7U, 1U, 0U);
+    fixture_disconnect(0U);
+    fixture_run(3U);
+    fixture_connect(1U); // Takes the same place.
+    fixture_report(1U, 1U, 7U, 100U, 0U);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, fixture_next_report(1U), "a report for another");
+    TEST_ASSERT_EQUAL(2U, fixture.events[COMMUNICATION_EVENT_GROUND_CONNECTED]);
+    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_LOST]);
 }
 
 static void more_users_than_places_share_the_last(void)
 {
-    bed_connect(0U);
-    bed_connect(1U);
+    fixture_connect(0U);
+    fixture_connect(1U);
     for (uint16_t user = 1U; user <= (COMMUNICATION_USERS + 2U); user++) {
-        bed_write_request(user % 2U, user, user, 0U);
-        bed_run_until_requests(user);
+        fixture_write_request(user % 2U, user, user, 0U);
+        fixture_run_until_requests(user);
     }
     for (uint16_t user = 1U; user <= (COMMUNICATION_USERS + 2U); user++) {
-        bed_report(user, 1U, 7U, user, 0U);
-        bed_step();
+        fixture_report(user, 1U, 7U, user, 0U);
+        fixture_step();
         const bool is_kept = (user < COMMUNICATION_USERS) || (user == (COMMUNICATION_USERS + 2U));
-        TEST_ASSERT_EQUAL(is_kept ? user : UINT32_MAX, bed_next_report(user % 2U));
+        TEST_ASSERT_EQUAL(is_kept ? user : UINT32_MAX, fixture_next_report(user % 2U));
     }
 }
 
 static void reports_to_on_board_users_are_not_for_the_ground(void)
 {
-    bed_connect(0U);
-    bed_report(0x8010U, 1U, 7U, 1U, 0U);
-    bed_report(0x8001U, 1U, 7U, 1U, 0U);
-    bed_step();
-    TEST_ASSERT_EQUAL(UINT32_MAX, bed_next_report(0U));
+    fixture_connect(0U);
+    fixture_report(0x8010U, 1U, 7U, 1U, 0U);
+    fixture_report(0x8001U, 1U, 7U, 1U, 0U);
+    fixture_step();
+    TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
     uint8_t cut[12] = {0x08U, 0x10U}; // Too short to have a destination.
-    component_accept(&bed.component, cut, sizeof cut, bed.now_ns);
-    bed_step();
-    TEST_ASSERT_EQUAL(UINT32_MAX, bed_next_report(0U));
+    subsystem_accept(&fixture.component, cut, sizeof cut, fixture.now_ns);
+    fixture_step();
+    TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
 }
 
 static void what_is_sent_is_told_to_the_octet(void)
 {
-    bed_connect(0U);
-    bed_connect(1U);
+    fixture_connect(0U);
+    fixture_connect(1U);
     uint32_t expected = 0U;
     for (uint32_t i = 0U; i < 50U; i++) {
-        bed_report(0U, EVENT_SERVICE, 1U, i, i * 10U);
+        fixture_report(0U, EVENT_SERVICE, 1U, i, i * 10U);
         expected += 27U + (i * 10U);
-        bed_step();
+        fixture_step();
     }
-    TEST_ASSERT_EQUAL(expected, bed.sent[0]);
-    TEST_ASSERT_EQUAL(expected, bed.sent[1]);
-    TEST_ASSERT_EQUAL(2U * expected, bed.communication.counters.octets_sent);
-    TEST_ASSERT_EQUAL(100U, bed.communication.counters.tm_sent);
+    TEST_ASSERT_EQUAL(expected, fixture.sent[0]);
+    TEST_ASSERT_EQUAL(expected, fixture.sent[1]);
+    TEST_ASSERT_EQUAL(2U * expected, fixture.communication.counters.octets_sent);
+    TEST_ASSERT_EQUAL(100U, fixture.communication.counters.tm_sent);
     for (uint32_t i = 0U; i < 50U; i++) {
-        TEST_ASSERT_EQUAL(i, bed_next_report(0U));
-        TEST_ASSERT_EQUAL(i, bed_next_report(1U));
+        TEST_ASSERT_EQUAL(i, fixture_next_report(0U));
+        TEST_ASSERT_EQUAL(i, fixture_next_report(1U));
     }
 }
 
@@ -283,54 +283,54 @@ static void a_slow_reader_loses_housekeeping_only(void)
 {
     uint32_t number = 0U;
     uint32_t events = 0U;
-    bed_connect(0U);
-    bed_connect(1U);
-    for (; bed.communication.counters.tm_dropped < 200U; number++) {
+    fixture_connect(0U);
+    fixture_connect(1U);
+    for (; fixture.communication.counters.tm_dropped < 200U; number++) {
         const bool is_event = (number % 50U) == 0U;
-        bed_report(0U, is_event ? EVENT_SERVICE : HK_SERVICE, is_event ? 2U : HK_SUBTYPE, number, 3000U);
+        fixture_report(0U, is_event ? EVENT_SERVICE : HK_SERVICE, is_event ? 2U : HK_SUBTYPE, number, 3000U);
         events += is_event ? 1U : 0U;
         if ((number % 8U) == 0U) {
-            bed_step();
+            fixture_step();
         }
         if ((number % 4U) == 0U) { // The other one reads all the time.
             uint8_t octets[65536];
-            while (bed_read(1U, octets, sizeof octets) == sizeof octets) {
+            while (fixture_read(1U, octets, sizeof octets) == sizeof octets) {
             }
         }
         TEST_ASSERT_TRUE(number < 20000U);
     }
-    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_TM_DROPPED]); // Told once.
-    TEST_ASSERT_TRUE(flow_tcp_is_connected(&bed.communication.flow, 0U));
-    TEST_ASSERT_EQUAL(0U, bed_next_report(0U)); // The first, and then everything that was kept, in order.
+    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_TM_DROPPED]); // Told once.
+    TEST_ASSERT_TRUE(flow_tcp_is_connected(&fixture.communication.flow, 0U));
+    TEST_ASSERT_EQUAL(0U, fixture_next_report(0U)); // The first, and then everything that was kept, in order.
     uint32_t last     = 0U;
     uint32_t received = 1U;
     uint32_t seen     = 1U;
-    while (received < (number - bed.communication.counters.tm_dropped)) {
-        const uint32_t found = bed_next_report(0U);
+    while (received < (number - fixture.communication.counters.tm_dropped)) {
+        const uint32_t found = fixture_next_report(0U);
         TEST_ASSERT_TRUE((found > last) && (found < number));
         last = found;
         received++;
         seen += ((found % 50U) == 0U) ? 1U : 0U;
     }
-    TEST_ASSERT_EQUAL(UINT32_MAX, bed_next_report(0U));
+    TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
     TEST_ASSERT_EQUAL(events, seen);
 }
 
 static void a_reader_that_reads_nothing_at_all_is_let_go(void)
 {
-    bed_connect(0U);
-    for (uint32_t i = 0U; (i < 20000U) && flow_tcp_is_connected(&bed.communication.flow, 0U); i++) {
-        bed_report(0U, EVENT_SERVICE, 2U, i, 3000U);
+    fixture_connect(0U);
+    for (uint32_t i = 0U; (i < 20000U) && flow_tcp_is_connected(&fixture.communication.flow, 0U); i++) {
+        fixture_report(0U, EVENT_SERVICE, 2U, i, 3000U);
         if ((i % 16U) == 0U) {
-            bed_step();
+            fixture_step();
         }
     }
-    TEST_ASSERT_FALSE(flow_tcp_is_connected(&bed.communication.flow, 0U));
-    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_GROUND_LOST]);
-    bed_connect(1U);
-    bed_report(0U, EVENT_SERVICE, 2U, 77U, 0U);
-    bed_step();
-    TEST_ASSERT_EQUAL(77U, bed_next_report(1U)); // Nothing of its predecessor's is left in the place.
+    TEST_ASSERT_FALSE(flow_tcp_is_connected(&fixture.communication.flow, 0U));
+    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_LOST]);
+    fixture_connect(1U);
+    fixture_report(0U, EVENT_SERVICE, 2U, 77U, 0U);
+    fixture_step();
+    TEST_ASSERT_EQUAL(77U, fixture_next_report(1U)); // Nothing of its predecessor's is left in the place.
 }
 
 // ---- Clients ----
@@ -338,172 +338,174 @@ static void a_reader_that_reads_nothing_at_all_is_let_go(void)
 static void clients_beyond_the_limit_are_turned_away(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
-        bed_connect(i);
+        fixture_connect(i);
     }
-    bed_connect(COMMUNICATION_CLIENTS);
-    TEST_ASSERT_TRUE(bed_is_ended(COMMUNICATION_CLIENTS));
-    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, bed.communication.counters.connected);
-    bed_disconnect(2U);
-    bed_run(3U);
-    bed_connect(5U);
-    bed_write_request(5U, 1U, 1U, 0U);
-    bed_run_until_requests(1U);
-    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, bed.communication.status.connections);
-    TEST_ASSERT_EQUAL(1U, bed.communication.counters.disconnected);
+    fixture_connect(COMMUNICATION_CLIENTS);
+    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS));
+    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.counters.connected);
+    fixture_disconnect(2U);
+    fixture_run(3U);
+    fixture_connect(5U);
+    fixture_write_request(5U, 1U, 1U, 0U);
+    fixture_run_until_requests(1U);
+    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.status.connections);
+    TEST_ASSERT_EQUAL(1U, fixture.communication.counters.disconnected);
 }
 
 static void the_port_answers_when_it_is_configured(void)
 {
-    bed_close();
-    bed_open();
-    bed_connect(0U); // The launcher's socket takes the connection; nobody is there yet.
-    bed_write_request(0U, 1U, 1U, 0U);
-    bed_run(5U);
-    TEST_ASSERT_EQUAL(0U, bed.request_count);
+    fixture_close();
+    fixture_open();
+    fixture_connect(0U); // The launcher's socket takes the connection; nobody is there yet.
+    fixture_write_request(0U, 1U, 1U, 0U);
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(0U, fixture.request_count);
     TEST_ASSERT_EQUAL(ANSWER_STARTED,
-                      component_request(&bed.component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
-    bed_run(5U);
-    TEST_ASSERT_EQUAL(0U, bed.request_count);
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_select(&bed.component, COMMUNICATION_CONFIGURATION_FLIGHT));
-    bed_run_until_requests(1U);
+                      subsystem_request(&fixture.component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(0U, fixture.request_count);
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      subsystem_select(&fixture.component, COMMUNICATION_CONFIGURATION_FLIGHT));
+    fixture_run_until_requests(1U);
 }
 
 static void a_port_that_is_none_is_an_error(void)
 {
-    bed_close();
-    bed_open();
-    bed.communication.listener = 9999;
+    fixture_close();
+    fixture_open();
+    fixture.communication.listener = 9999;
     TEST_ASSERT_EQUAL(ANSWER_STARTED,
-                      component_request(&bed.component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
-    bed_run(5U);
-    TEST_ASSERT_EQUAL(ANSWER_STARTED, component_select(&bed.component, COMMUNICATION_CONFIGURATION_FLIGHT));
-    bed_run(5U);
-    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_PORT_FAILED]);
-    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&bed.component));
+                      subsystem_request(&fixture.component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(ANSWER_STARTED,
+                      subsystem_select(&fixture.component, COMMUNICATION_CONFIGURATION_FLIGHT));
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_PORT_FAILED]);
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&fixture.component));
 }
 
-// ---- The participant of the calendar ----
+// ---- The participant of the scheduler ----
 
 static void of_the_participant_exactly_what_was_announced_is_taken(void)
 {
-    bed_connect(0U);
-    bed.participant       = bed.ports[0];
-    const unsigned before = bed.intrusions;
-    bed_write_request(0U, 1U, 1U, 0U);
-    bed_write_request(0U, 1U, 2U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
-    TEST_ASSERT_EQUAL(0U, bed.request_count);
-    bool is_missing = communication_take_in(&bed.communication, 13U);
+    fixture_connect(0U);
+    fixture.participant   = fixture.ports[0];
+    const unsigned before = fixture.intrusions;
+    fixture_write_request(0U, 1U, 1U, 0U);
+    fixture_write_request(0U, 1U, 2U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
+    TEST_ASSERT_EQUAL(0U, fixture.request_count);
+    bool is_missing = communication_take_in(&fixture.communication, 13U);
     TEST_ASSERT_FALSE(is_missing);
-    TEST_ASSERT_EQUAL(1U, bed.request_count);
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 5U)); // Announced in two parts.
-    TEST_ASSERT_EQUAL(1U, bed.request_count);
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 8U));
-    TEST_ASSERT_EQUAL(2U, bed.request_count);
-    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 13U)); // On its way.
-    bed_write_request(0U, 1U, 3U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
-    TEST_ASSERT_EQUAL(3U, bed.request_count);
-    TEST_ASSERT_EQUAL(before, bed.intrusions);
-    bed_connect(1U); // Somebody else, whenever it comes,
-    TEST_ASSERT_EQUAL(before + 1U, bed.intrusions);
-    bed_write_request(1U, 3U, 1U, 0U); // and whatever it says.
-    bed_run_until_requests(4U);
-    TEST_ASSERT_EQUAL(before + 2U, bed.intrusions);
+    TEST_ASSERT_EQUAL(1U, fixture.request_count);
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 5U)); // Announced in two parts.
+    TEST_ASSERT_EQUAL(1U, fixture.request_count);
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 8U));
+    TEST_ASSERT_EQUAL(2U, fixture.request_count);
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U)); // On its way.
+    fixture_write_request(0U, 1U, 3U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
+    TEST_ASSERT_EQUAL(3U, fixture.request_count);
+    TEST_ASSERT_EQUAL(before, fixture.intrusions);
+    fixture_connect(1U); // Somebody else, whenever it comes,
+    TEST_ASSERT_EQUAL(before + 1U, fixture.intrusions);
+    fixture_write_request(1U, 3U, 1U, 0U); // and whatever it says.
+    fixture_run_until_requests(4U);
+    TEST_ASSERT_EQUAL(before + 2U, fixture.intrusions);
 }
 
 static void a_participant_waits_for_room_above_without_being_missed(void)
 {
-    bed_connect(0U);
-    bed.participant    = bed.ports[0];
-    bed.is_uplink_full = true;
+    fixture_connect(0U);
+    fixture.participant    = fixture.ports[0];
+    fixture.is_uplink_full = true;
     for (uint16_t i = 0U; i < 1000U; i++) {
-        bed_write_request(0U, 1U, i, 0U);
+        fixture_write_request(0U, 1U, i, 0U);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 13000U)); // Not missing: refused above.
-    bed.is_uplink_full = false;
-    bed_run_until_requests(1000U);
-    TEST_ASSERT_EQUAL(0U, bed.communication.owed);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 13000U)); // Not missing: refused above.
+    fixture.is_uplink_full = false;
+    fixture_run_until_requests(1000U);
+    TEST_ASSERT_EQUAL(0U, fixture.communication.owed);
 }
 
 static void a_participant_that_hangs_up_owes_nothing(void)
 {
-    bed_connect(0U);
-    bed.participant = bed.ports[0];
-    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 13U));
-    bed_disconnect(0U);
-    for (unsigned i = 0U; (i < 100U) && flow_tcp_is_connected(&bed.communication.flow, 0U); i++) {
-        bed_step();
+    fixture_connect(0U);
+    fixture.participant = fixture.ports[0];
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U));
+    fixture_disconnect(0U);
+    for (unsigned i = 0U; (i < 100U) && flow_tcp_is_connected(&fixture.communication.flow, 0U); i++) {
+        fixture_step();
     }
-    TEST_ASSERT_EQUAL(0U, bed.communication.owed);
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    TEST_ASSERT_EQUAL(0U, fixture.communication.owed);
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
 /// It hangs up within its last grant, and what is told of that belongs to the next grant of communication.
 static void the_end_of_a_participant_that_left_is_waited_for(void)
 {
-    bed_connect(0U);
-    bed_connect(1U); // Somebody else, who stays and is not waited for.
-    bed.participant = bed.ports[0];
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
-    bed.participant = 0U; // It has left the calendar.
-    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 0U));
-    bed_disconnect(0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
-    TEST_ASSERT_EQUAL(0U, bed.communication.participant);
-    bed_connect(0U); // Whoever comes next is another one.
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    fixture_connect(0U);
+    fixture_connect(1U); // Somebody else, who stays and is not waited for.
+    fixture.participant = fixture.ports[0];
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
+    fixture.participant = 0U; // It has left the scheduler.
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U));
+    fixture_disconnect(0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
+    TEST_ASSERT_EQUAL(0U, fixture.communication.participant);
+    fixture_connect(0U); // Whoever comes next is another one.
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
 static void one_that_left_without_hanging_up_is_let_go(void)
 {
-    bed_connect(1U);
-    bed_connect(0U);
-    bed.participant = bed.ports[0];
-    (void)communication_take_in(&bed.communication, 0U);
-    bed.participant = 0U;
-    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 0U));
-    communication_let_go(&bed.communication);
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
+    fixture_connect(1U);
+    fixture_connect(0U);
+    fixture.participant = fixture.ports[0];
+    (void)communication_take_in(&fixture.communication, 0U);
+    fixture.participant = 0U;
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U));
+    communication_let_go(&fixture.communication);
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
-/// The calendar names its port before the kernel shows its connection.
+/// The scheduler names its port before the kernel shows its connection.
 static void the_connection_of_a_participant_is_waited_for_and_told(void)
 {
-    bed.participant = 1U; // A port that nobody connects from.
-    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 0U));
-    TEST_ASSERT_TRUE(communication_take_in(&bed.communication, 13U));
-    TEST_ASSERT_EQUAL(0U, bed.served);
-    communication_let_go(&bed.communication); // In vain: it is told that there is no connection.
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
-    TEST_ASSERT_EQUAL(1U, bed.cut);
-    TEST_ASSERT_EQUAL(0U, bed.communication.owed);
-    bed_connect(0U);
-    bed.participant = bed.ports[0];
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
-    TEST_ASSERT_EQUAL(1U, bed.served); // Once.
+    fixture.participant = 1U; // A port that nobody connects from.
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U));
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U));
+    TEST_ASSERT_EQUAL(0U, fixture.served);
+    communication_let_go(&fixture.communication); // In vain: it is told that there is no connection.
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
+    TEST_ASSERT_EQUAL(1U, fixture.cut);
+    TEST_ASSERT_EQUAL(0U, fixture.communication.owed);
+    fixture_connect(0U);
+    fixture.participant = fixture.ports[0];
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
+    TEST_ASSERT_EQUAL(1U, fixture.served); // Once.
 }
 
 static void a_participant_whose_connection_is_ended_is_told(void)
 {
     static const uint8_t garbage[6] = {0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU};
-    bed_connect(0U);
-    bed.participant = bed.ports[0];
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
-    bed_write(0U, garbage, sizeof garbage);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&bed.communication.clients[0].socket, 1000U));
-    (void)communication_take_in(&bed.communication, 20U);
-    TEST_ASSERT_EQUAL(1U, bed.cut);
-    TEST_ASSERT_EQUAL(0U, bed.communication.owed);
-    bed_connect(1U); // It connects again.
-    bed.participant = bed.ports[1];
-    TEST_ASSERT_FALSE(communication_take_in(&bed.communication, 0U));
-    TEST_ASSERT_EQUAL(2U, bed.served);
+    fixture_connect(0U);
+    fixture.participant = fixture.ports[0];
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
+    fixture_write(0U, garbage, sizeof garbage);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
+    (void)communication_take_in(&fixture.communication, 20U);
+    TEST_ASSERT_EQUAL(1U, fixture.cut);
+    TEST_ASSERT_EQUAL(0U, fixture.communication.owed);
+    fixture_connect(1U); // It connects again.
+    fixture.participant = fixture.ports[1];
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
+    TEST_ASSERT_EQUAL(2U, fixture.served);
 }
 
 int main(void)

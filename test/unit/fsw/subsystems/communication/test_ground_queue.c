@@ -8,12 +8,12 @@
 
 #define MODEL_MAX 16384U
 
-static ground_queue_t queue;
+static communication_ground_queue_t queue;
 static uint32_t random_state;
 
 void setUp(void)
 {
-    ground_queue_init(&queue);
+    communication_ground_queue_init(&queue);
     random_state = 21U;
 }
 
@@ -40,7 +40,7 @@ static status_t put(bool is_housekeeping, uint32_t number, size_t size)
 {
     static uint8_t packet[PUS_PACKET_MAX];
     build(packet, is_housekeeping, number, size);
-    return ground_queue_put(&queue, packet, size);
+    return communication_ground_queue_put(&queue, packet, size);
 }
 
 /// Take the next report in pieces of random size and check every octet of it.
@@ -51,12 +51,12 @@ static void expect(bool is_housekeeping, uint32_t number, size_t size)
     build(expected, is_housekeeping, number, size);
     while (position < size) {
         size_t left               = 0U;
-        const uint8_t* const next = ground_queue_next(&queue, &left);
+        const uint8_t* const next = communication_ground_queue_next(&queue, &left);
         TEST_ASSERT_NOT_NULL(next);
         TEST_ASSERT_EQUAL(size - position, left);
         TEST_ASSERT_EQUAL(0, memcmp(&expected[position], next, left));
         const size_t sent = 1U + draw((uint32_t)left);
-        ground_queue_sent(&queue, sent);
+        communication_ground_queue_sent(&queue, sent);
         position += sent;
     }
 }
@@ -64,9 +64,9 @@ static void expect(bool is_housekeeping, uint32_t number, size_t size)
 static void expect_empty(void)
 {
     size_t size = 99U;
-    TEST_ASSERT_NULL(ground_queue_next(&queue, &size));
+    TEST_ASSERT_NULL(communication_ground_queue_next(&queue, &size));
     TEST_ASSERT_EQUAL(0U, size);
-    TEST_ASSERT_EQUAL(0U, ground_queue_count(&queue));
+    TEST_ASSERT_EQUAL(0U, communication_ground_queue_count(&queue));
 }
 
 static void order_is_kept_across_both_kinds(void)
@@ -74,7 +74,7 @@ static void order_is_kept_across_both_kinds(void)
     expect_empty();
     for (uint32_t i = 0U; i < 60U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, put((i % 3U) == 0U, i, 20U + i));
-        TEST_ASSERT_EQUAL(i + 1U, ground_queue_count(&queue));
+        TEST_ASSERT_EQUAL(i + 1U, communication_ground_queue_count(&queue));
     }
     for (uint32_t i = 0U; i < 60U; i++) {
         expect((i % 3U) == 0U, i, 20U + i);
@@ -97,7 +97,7 @@ static void the_oldest_housekeeping_goes_first(void)
         TEST_ASSERT_EQUAL(STATUS_OK, put(true, i, 1000U));
     }
     TEST_ASSERT_EQUAL(2U * fits, queue.dropped);
-    TEST_ASSERT_EQUAL(fits + 1U, ground_queue_count(&queue));
+    TEST_ASSERT_EQUAL(fits + 1U, communication_ground_queue_count(&queue));
     expect(false, 7777U, 100U);
     for (uint32_t i = 2U * fits; i < (3U * fits); i++) {
         expect(true, i, 1000U);
@@ -109,17 +109,17 @@ static void what_is_half_sent_is_sent_to_its_end(void)
 {
     size_t size = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, put(true, 1U, 500U));
-    TEST_ASSERT_NOT_NULL(ground_queue_next(&queue, &size));
-    ground_queue_sent(&queue, 200U);
+    TEST_ASSERT_NOT_NULL(communication_ground_queue_next(&queue, &size));
+    communication_ground_queue_sent(&queue, 200U);
     for (uint32_t i = 0U; i < 1000U; i++) { // Drops everything else of its kind.
         TEST_ASSERT_EQUAL(STATUS_OK, put(true, 100U + i, 1000U));
     }
-    const uint8_t* const next = ground_queue_next(&queue, &size);
+    const uint8_t* const next = communication_ground_queue_next(&queue, &size);
     TEST_ASSERT_EQUAL(300U, size);
     TEST_ASSERT_EQUAL_HEX8(1U, next[0]);
     TEST_ASSERT_EQUAL_HEX8(1U, next[299]);
-    ground_queue_sent(&queue, 300U);
-    TEST_ASSERT_NOT_NULL(ground_queue_next(&queue, &size));
+    communication_ground_queue_sent(&queue, 300U);
+    TEST_ASSERT_NOT_NULL(communication_ground_queue_next(&queue, &size));
     TEST_ASSERT_EQUAL(1000U, size);
 }
 
@@ -146,10 +146,11 @@ static void other_reports_of_service_3_are_no_housekeeping(void)
     for (unsigned subtype = 0U; subtype < 256U; subtype++) {
         const uint32_t before = queue.housekeeping.blocks;
         packet[8]             = (uint8_t)subtype;
-        TEST_ASSERT_EQUAL(STATUS_OK, ground_queue_put(&queue, packet, sizeof packet));
+        TEST_ASSERT_EQUAL(STATUS_OK, communication_ground_queue_put(&queue, packet, sizeof packet));
         TEST_ASSERT_EQUAL((subtype == 25U) ? 1U : 0U, queue.housekeeping.blocks - before);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, ground_queue_put(&queue, packet, 8U)); // Too short to tell: kept.
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      communication_ground_queue_put(&queue, packet, 8U)); // Too short to tell: kept.
     TEST_ASSERT_EQUAL(1U, queue.housekeeping.blocks);
 }
 
@@ -208,7 +209,7 @@ static void a_queue_behaves_like_its_model(void)
         } else {
             expect_empty();
         }
-        TEST_ASSERT_EQUAL(item_count, ground_queue_count(&queue));
+        TEST_ASSERT_EQUAL(item_count, communication_ground_queue_count(&queue));
     }
     TEST_ASSERT_TRUE(queue.dropped > 1000U);
 }

@@ -2,7 +2,7 @@
 // Communication with a key: what goes up, what is refused and told, and who is sent away.
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
-#include "test/unit/fsw/subsystems/communication/bed.h"
+#include "test/unit/fsw/subsystems/communication/communication_fixture.h"
 #include "unity.h"
 
 #include <string.h>
@@ -22,18 +22,18 @@ void setUp(void)
     sealer_make_mark(&medium, sealer_key, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_open(&receiver, sealer_key, &medium));
     session = 0U;
-    bed_open_up();
-    communication_secure(&bed.communication, &receiver);
+    fixture_open_up();
+    communication_secure(&fixture.communication, &receiver);
 }
 
 void tearDown(void)
 {
-    bed_close();
+    fixture_close();
 }
 
 static void connect(const unsigned client)
 {
-    bed_connect(client);
+    fixture_connect(client);
     session++;
     count = 0U;
 }
@@ -48,14 +48,14 @@ static void send(const unsigned client, const uint8_t flags, const uint8_t* cons
 {
     sealed_t frame;
     make(&frame, flags, octets, size);
-    bed_write(client, frame.octets, frame.size);
+    fixture_write(client, frame.octets, frame.size);
     count++;
 }
 
 static void send_request(const unsigned client, const uint16_t sequence, const size_t data)
 {
     uint8_t packet[PUS_PACKET_MAX];
-    const size_t size = bed_request(packet, 1U, sequence, data);
+    const size_t size = fixture_request(packet, 1U, sequence, data);
     for (size_t at = 0U; at < size; at += PART) {
         const bool is_last  = ((size - at) <= PART);
         const uint8_t flags = (uint8_t)(((at == 0U) ? SEALER_FIRST : 0U) | (is_last ? SEALER_LAST : 0U));
@@ -66,8 +66,8 @@ static void send_request(const unsigned client, const uint16_t sequence, const s
 static bool ends(const unsigned client)
 {
     for (unsigned i = 0U; i < 200U; i++) {
-        bed_run(1U);
-        if (bed_is_ended(client)) {
+        fixture_run(1U);
+        if (fixture_is_ended(client)) {
             return true;
         }
     }
@@ -77,7 +77,7 @@ static bool ends(const unsigned client)
 static void run_until_refused(const uint32_t* const counter, const uint32_t times)
 {
     for (unsigned i = 0U; (i < 2000U) && (*counter < times); i++) {
-        bed_run(1U);
+        fixture_run(1U);
     }
     TEST_ASSERT_EQUAL_UINT32(times, *counter);
 }
@@ -88,30 +88,30 @@ static void requests_go_up(void)
     send_request(0U, 1U, 0U);
     send_request(0U, 2U, PUS_TC_DATA_MAX); // In five frames.
     send_request(0U, 3U, 10U);
-    bed_run_until_requests(3U);
+    fixture_run_until_requests(3U);
     for (unsigned i = 0U; i < 3U; i++) {
-        TEST_ASSERT_EQUAL_UINT16(i + 1U, bed.requests[i].sequence);
+        TEST_ASSERT_EQUAL_UINT16(i + 1U, fixture.requests[i].sequence);
     }
-    TEST_ASSERT_EQUAL(PUS_PACKET_MAX, bed.requests[1].size);
-    bed_run(1U);
-    TEST_ASSERT_EQUAL_UINT8(1U, bed.communication.secured.is_on);
-    TEST_ASSERT_EQUAL_UINT32(7U, bed.communication.secured.accepted);
-    bed_report(1U, 17U, 2U, 5U, 0U); // Answers find their way.
-    TEST_ASSERT_EQUAL_UINT32(5U, bed_next_report(0U));
+    TEST_ASSERT_EQUAL(PUS_PACKET_MAX, fixture.requests[1].size);
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL_UINT8(1U, fixture.communication.secured.is_on);
+    TEST_ASSERT_EQUAL_UINT32(7U, fixture.communication.secured.accepted);
+    fixture_report(1U, 17U, 2U, 5U, 0U); // Answers find their way.
+    TEST_ASSERT_EQUAL_UINT32(5U, fixture_next_report(0U));
 }
 
 static void one_waits_for_room_above(void)
 {
     connect(0U);
-    bed.uplink_room = 1U;
+    fixture.uplink_room = 1U;
     send_request(0U, 1U, 0U);
     send_request(0U, 2U, PUS_TC_DATA_MAX);
-    bed_run_until_requests(1U);
-    bed_run(5U);
-    TEST_ASSERT_EQUAL(1U, bed.request_count);
-    bed.uplink_room = 0U;
-    bed_run_until_requests(2U);
-    TEST_ASSERT_EQUAL_UINT16(2U, bed.requests[1].sequence);
+    fixture_run_until_requests(1U);
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(1U, fixture.request_count);
+    fixture.uplink_room = 0U;
+    fixture_run_until_requests(2U);
+    TEST_ASSERT_EQUAL_UINT16(2U, fixture.requests[1].sequence);
     TEST_ASSERT_EQUAL_UINT32(6U, receiver.accepted);
     TEST_ASSERT_EQUAL_UINT32(0U, receiver.refused[SDLS_REFUSED_REPLAYED]);
 }
@@ -119,60 +119,60 @@ static void one_waits_for_room_above(void)
 static void packets_without_protection_end_their_connection(void)
 {
     connect(0U);
-    bed_write_request(0U, 1U, 1U, 0U);
+    fixture_write_request(0U, 1U, 1U, 0U);
     TEST_ASSERT_TRUE(ends(0U));
-    TEST_ASSERT_EQUAL(0U, bed.request_count);
+    TEST_ASSERT_EQUAL(0U, fixture.request_count);
     TEST_ASSERT_EQUAL_UINT32(1U, receiver.refused[SDLS_REFUSED_FRAME]);
-    bed_run(1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, bed.communication.secured.no_frame);
-    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.secured.no_frame);
+    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
 }
 
 static void the_third_refusal_ends_a_connection(void)
 {
     sealed_t frame;
     uint8_t packet[PUS_PACKET_MAX];
-    const size_t size = bed_request(packet, 1U, 1U, 0U);
+    const size_t size = fixture_request(packet, 1U, 1U, 0U);
     connect(0U);
     make(&frame, SEALER_WHOLE, packet, size);
     frame.octets[frame.size - 1U] ^= 1U;
-    bed_write(0U, frame.octets, frame.size);
-    bed_write(0U, frame.octets, frame.size);
+    fixture_write(0U, frame.octets, frame.size);
+    fixture_write(0U, frame.octets, frame.size);
     run_until_refused(&receiver.refused[SDLS_REFUSED_FORGED], 2U);
     send(0U, SEALER_WHOLE, packet, size); // The operator's own is taken in between.
-    bed_run_until_requests(1U);
-    TEST_ASSERT_FALSE(bed_is_ended(0U));
-    bed_write(0U, frame.octets, frame.size);
+    fixture_run_until_requests(1U);
+    TEST_ASSERT_FALSE(fixture_is_ended(0U));
+    fixture_write(0U, frame.octets, frame.size);
     TEST_ASSERT_TRUE(ends(0U));
     connect(1U); // Others are not concerned.
     send_request(1U, 2U, 0U);
-    bed_run_until_requests(2U);
+    fixture_run_until_requests(2U);
 }
 
 static void a_recorded_connection_is_worth_nothing(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
     sealed_t frame;
-    const size_t size = bed_request(packet, 1U, 1U, 0U);
+    const size_t size = fixture_request(packet, 1U, 1U, 0U);
     connect(0U);
     make(&frame, SEALER_WHOLE, packet, size);
-    bed_write(0U, frame.octets, frame.size);
-    bed_run_until_requests(1U);
-    bed_connect(1U);
-    bed_write(1U, frame.octets, frame.size);
+    fixture_write(0U, frame.octets, frame.size);
+    fixture_run_until_requests(1U);
+    fixture_connect(1U);
+    fixture_write(1U, frame.octets, frame.size);
     run_until_refused(&receiver.refused[SDLS_REFUSED_REPLAYED], 1U);
-    bed_disconnect(0U);
-    bed_run(5U);
-    bed_connect(2U);
-    bed_write(2U, frame.octets, frame.size);
+    fixture_disconnect(0U);
+    fixture_run(5U);
+    fixture_connect(2U);
+    fixture_write(2U, frame.octets, frame.size);
     run_until_refused(&receiver.refused[SDLS_REFUSED_REPLAYED], 2U);
-    TEST_ASSERT_EQUAL(1U, bed.request_count);
+    TEST_ASSERT_EQUAL(1U, fixture.request_count);
 }
 
 static void what_is_authentic_has_to_be_one_packet(void)
 {
     uint8_t packet[2U * PUS_PACKET_MAX];
-    const size_t size = bed_request(packet, 1U, 1U, 0U);
+    const size_t size = fixture_request(packet, 1U, 1U, 0U);
     connect(0U);
     send(0U, SEALER_WHOLE, packet, size - 1U);
     memcpy(&packet[size], packet, size);
@@ -181,27 +181,27 @@ static void what_is_authentic_has_to_be_one_packet(void)
     packet[0] &= 0xEFU; // A report.
     send(0U, SEALER_WHOLE, packet, size);
     send_request(0U, 7U, 0U);
-    bed_run_until_requests(1U);
-    TEST_ASSERT_EQUAL_UINT16(7U, bed.requests[0].sequence);
-    bed_run(1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, bed.communication.counters.tc_refused);
-    TEST_ASSERT_EQUAL_UINT32(2U, bed.communication.secured.bad_parts);
+    fixture_run_until_requests(1U);
+    TEST_ASSERT_EQUAL_UINT16(7U, fixture.requests[0].sequence);
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.counters.tc_refused);
+    TEST_ASSERT_EQUAL_UINT32(2U, fixture.communication.secured.bad_parts);
 }
 
 static void many_refusals_are_few_events(void)
 {
     for (unsigned i = 0U; i < 40U; i++) {
         connect(0U);
-        bed_write_request(0U, 1U, 1U, 0U);
+        fixture_write_request(0U, 1U, 1U, 0U);
         TEST_ASSERT_TRUE(ends(0U));
-        bed_disconnect(0U);
+        fixture_disconnect(0U);
     }
-    bed_run(GROUND_TELLING_CYCLES);
-    TEST_ASSERT_EQUAL_UINT32(40U, bed.communication.secured.no_frame);
-    const unsigned told = bed.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
+    fixture_run(GROUND_TELLING_CYCLES);
+    TEST_ASSERT_EQUAL_UINT32(40U, fixture.communication.secured.no_frame);
+    const unsigned told = fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
     TEST_ASSERT_TRUE((told >= 2U) && (told <= 4U)); // The first at once, the last when all are counted.
-    bed_run(2U * GROUND_TELLING_CYCLES);
-    TEST_ASSERT_EQUAL(told, bed.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
+    fixture_run(2U * GROUND_TELLING_CYCLES);
+    TEST_ASSERT_EQUAL(told, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
 }
 
 static void a_disk_that_refuses_is_told(void)
@@ -213,14 +213,14 @@ static void a_disk_that_refuses_is_told(void)
     recorded.failure    = STATUS_IO;
     send_request(0U, 1U, 0U);
     run_until_refused(&receiver.refused[SDLS_REFUSED_NOT_KEPT], 1U);
-    bed_run(1U);
-    TEST_ASSERT_EQUAL(0U, bed.request_count);
-    TEST_ASSERT_EQUAL(1U, bed.events[COMMUNICATION_EVENT_TC_NOT_KEPT]);
-    TEST_ASSERT_EQUAL_UINT32(1U, bed.communication.secured.not_kept);
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL(0U, fixture.request_count);
+    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_TC_NOT_KEPT]);
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.secured.not_kept);
     recorded.fail_from = 0U;
     connect(1U);
     send_request(1U, 2U, 0U);
-    bed_run_until_requests(1U);
+    fixture_run_until_requests(1U);
 }
 
 static void strangers_make_room_for_others(void)
@@ -232,31 +232,32 @@ static void strangers_make_room_for_others(void)
     session                 = 1U; // One of the four shows a key.
     send_request(2U, 1U, 0U);
     session = sessions;
-    bed_run_until_requests(1U);
+    fixture_run_until_requests(1U);
     connect(4U);
     send_request(4U, 2U, 0U);
-    bed_run_until_requests(2U);
+    fixture_run_until_requests(2U);
     TEST_ASSERT_TRUE(ends(0U)); // The first that came.
     connect(5U);
     TEST_ASSERT_TRUE(ends(1U));
     connect(6U);
     TEST_ASSERT_TRUE(ends(3U));
-    bed_run(2U);
-    TEST_ASSERT_FALSE(bed_is_ended(2U) || bed_is_ended(4U) || bed_is_ended(5U) || bed_is_ended(6U));
-    bed.participant = bed.ports[5]; // It stays, though it has shown none yet.
+    fixture_run(2U);
+    TEST_ASSERT_FALSE(fixture_is_ended(2U) || fixture_is_ended(4U) || fixture_is_ended(5U) ||
+                      fixture_is_ended(6U));
+    fixture.participant = fixture.ports[5]; // It stays, though it has shown none yet.
     connect(7U);
     TEST_ASSERT_TRUE(ends(6U));
-    TEST_ASSERT_FALSE(bed_is_ended(5U) || bed_is_ended(7U));
+    TEST_ASSERT_FALSE(fixture_is_ended(5U) || fixture_is_ended(7U));
 }
 
 static void without_a_key_nobody_is_a_stranger(void)
 {
-    ground_security_init(&bed.communication.security, NULL);
+    communication_ground_security_init(&fixture.communication.security, NULL);
     for (unsigned i = 0U; i <= GROUND_CLIENTS; i++) {
         connect(i);
     }
     TEST_ASSERT_TRUE(ends(GROUND_CLIENTS));
-    TEST_ASSERT_FALSE(bed_is_ended(0U));
+    TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
 int main(void)

@@ -25,8 +25,8 @@ static subsystem_t generic;
 static joystick_t joystick;
 static const subsystem_callbacks_t* callbacks;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     const bool is_b = (strcmp(name, "joystick-b") == 0);
@@ -55,7 +55,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    network_close(&joystick.drives.network);
+    canopen_network_close(&joystick.drives.network);
     scripted_bus_close(&bus);
     scripted_bus_close(&channel_b);
 }
@@ -124,9 +124,10 @@ static void bring(const uint16_t configuration, const state_t state)
     }
 }
 
-static status_t perform(const uint16_t function, const void* const arguments, const uint32_t ticket)
+static status_t perform(const uint16_t function, const void* const arguments, const uint32_t call_token)
 {
-    const subsystem_function_t call = {.function_id = function, .arguments = arguments, .ticket = ticket};
+    const subsystem_function_t call = {
+        .function_id = function, .arguments = arguments, .call_token = call_token};
     return callbacks->perform(&joystick, &call);
 }
 
@@ -239,7 +240,7 @@ static void force_displays_a_torque_for_a_time(void)
     TEST_ASSERT_EQUAL_UINT(0U, generic.result_count);
     idle(510U);
     TEST_ASSERT_EQUAL_UINT(1U, generic.result_count);
-    TEST_ASSERT_EQUAL_UINT32(11U, generic.results[0].ticket);
+    TEST_ASSERT_EQUAL_UINT32(11U, generic.results[0].call_token);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, generic.results[0].code);
     EXPECT_WITHIN(0.0, 1.0e-4, torque(0U));
 }

@@ -10,9 +10,9 @@
 #define PERIOD_S 0.0005
 #define INERTIA 0.002 // Of the stick [kgm2].
 
-static stick_control_t control;
+static joystick_stick_control_t control;
 static joystick_control_t gains;
-static force_display_t display;
+static joystick_force_display_t display;
 
 void setUp(void)
 {
@@ -26,8 +26,8 @@ void setUp(void)
                                  .velocity_bandwidth = 1500.0,
                                  .torque_ceiling     = 1.5,
                                  .ramp_time          = 0.2};
-    stick_control_init(&control);
-    force_display_clear(&display);
+    joystick_stick_control_init(&control);
+    joystick_force_display_clear(&display);
 }
 
 void tearDown(void)
@@ -37,13 +37,13 @@ void tearDown(void)
 static void still(void)
 {
     const double position[2] = {0.1, -0.1};
-    stick_control_sense(&control, &gains, PERIOD_S, position);
+    joystick_stick_control_sense(&control, &gains, PERIOD_S, position);
 }
 
 static void reflect(const double first_nm, const double second_nm)
 {
     const double felt[2] = {first_nm, second_nm};
-    stick_control_reflect(&control, &gains, PERIOD_S, felt, 1.0);
+    joystick_stick_control_reflect(&control, &gains, PERIOD_S, felt, 1.0);
 }
 
 static void a_motionless_stick_feels_the_scaled_torque(void)
@@ -53,7 +53,7 @@ static void a_motionless_stick_feels_the_scaled_torque(void)
     EXPECT_WITHIN(-0.33, 1.0e-12, control.command_nm[0]);
     EXPECT_WITHIN(0.24, 1.0e-12, control.command_nm[1]);
     const double felt[2] = {-11.0, 8.0};
-    stick_control_reflect(&control, &gains, PERIOD_S, felt, 0.5);
+    joystick_stick_control_reflect(&control, &gains, PERIOD_S, felt, 0.5);
     EXPECT_WITHIN(-0.165, 1.0e-12, control.command_nm[0]);
 }
 
@@ -63,7 +63,7 @@ static double at_speed(const double speed_rad_s, const double felt_nm)
     setUp();
     for (unsigned i = 0U; i < 2000U; i++) {
         const double position[2] = {speed_rad_s * PERIOD_S * (double)i, 0.0};
-        stick_control_sense(&control, &gains, PERIOD_S, position);
+        joystick_stick_control_sense(&control, &gains, PERIOD_S, position);
         reflect(felt_nm, 0.0);
     }
     return control.command_nm[0];
@@ -116,7 +116,7 @@ static void damping_takes_energy_from_a_swinging_stick(void)
     double position[2] = {0.2, 0.0};
     double speed       = 0.0;
     for (unsigned i = 0U; i < 4000U; i++) { // A hand like a spring of 3 Nm/rad.
-        stick_control_sense(&control, &gains, PERIOD_S, position);
+        joystick_stick_control_sense(&control, &gains, PERIOD_S, position);
         reflect(0.0, 0.0);
         speed += PERIOD_S * (control.command_nm[0] - (3.0 * position[0])) / INERTIA;
         position[0] += PERIOD_S * speed;
@@ -131,7 +131,7 @@ static void a_displayed_torque_has_its_damping(void)
 {
     const double torque[2] = {0.3, -0.2};
     still();
-    stick_control_display(&control, &gains, torque);
+    joystick_stick_control_display(&control, &gains, torque);
     EXPECT_WITHIN(0.3, 1.0e-12, control.command_nm[0]);
     EXPECT_WITHIN(-0.2, 1.0e-12, control.command_nm[1]);
 }
@@ -143,9 +143,9 @@ static void a_force_rises_holds_and_is_gone_in_time(void)
     double before[2]     = {0.0, 0.0};
     unsigned held        = 0U;
     unsigned steps       = 0U;
-    force_display_begin(&display, goal, 0.5);
+    joystick_force_display_begin(&display, goal, 0.5);
     while (display.is_active && (steps < 2000U)) {
-        force_display_step(&display, PERIOD_S, rate);
+        joystick_force_display_step(&display, PERIOD_S, rate);
         for (unsigned i = 0U; i < 2U; i++) {
             EXPECT_BELOW((rate * PERIOD_S) + 1.0e-12, fabs(display.torque_nm[i] - before[i]));
             before[i] = display.torque_nm[i];
@@ -163,9 +163,9 @@ static void a_short_force_never_passes_its_time(void)
     const double goal[2] = {1.5, 0.0};
     unsigned steps       = 0U;
     double largest       = 0.0;
-    force_display_begin(&display, goal, 0.1);
+    joystick_force_display_begin(&display, goal, 0.1);
     while (display.is_active && (steps < 2000U)) {
-        force_display_step(&display, PERIOD_S, 7.5);
+        joystick_force_display_step(&display, PERIOD_S, 7.5);
         largest = fmax(largest, display.torque_nm[0]);
         steps++;
     }
@@ -177,26 +177,26 @@ static void a_lasting_force_ends_by_stop_and_can_be_taken_over(void)
 {
     const double goal[2]  = {0.3, 0.3};
     const double other[2] = {-0.3, 0.3};
-    force_display_begin(&display, goal, 0.0);
+    joystick_force_display_begin(&display, goal, 0.0);
     for (unsigned i = 0U; i < 10000U; i++) {
-        force_display_step(&display, PERIOD_S, 7.5);
+        joystick_force_display_step(&display, PERIOD_S, 7.5);
     }
     TEST_ASSERT_TRUE(display.is_active && (display.torque_nm[0] == 0.3));
-    force_display_begin(&display, other, 0.0);
-    force_display_step(&display, PERIOD_S, 7.5);
+    joystick_force_display_begin(&display, other, 0.0);
+    joystick_force_display_step(&display, PERIOD_S, 7.5);
     EXPECT_WITHIN(0.3 - (7.5 * PERIOD_S), 1.0e-12, display.torque_nm[0]);
     for (unsigned i = 0U; i < 1000U; i++) {
-        force_display_step(&display, PERIOD_S, 7.5);
+        joystick_force_display_step(&display, PERIOD_S, 7.5);
     }
-    force_display_stop(&display);
+    joystick_force_display_stop(&display);
     unsigned steps = 0U;
     while (display.is_active && (steps < 2000U)) {
-        force_display_step(&display, PERIOD_S, 7.5);
+        joystick_force_display_step(&display, PERIOD_S, 7.5);
         steps++;
     }
     TEST_ASSERT_UINT_WITHIN(2U, 80U, steps);
-    force_display_stop(&display);
-    force_display_step(&display, PERIOD_S, 7.5);
+    joystick_force_display_stop(&display);
+    joystick_force_display_step(&display, PERIOD_S, 7.5);
     TEST_ASSERT_FALSE(display.is_active);
 }
 

@@ -18,8 +18,8 @@ subsystem_t rig_generic;
 manipulator_t rig_manipulator;
 const subsystem_callbacks_t* rig_callbacks;
 
-static status_t resolve(void* const context, const endnode_kind_t kind, const char* const name,
-                        endnode_address_t* const out_address)
+static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                        flow_endnode_address_t* const out_address)
 {
     (void)context;
     const bool is_b = (strcmp(name, "robot-b") == 0);
@@ -58,7 +58,7 @@ void rig_set_up(void)
 
 void rig_tear_down(void)
 {
-    network_close(&rig_manipulator.drives.network);
+    canopen_network_close(&rig_manipulator.drives.network);
     scripted_bus_close(&rig_bus);
     scripted_bus_close(&channel_b);
 }
@@ -128,9 +128,10 @@ void rig_bring(const uint16_t configuration, const state_t state)
     }
 }
 
-status_t rig_perform(const uint16_t function, const void* const arguments, const uint32_t ticket)
+status_t rig_perform(const uint16_t function, const void* const arguments, const uint32_t call_token)
 {
-    const subsystem_function_t call = {.function_id = function, .arguments = arguments, .ticket = ticket};
+    const subsystem_function_t call = {
+        .function_id = function, .arguments = arguments, .call_token = call_token};
     return rig_callbacks->perform(&rig_manipulator, &call);
 }
 

@@ -42,7 +42,7 @@ status_t rig_configure(void* self);
 void rig_hand_at(double first_rad, double second_rad);
 /// From OFFLINE up to a state in a configuration.
 void rig_bring(uint16_t configuration, state_t state);
-status_t rig_perform(uint16_t function, const void* arguments, uint32_t ticket);
+status_t rig_perform(uint16_t function, const void* arguments, uint32_t call_token);
 const manipulator_cur_values_t* rig_values(void);
 
 #endif // TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_RIG_H

@@ -13,19 +13,19 @@
 #define HALF_TURN 3.14159265358979
 
 static rigid_arm_t arm;
-static arm_control_t control;
+static manipulator_arm_control_t control;
 static manipulator_control_t gains;
 static manipulator_model_t model;
-static arm_setup_t setup;
+static manipulator_arm_setup_t setup;
 static const double home[2] = {1.0471975511966, -1.5707963267949};
 
 void setUp(void)
 {
     gains = rigid_arm_gains;
     model = rigid_arm_model;
-    setup = (arm_setup_t){.gains = &gains, .model = &model, .period_s = PERIOD_S};
+    setup = (manipulator_arm_setup_t){.gains = &gains, .model = &model, .period_s = PERIOD_S};
     rigid_arm_init(&arm, &rigid_arm_model, home);
-    arm_control_init(&control);
+    manipulator_arm_control_init(&control);
 }
 
 void tearDown(void)
@@ -36,22 +36,22 @@ static void sense(void)
 {
     double torque[2];
     rigid_arm_sensors(&arm, torque);
-    arm_control_sense(&control, &setup, arm.motor, torque);
+    manipulator_arm_control_sense(&control, &setup, arm.motor, torque);
 }
 
 /// Follow the hand for one period with the torque loop closed.
 static void follow(const double* const hand)
 {
     sense();
-    const arm_motion_t desired = arm_control_follow(&control, &setup, hand);
-    arm_control_step(&control, &setup, &desired);
+    const manipulator_arm_motion_t desired = manipulator_arm_control_follow(&control, &setup, hand);
+    manipulator_arm_control_step(&control, &setup, &desired);
     rigid_arm_run(&arm, control.command_nm);
 }
 
 static void hold(const double* const hand)
 {
     sense();
-    arm_control_hold(&control, &setup, hand);
+    manipulator_arm_control_hold(&control, &setup, hand);
     arm.is_braked = true;
     rigid_arm_run(&arm, control.command_nm);
     arm.is_braked = false;
@@ -103,8 +103,8 @@ static void an_offset_of_the_sensor_is_taken_out_by_its_zero(void)
         rigid_arm_sensors(&arm, torque);
         torque[0] += 0.2;
         torque[1] -= 0.1;
-        arm_control_sense(&control, &setup, arm.motor, torque);
-        arm_control_hold(&control, &setup, hand);
+        manipulator_arm_control_sense(&control, &setup, arm.motor, torque);
+        manipulator_arm_control_hold(&control, &setup, hand);
     }
     EXPECT_WITHIN(0.0, 0.001,
                   control.observer.external_nm[0]); // The offset also bends the link angle a little.
@@ -116,53 +116,53 @@ static void an_offset_of_the_sensor_is_taken_out_by_its_zero(void)
 
 static void a_tare_is_the_mean_at_rest(void)
 {
-    arm_tare_t tare;
-    arm_tare_init(&tare);
-    const arm_tare_sample_t high = {{0.3, -0.1}, {0.0, 0.0}};
-    const arm_tare_sample_t low  = {{0.1, -0.3}, {0.0, 0.0}};
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, arm_tare_step(&tare, &high, 4U, 1.0));
-    arm_tare_begin(&tare);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &high, 4U, 1.0));
-    TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &low, 4U, 1.0));
-    TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &high, 4U, 1.0));
-    TEST_ASSERT_EQUAL(STATUS_OK, arm_tare_step(&tare, &low, 4U, 1.0));
+    manipulator_arm_tare_t tare;
+    manipulator_arm_tare_init(&tare);
+    const manipulator_arm_tare_sample_t high = {{0.3, -0.1}, {0.0, 0.0}};
+    const manipulator_arm_tare_sample_t low  = {{0.1, -0.3}, {0.0, 0.0}};
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, manipulator_arm_tare_step(&tare, &high, 4U, 1.0));
+    manipulator_arm_tare_begin(&tare);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, manipulator_arm_tare_step(&tare, &high, 4U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, manipulator_arm_tare_step(&tare, &low, 4U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, manipulator_arm_tare_step(&tare, &high, 4U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &low, 4U, 1.0));
     EXPECT_WITHIN(0.2, 1.0e-15, tare.offset_nm[0]);
     EXPECT_WITHIN(-0.2, 1.0e-15, tare.offset_nm[1]);
-    TEST_ASSERT_EQUAL(STATUS_OK, arm_tare_step(&tare, &high, 4U, 1.0)); // Over is over.
+    TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &high, 4U, 1.0)); // Over is over.
 }
 
 static void motion_starts_a_tare_anew(void)
 {
-    arm_tare_t tare;
-    arm_tare_init(&tare);
-    arm_tare_begin(&tare);
-    const arm_tare_sample_t rest   = {{0.1, 0.1}, {0.001, -0.001}};
-    const arm_tare_sample_t motion = {{9.0, 9.0}, {0.0, -0.05}};
+    manipulator_arm_tare_t tare;
+    manipulator_arm_tare_init(&tare);
+    manipulator_arm_tare_begin(&tare);
+    const manipulator_arm_tare_sample_t rest   = {{0.1, 0.1}, {0.001, -0.001}};
+    const manipulator_arm_tare_sample_t motion = {{9.0, 9.0}, {0.0, -0.05}};
     for (unsigned i = 0U; i < 3U; i++) {
-        (void)arm_tare_step(&tare, &rest, 4U, 1.0);
+        (void)manipulator_arm_tare_step(&tare, &rest, 4U, 1.0);
     }
-    TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &motion, 4U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, manipulator_arm_tare_step(&tare, &motion, 4U, 1.0));
     for (unsigned i = 0U; i < 3U; i++) {
-        TEST_ASSERT_EQUAL(STATUS_BUSY, arm_tare_step(&tare, &rest, 4U, 1.0));
+        TEST_ASSERT_EQUAL(STATUS_BUSY, manipulator_arm_tare_step(&tare, &rest, 4U, 1.0));
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, arm_tare_step(&tare, &rest, 4U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &rest, 4U, 1.0));
     EXPECT_WITHIN(0.1, 1.0e-15, tare.offset_nm[0]);
 }
 
 static void a_contact_is_no_offset(void)
 {
-    arm_tare_t tare;
-    arm_tare_init(&tare);
-    arm_tare_begin(&tare);
-    const arm_tare_sample_t free_arm = {{0.2, 0.1}, {0.0, 0.0}};
-    const arm_tare_sample_t contact  = {{0.2, -1.1}, {0.0, 0.0}};
-    TEST_ASSERT_EQUAL(STATUS_OK, arm_tare_step(&tare, &free_arm, 1U, 1.0));
-    arm_tare_begin(&tare);
-    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, arm_tare_step(&tare, &contact, 1U, 1.0));
+    manipulator_arm_tare_t tare;
+    manipulator_arm_tare_init(&tare);
+    manipulator_arm_tare_begin(&tare);
+    const manipulator_arm_tare_sample_t free_arm = {{0.2, 0.1}, {0.0, 0.0}};
+    const manipulator_arm_tare_sample_t contact  = {{0.2, -1.1}, {0.0, 0.0}};
+    TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &free_arm, 1U, 1.0));
+    manipulator_arm_tare_begin(&tare);
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, manipulator_arm_tare_step(&tare, &contact, 1U, 1.0));
     EXPECT_WITHIN(0.2, 1.0e-15, tare.offset_nm[0]); // The old zero stays.
-    const arm_tare_sample_t broken = {{(double)NAN, 0.0}, {0.0, 0.0}};
-    arm_tare_begin(&tare);
-    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, arm_tare_step(&tare, &broken, 1U, 1.0));
+    const manipulator_arm_tare_sample_t broken = {{(double)NAN, 0.0}, {0.0, 0.0}};
+    manipulator_arm_tare_begin(&tare);
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, manipulator_arm_tare_step(&tare, &broken, 1U, 1.0));
 }
 
 // ---- Control ------------------------------------------------------------------------------------
@@ -195,7 +195,7 @@ static void engaging_is_without_a_step_wherever_hand_and_arm_are(void)
         double motion = 0.0;
         double step   = 0.0;
         rigid_arm_init(&arm, &rigid_arm_model, poses[i % 3U]);
-        arm_control_init(&control);
+        manipulator_arm_control_init(&control);
         engage(hands[i / 3U], &motion, &step);
         EXPECT_BELOW(0.0001, motion);
         EXPECT_BELOW(0.05, step);

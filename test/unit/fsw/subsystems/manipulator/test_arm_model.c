@@ -66,10 +66,10 @@ static double kinetic(const double q[2], const double v[2])
     return energy;
 }
 
-static double quadratic(const arm_terms_t* const terms, const double v[2])
+static double quadratic(const manipulator_arm_terms_t* const terms, const double v[2])
 {
     double product[2];
-    arm_inertia_times(terms, v, product);
+    manipulator_arm_inertia_times(terms, v, product);
     return 0.5 * ((v[0] * product[0]) + (v[1] * product[1]));
 }
 
@@ -92,7 +92,7 @@ static void everywhere(const check_t check)
 
 static void check_kinetic(const double q[2], const double v[2])
 {
-    const arm_terms_t terms = arm_terms(&model, q);
+    const manipulator_arm_terms_t terms = manipulator_arm_terms(&model, q);
     EXPECT_WITHIN(kinetic(q, v), 1.0e-8, quadratic(&terms, v));
     EXPECT_ABOVE(0.0, (terms.m11 * terms.m22) - (terms.m12 * terms.m12)); // Positive definite.
 }
@@ -100,7 +100,7 @@ static void check_kinetic(const double q[2], const double v[2])
 static void check_gravity(const double q[2], const double v[2])
 {
     (void)v;
-    const arm_terms_t terms = arm_terms(&model, q);
+    const manipulator_arm_terms_t terms = manipulator_arm_terms(&model, q);
     for (unsigned i = 0U; i < 2U; i++) {
         double ahead[2]  = {q[0], q[1]};
         double behind[2] = {q[0], q[1]};
@@ -113,23 +113,23 @@ static void check_gravity(const double q[2], const double v[2])
 /// Time derivative of M v at constant v, and gradient of the kinetic energy.
 static void differentiate(const double q[2], const double v[2], double rate[2], double gradient[2])
 {
-    const double ahead[2]  = {q[0] + (STEP * v[0]), q[1] + (STEP * v[1])};
-    const double behind[2] = {q[0] - (STEP * v[0]), q[1] - (STEP * v[1])};
-    const arm_terms_t a    = arm_terms(&model, ahead);
-    const arm_terms_t b    = arm_terms(&model, behind);
+    const double ahead[2]           = {q[0] + (STEP * v[0]), q[1] + (STEP * v[1])};
+    const double behind[2]          = {q[0] - (STEP * v[0]), q[1] - (STEP * v[1])};
+    const manipulator_arm_terms_t a = manipulator_arm_terms(&model, ahead);
+    const manipulator_arm_terms_t b = manipulator_arm_terms(&model, behind);
     double pa[2];
     double pb[2];
-    arm_inertia_times(&a, v, pa);
-    arm_inertia_times(&b, v, pb);
+    manipulator_arm_inertia_times(&a, v, pa);
+    manipulator_arm_inertia_times(&b, v, pb);
     for (unsigned i = 0U; i < 2U; i++) {
         double plus[2]  = {q[0], q[1]};
         double minus[2] = {q[0], q[1]};
         plus[i] += STEP;
         minus[i] -= STEP;
-        const arm_terms_t p = arm_terms(&model, plus);
-        const arm_terms_t m = arm_terms(&model, minus);
-        rate[i]             = (pa[i] - pb[i]) / (2.0 * STEP);
-        gradient[i]         = (quadratic(&p, v) - quadratic(&m, v)) / (2.0 * STEP);
+        const manipulator_arm_terms_t p = manipulator_arm_terms(&model, plus);
+        const manipulator_arm_terms_t m = manipulator_arm_terms(&model, minus);
+        rate[i]                         = (pa[i] - pb[i]) / (2.0 * STEP);
+        gradient[i]                     = (quadratic(&p, v) - quadratic(&m, v)) / (2.0 * STEP);
     }
 }
 
@@ -140,10 +140,10 @@ static void check_coriolis(const double q[2], const double v[2])
     double gradient[2];
     double forward[2];
     double transposed[2];
-    const arm_terms_t terms = arm_terms(&model, q);
+    const manipulator_arm_terms_t terms = manipulator_arm_terms(&model, q);
     differentiate(q, v, rate, gradient);
-    arm_coriolis(&terms, v, forward);
-    arm_coriolis_transposed(&terms, v, transposed);
+    manipulator_arm_coriolis(&terms, v, forward);
+    manipulator_arm_coriolis_transposed(&terms, v, transposed);
     for (unsigned i = 0U; i < 2U; i++) {
         EXPECT_WITHIN(rate[i] - gradient[i], 1.0e-7, forward[i]);
         EXPECT_WITHIN(gradient[i], 1.0e-7, transposed[i]);
@@ -167,12 +167,12 @@ static void velocity_terms_follow_from_the_mass_matrix(void)
 
 static void the_home_pose_carries_what_it_should(void)
 {
-    const double home[2]    = {1.0471975511966, -1.5707963267949};
-    const arm_terms_t terms = arm_terms(&model, home);
+    const double home[2]                = {1.0471975511966, -1.5707963267949};
+    const manipulator_arm_terms_t terms = manipulator_arm_terms(&model, home);
     EXPECT_WITHIN(5.9, 0.05, terms.gravity_nm[0]); // By hand: 1.62 + 2.16 + 2.12 Nm.
     EXPECT_WITHIN(2.124, 0.001, terms.gravity_nm[1]);
     double product[2] = {1.0, 0.0};
-    arm_inertia_times(&terms, product, product); // In place.
+    manipulator_arm_inertia_times(&terms, product, product); // In place.
     EXPECT_WITHIN(terms.m11, 0.0, product[0]);
     EXPECT_WITHIN(terms.m12, 0.0, product[1]);
 }

@@ -189,7 +189,7 @@ static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 6U));
     rig_idle(1500U);
     TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
-    TEST_ASSERT_EQUAL_UINT32(5U, rig_generic.results[0].ticket);
+    TEST_ASSERT_EQUAL_UINT32(5U, rig_generic.results[0].call_token);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
     rig_generic.state = STATE_OPERATIONAL;
     TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));

@@ -36,7 +36,7 @@ static void move_to_moves_there_in_its_time(void)
         before = rig_joints[0]->target_position;
     }
     TEST_ASSERT_UINT64_WITHIN(1000000U, 800000000U, rig_generic.now_ns - begun_ns);
-    TEST_ASSERT_EQUAL_UINT32(77U, rig_generic.results[0].ticket);
+    TEST_ASSERT_EQUAL_UINT32(77U, rig_generic.results[0].call_token);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
     rig_idle(3000U);
     EXPECT_WITHIN(0.9, 0.001, 1.0e-6 * (double)rig_joints[0]->target_position); // And the gear's give.

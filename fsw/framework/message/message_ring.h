@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+/// First-in first-out store of octet blocks of different sizes in one array of the caller.
+///
+/// Ownership  The ring borrows `storage`, which outlives it.
+/// Context    One task.
+/// Time       O(size) for the copy.
+/// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
+#ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_RING_H
+#define FSW_FRAMEWORK_MESSAGE_MESSAGE_RING_H
+
+#include "base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct { // All fields are private, except the counters.
+    uint8_t* storage;
+    size_t capacity;
+    size_t head;      ///< Next octet to read.
+    size_t used;      ///< Octets in the ring, length fields included.
+    uint32_t blocks;  ///< Blocks waiting.
+    uint32_t peak;    ///< Most octets ever used.
+    uint32_t refused; ///< Blocks refused for lack of room.
+} message_ring_t;
+
+/// An empty ring. capacity >= 16 [octets]; each block takes its size plus four.
+void message_ring_init(message_ring_t* ring, uint8_t* storage, size_t capacity);
+/// Append a block of 0..65535 octets. STATUS_OK, STATUS_FULL (counted).
+MUST_USE status_t message_ring_put(message_ring_t* ring, const uint8_t* octets, size_t size);
+/// The same with a block in two parts; a part of size 0 may be null.
+MUST_USE status_t message_ring_put_parts(message_ring_t* ring, const uint8_t* head, size_t head_size,
+                                         const uint8_t* octets, size_t size);
+/// Take the oldest block. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (it does not fit `capacity`; dropped).
+MUST_USE status_t message_ring_take(message_ring_t* ring, uint8_t* octets, size_t capacity, size_t* out_size);
+/// The same in two parts: the first `head_size` octets of the block, or all it has, go to `head`, the rest to
+/// `octets`. *out_size counts both; it and the head are set also if the rest does not fit.
+MUST_USE status_t message_ring_take_parts(message_ring_t* ring, uint8_t* head, size_t head_size,
+                                          uint8_t* octets, size_t capacity, size_t* out_size);
+/// Copy the beginning of the oldest block, `capacity` octets at most, and leave it where it is; *out_size is
+/// the size of the whole block. STATUS_OK, STATUS_EMPTY.
+MUST_USE status_t message_ring_peek(const message_ring_t* ring, uint8_t* octets, size_t capacity,
+                                    size_t* out_size);
+/// Copy the first octets (up to head_size) of the block at `place`, the distance from the first block in
+/// octets, without taking it; *out_size is the size of the whole block. Returns the place of the next block.
+/// `place` is 0 or an earlier result, minus the octets taken since; there must be a block at that place.
+size_t message_ring_look(const message_ring_t* ring, size_t place, uint8_t* head, size_t head_size,
+                         size_t* out_size);
+/// Overwrite the first `size` octets of the block at `place`, which must have at least as many.
+void message_ring_overwrite(message_ring_t* ring, size_t place, const uint8_t* octets, size_t size);
+/// Copy all blocks as one sequence of octets, for message_ring_refill. Returns its size; 0: the ring is
+/// empty, or the sequence does not fit `capacity`.
+size_t message_ring_copy(const message_ring_t* ring, uint8_t* octets, size_t capacity);
+/// Append the blocks of such a sequence. A block that is cut or has no room is refused (counted).
+void message_ring_refill(message_ring_t* ring, const uint8_t* octets, size_t size);
+/// Octets a block may have to be taken now.
+size_t message_ring_room(const message_ring_t* ring);
+
+#endif // FSW_FRAMEWORK_MESSAGE_MESSAGE_RING_H

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How a program places and runs a generic subsystem (subsystem.h is for the developer of one).
+///
+///     subsystem_init(&component, &config);
+///     for (;;) {
+///         wait;
+///         while (subsystem_may_accept(&component) && (a packet has come)) { subsystem_accept(...); }
+///         wake = subsystem_step(&component, now);
+///     }
+///
+/// Further loops of a configuration, for services: docs/framework.md, "Loops of services".
+///
+/// Ownership  The program places subsystem_t (static; about 120 KiB) and all that the configuration points
+///            to.
+/// Context    One loop; subsystem_loop_step and subsystem_loop_priority may run in a task of each loop. They
+///            block only for short critical sections with priority inheritance.
+#ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H
+#define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H
+
+#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/message/message_ring.h"
+#include "fsw/framework/parameter/parameter.h"
+#include "base/pool.h"
+#include "fsw/framework/rtlink/link_channel.h"
+#include "fsw/framework/subsystem/state_machine.h"
+#include "fsw/framework/subsystem/subsystem.h"
+#include "osal/include/osal/mutex.h"
+#include "pus/core/service.h"
+#include "pus/st03/st03_housekeeping.h"
+#include "pus/st05/st05_events.h"
+#include "pus/st08/st08_functions.h"
+#include "pus/private/st129_management.h"
+#include "pus/private/st130_rtlink.h"
+#include "pus/st17/st17_test.h"
+#include "pus/st20/st20_parameters.h"
+
+#define SUBSYSTEM_STRUCTURES 16U      ///< HK structures, from descriptor and by request.
+#define SUBSYSTEM_FUNCTIONAL 8U       ///< Functional reporting definitions.
+#define SUBSYSTEM_SAMPLE_OCTETS 1024U ///< Values of one HK report.
+#define SUBSYSTEM_LINKS CAPACITY_SUBSYSTEM_LINKS
+#define SUBSYSTEM_PORT_LINKS CAPACITY_PORT_LINKS ///< Readers of one provided port.
+#define SUBSYSTEM_CALL_TOKENS 8U ///< Function commands under way; the last one only for a user on ground.
+#define SUBSYSTEM_ARGUMENTS 96U  ///< Arguments of all functions.
+#define SUBSYSTEM_ARGUMENT_WORDS 64U
+#define SUBSYSTEM_SERVICES 24U
+#define SUBSYSTEM_OPTIONAL_SERVICES DESCRIPTOR_SERVICES_MAX ///< See optional_services.h.
+#define SUBSYSTEM_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Beside its own.
+#define SUBSYSTEM_MAILBOX_OCTETS 12288U                     ///< From such a loop to the component's own.
+/// Room there for the answers to any one request; the process keeps the others.
+#define SUBSYSTEM_MAILBOX_RESERVE 8192U
+#define SUBSYSTEM_LOOP_KEPT 8192U
+#define SUBSYSTEM_INBOX_OCTETS 4096U ///< Of requests to such a loop.
+/// Application data of the longest of them: the identifiers of TC[20,1].
+#define SUBSYSTEM_LOOP_REQUEST_MAX (1U + (4U * PUS_COUNT_MAX))
+#define SUBSYSTEM_LOOP_SCRATCH (sizeof(pus_token_t) + SUBSYSTEM_LOOP_REQUEST_MAX)
+#define SUBSYSTEM_LOOP_REQUESTS 4U ///< Performed in one cycle of such a loop, at most.
+#define SUBSYSTEM_LOOP_HEADER 10U  ///< Of a report in a mailbox [octets].
+#define SUBSYSTEM_LOOP_REPORTS 16U ///< Taken from one mailbox in one step, at most.
+#define SUBSYSTEM_NEVER UINT64_MAX
+#define SUBSYSTEM_STATUS_INTERVAL_NS 1000000000ULL ///< Of unsolicited status reports.
+/// Cycles that a MEDIUM error waits for the supervisor's order.
+#define SUBSYSTEM_MEDIUM_CYCLES 4U
+
+CAPACITY_CHECK(firm_ring_holds_ends_of_requests, (SUBSYSTEM_CALL_TOKENS + 2U) <= 16U);
+CAPACITY_CHECK(firm_ring_holds_links, SUBSYSTEM_LINKS <= 8U);
+CAPACITY_CHECK(loop_scratch_holds_a_sample, SUBSYSTEM_LOOP_SCRATCH >= SUBSYSTEM_SAMPLE_OCTETS);
+
+/// Take back a record of a service. STATUS_OK; any other: the service cannot use it.
+typedef status_t (*subsystem_restore_t)(void* self, uint32_t key, const uint8_t* octets, size_t size);
+
+/// Storage of the services that the descriptor lists, and the function that adds them: both are generated.
+typedef struct {
+    void* storage;
+    void (*add)(void* storage, subsystem_t* subsystem); ///< Null: no such services.
+} subsystem_services_t;
+
+typedef struct {
+    const subsystem_descriptor_t* descriptor;
+    bool is_descriptor_valid; ///< False: stay in OFFLINE / INVALID; only apid and name of the descriptor
+                              ///< count.
+    const subsystem_callbacks_t* callbacks;
+    void* self;                      ///< First argument of the callbacks.
+    uint32_t mission_epoch_s;        ///< Mission time 0 [s of TAI since 1958].
+    uint64_t device_deadline_ns;     ///< See subsystem_device_deadline_ns.
+    uint64_t supervisor_patience_ns; ///< A supervisor not heard for longer is lost; 0: it is itself one.
+    uint64_t status_interval_ns;     ///< Time between two unsolicited status reports.
+    uint32_t start_count;            ///< 1 for the first start of this component in the run.
+    pus_port_t port;                 ///< Where its packets go.
+    const rtlink_resolver_t* links;  ///< Null: no real-time links.
+    uint8_t link_methods;            ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
+    bool has_loop_tasks;             ///< Each loop of services has a task of its own.
+    const pus_service_t* services;   ///< Further services (0..16).
+    size_t service_count;
+    subsystem_services_t optional;        ///< Services that the descriptor lists.
+    const pus_persistence_t* persistence; ///< Where records of services are kept; null: nothing is.
+    /// TC[129,6]: read the descriptor again, in the next stable state PRE_OPERATIONAL without a
+    /// configuration, or OFFLINE. STATUS_OK with the model to use from now on; else the old one stays in
+    /// force.
+    status_t (*reload)(void* context, const subsystem_descriptor_t** out_descriptor);
+    void* reload_context;
+} subsystem_config_t;
+
+typedef struct {        // Private: a loop of services. `mutex` guards inbox and mailbox, loop_guard the rest.
+    uint64_t period_ns; // 0: the loop rests.
+    uint64_t first_tick;
+    uint32_t cycle;
+    uint8_t priority;
+    uint8_t services; // DESCRIPTOR_LOOP_*: only the component's own loop looks.
+    osal_mutex_t mutex;
+    message_ring_t inbox;   // Accepted requests: token, application data.
+    message_ring_t mailbox; // Finished: structure id, time of the values, values; or 0, 0, a whole report.
+    uint32_t lost;          // Housekeeping that had no room there and is not counted yet.
+    uint32_t reports_lost;  // Other reports.
+    uint8_t inbox_storage[SUBSYSTEM_INBOX_OCTETS];
+    uint8_t storage[SUBSYSTEM_MAILBOX_OCTETS];
+} subsystem_loop_t;
+
+typedef struct { // Private: a service that the descriptor lists.
+    pus_service_t service;
+    subsystem_restore_t restore;
+} subsystem_optional_t;
+
+typedef struct { // Private: one end of a real-time link.
+    bool is_used;
+    bool is_producer;
+    rtlink_state_t state;
+    uint16_t link;
+    const descriptor_port_t* port;
+    pus_link_ends_t ends;
+    rtlink_terms_t terms;
+    uint64_t accepted_ns;
+    uint64_t opened_ns;
+    bool is_stale_told;
+    rtlink_producer_t producer;
+    rtlink_consumer_t consumer;
+} subsystem_link_t;
+
+struct subsystem { // Private. What most of the code looks at lies in front.
+    const subsystem_descriptor_t* descriptor;
+    uint64_t now_ns;
+    const descriptor_configuration_t* configuration; // Applied, or being applied.
+    uint64_t next_cycle_ns;
+    uint32_t cycle;
+    uint16_t configuration_id;     // Selected; 0 none.
+    uint16_t last_code;            // Failure code or event id that caused the last transition.
+    state_action_t started_action; // Its time-out runs; a request that changes nothing does not restart it.
+    bool is_action_fresh;          // The present action has not been run yet.
+    bool has_pending;              // A request for a state or configuration is under way.
+    bool is_medium_pending;
+    bool is_supervisor_lost;
+    uint16_t loop_count; // Of the applied configuration; only the component's own loop looks.
+    bool has_reload;     // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
+    state_machine_t machine;
+    pus_app_process_t process;
+    pus_rings_t rings; // Reports it keeps; the process of the loops uses the mailboxes.
+
+    subsystem_config_t config;
+    uint64_t period_ns;
+    uint64_t next_status_ns;
+    uint64_t action_start_ns;
+    uint64_t supervisor_heard_ns;
+    uint32_t medium_cycle;
+    pus_token_t pending;
+    pus_token_t reload;
+
+    parameter_dictionary_t dictionary;
+    parameter_entry_t entries[DESCRIPTOR_PARAMETERS_MAX];
+    parameter_bounds_t bounds[DESCRIPTOR_FIELDS_MAX];
+
+    pus_dispatcher_t dispatcher;
+    pus_service_t services[SUBSYSTEM_SERVICES];
+    pus_test_t test;
+    pus_hk_t housekeeping;
+    pus_hk_structure_t structures[SUBSYSTEM_STRUCTURES];
+    pus_hk_functional_t functional[SUBSYSTEM_FUNCTIONAL];
+    uint8_t samples[SUBSYSTEM_STRUCTURES * SUBSYSTEM_SAMPLE_OCTETS];
+    pus_events_t events;
+    pus_event_definition_t event_definitions[DESCRIPTOR_EVENTS_MAX];
+    pus_event_state_t event_states[DESCRIPTOR_EVENTS_MAX];
+    pus_functions_t functions;
+    pus_function_t function_table[DESCRIPTOR_FUNCTIONS_MAX];
+    pus_argument_t arguments[SUBSYSTEM_ARGUMENTS];
+    uint64_t argument_area[SUBSYSTEM_ARGUMENT_WORDS];
+    pus_parameters_t parameters;
+    pus_management_t management;
+    pus_rtlink_t rtlink;
+    size_t service_count;
+    subsystem_optional_t optional[SUBSYSTEM_OPTIONAL_SERVICES];
+    size_t optional_count;
+    uint32_t optional_cycle; // Steps of the optional services.
+
+    pool_t call_tokens;
+    uint64_t call_token_storage[POOL_STORAGE_WORDS(sizeof(pus_token_t), SUBSYSTEM_CALL_TOKENS)];
+    pool_slot_t call_token_slots[SUBSYSTEM_CALL_TOKENS];
+    pus_token_t* open_call_tokens[SUBSYSTEM_CALL_TOKENS];
+    uint32_t token_in_call; // Of the function that is being performed; its reply ends it.
+
+    osal_mutex_t loop_guard;
+    subsystem_loop_t loops[SUBSYSTEM_LOOPS];
+    uint8_t loop_octets[SUBSYSTEM_LOOP_HEADER + PUS_PACKET_MAX]; // What it takes out of a mailbox.
+    uint32_t loop_reports_lost;
+    // Of whichever loop is being stepped, and holds loop_guard: the other side of its services.
+    subsystem_loop_t* present_loop;
+    pus_app_process_t loop_process;
+    pus_test_t loop_test;
+    pus_parameters_t loop_parameters;
+    pus_service_t loop_services[2];
+    uint8_t loop_scratch[SUBSYSTEM_LOOP_SCRATCH]; // First values of housekeeping, then one request at a time.
+    uint8_t loop_kept[SUBSYSTEM_LOOP_KEPT];
+
+    subsystem_link_t links[SUBSYSTEM_LINKS];
+    subsystem_link_totals_t closed_links; // Counters of links that are closed.
+};
+
+/// OFFLINE, services registered. The configuration is copied.
+void subsystem_init(subsystem_t* subsystem, const subsystem_config_t* config);
+/// True if a request may be taken in: there is room for its reports. While it is false, leave packets in
+/// their inbox, so that their senders wait. It becomes true again in a later step, after the port accepts the
+/// reports of the component.
+bool subsystem_may_accept(subsystem_t* subsystem);
+/// Take in one packet (request or report). Nothing about it is trusted.
+void subsystem_accept(subsystem_t* subsystem, const uint8_t* packet, size_t size, uint64_t now_ns);
+/// Take in one request that may be longer than a packet, as ST[13] has put it together.
+void subsystem_accept_large(subsystem_t* subsystem, const uint8_t* packet, size_t size, uint64_t now_ns);
+/// The time, for a program that lets callbacks of its own raise events between two steps.
+void subsystem_tell_time(subsystem_t* subsystem, uint64_t now_ns);
+/// Run what is due. Returns the time of the next wake [ns of the run].
+uint64_t subsystem_step(subsystem_t* subsystem, uint64_t now_ns);
+/// Priority of the loop that runs subsystem_step, 1..99: that of the applied configuration; before one is
+/// applied, the highest of all. The devices are there from HARDWARE_INIT on, and expect heartbeats.
+uint8_t subsystem_component_priority(const subsystem_t* subsystem);
+/// The program ends: close everything that the component and its subsystem have open, without any message.
+void subsystem_release(subsystem_t* subsystem);
+/// Run what is due in a loop of services, 0..SUBSYSTEM_LOOPS - 1: only where it has a task of its own.
+/// Returns its next wake; SUBSYSTEM_NEVER while no configuration with such a loop is applied.
+uint64_t subsystem_loop_step(subsystem_t* subsystem, uint8_t loop, uint64_t now_ns);
+/// Priority that the applied configuration gives to such a loop, 1..99; 0 while it rests.
+uint8_t subsystem_loop_priority(subsystem_t* subsystem, uint8_t loop);
+/// Take back one record that services have put, `table` being the service type; before the first step.
+/// STATUS_OK, STATUS_NOT_FOUND (no service of the component keeps such records), or why the service refuses
+/// it.
+MUST_USE status_t subsystem_restore(subsystem_t* subsystem, uint8_t table, uint32_t key,
+                                    const uint8_t* octets, size_t size);
+/// Datagram of a real-time link.
+void subsystem_link_datagram(subsystem_t* subsystem, const uint8_t* frame, size_t size);
+/// Its application process, for further services.
+pus_app_process_t* subsystem_process(subsystem_t* subsystem);
+/// Ask the component itself for a state, without a request of anybody (the supervisor's own start).
+state_answer_t subsystem_request(subsystem_t* subsystem, state_t target, state_cause_t cause);
+state_answer_t subsystem_select(subsystem_t* subsystem, uint16_t configuration_id);
+
+#endif // FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Shared by the source files of the generic subsystem; private to them.
+#ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_INTERNAL_H
+#define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_INTERNAL_H
+
+#include "fsw/framework/subsystem/subsystem_core.h"
+
+/// subsystem_core.c: the cycle without a configuration, and when pools warn, as the descriptor has them.
+void subsystem_set_idle_period(subsystem_t* subsystem);
+void subsystem_set_pool_thresholds(subsystem_t* subsystem);
+/// subsystem_core.c: raise an event without auxiliary data of its own, if the descriptor has it.
+void subsystem_raise_named(subsystem_t* subsystem, const char* name);
+
+/// subsystem_services.c: fill the service list from the descriptor.
+void subsystem_register_services(subsystem_t* subsystem);
+/// Step the services that the descriptor lists.
+void subsystem_step_optional(subsystem_t* subsystem);
+/// Bounds, settable flags and initial values of all published parameters. STATUS_OK or the first refusal.
+status_t subsystem_initialise_parameters(subsystem_t* subsystem);
+/// Housekeeping structures and initial values of the configuration. STATUS_OK or the first refusal.
+status_t subsystem_apply_configuration(subsystem_t* subsystem);
+/// Take the waiting descriptor in if the component rests where it may change; ends its request.
+void subsystem_take_reload(subsystem_t* subsystem);
+/// Stop housekeeping.
+void subsystem_revoke_configuration(subsystem_t* subsystem);
+/// Auxiliary data of an event by its references; returns the size written.
+size_t subsystem_sample_auxiliary(subsystem_t* subsystem, const descriptor_event_t* event, uint8_t* octets,
+                                  size_t capacity);
+
+/// subsystem_loops.c: loops begin when their configuration is applied, and end before it is revoked: then
+/// none samples, waiting requests are performed, and housekeeping that waits in the mailboxes is dropped and
+/// counted. `values` is what their instance of ST[20] reads.
+void subsystem_init_loops(subsystem_t* subsystem, const pus_parameter_port_t* values);
+/// Call it before any service is set up, because a service may lock loop_guard at once.
+void subsystem_create_guards(subsystem_t* subsystem);
+void subsystem_begin_loops(subsystem_t* subsystem);
+void subsystem_end_loops(subsystem_t* subsystem);
+/// Step them all in their order, where they have no tasks of their own; returns the earliest wake.
+uint64_t subsystem_step_loops(subsystem_t* subsystem);
+/// Send the reports that the loops have finished.
+void subsystem_empty_mailboxes(subsystem_t* subsystem);
+
+/// subsystem_state.c: run the entry action that is due; report changes.
+void subsystem_run_action(subsystem_t* subsystem);
+/// Make the machine's last transitions known: TM[129,2], progress, end of the pending request.
+void subsystem_after_change(subsystem_t* subsystem);
+pus_reply_t subsystem_request_state(void* context, const pus_state_order_t* order, const pus_token_t* token,
+                                    uint64_t now_ns);
+pus_reply_t subsystem_select_configuration(void* context, uint16_t configuration, const pus_token_t* token,
+                                           uint64_t now_ns);
+/// Feed an event to the machine. `code` goes into TM[129,2].
+void subsystem_machine_event(subsystem_t* subsystem, state_event_t event, state_cause_t cause, uint16_t code);
+
+/// subsystem_links.c.
+pus_rtlink_port_t subsystem_link_port(subsystem_t* subsystem);
+void subsystem_watch_links(subsystem_t* subsystem);
+void subsystem_close_links(subsystem_t* subsystem, uint8_t reason);
+/// True if every required port of the configuration has an open, fresh link.
+bool subsystem_has_required_links(subsystem_t* subsystem, uint16_t* out_missing_port);
+
+/// subsystem_link_table.c: a provided port has any readers, one slot for each of its links; a required port
+/// has one writer and one slot.
+/// Link of this number; null if there is none.
+subsystem_link_t* subsystem_link_numbered(subsystem_t* subsystem, uint16_t number);
+/// First link of a port; null if there is none.
+subsystem_link_t* subsystem_link_of(subsystem_t* subsystem, uint16_t port);
+/// Next link of a port after `previous` in the table (null: first of all); null if there is none.
+subsystem_link_t* subsystem_link_next(subsystem_t* subsystem, const subsystem_link_t* previous,
+                                      uint16_t port);
+/// The slot for a link of this number and port: that of the link it replaces, else a free slot. Null: there
+/// is no room, or the number belongs to a link of another port.
+subsystem_link_t* subsystem_link_slot(subsystem_t* subsystem, const descriptor_port_t* port, uint16_t number);
+
+#endif // FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_INTERNAL_H

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+/// One component of a mission with its storage, ready to be stepped. In the processes form it runs alone; the
+/// image steps all of them in turn. Each component's file holds its static storage and its wiring.
+#ifndef FSW_PROGRAMS_COMPONENT_INSTANCE_H
+#define FSW_PROGRAMS_COMPONENT_INSTANCE_H
+
+#include "fsw/programs/component_runtime.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct {
+    void* self;
+    /// Take in messages, run what is due. Returns the next wake [ns of the run].
+    uint64_t (*step)(void* self, uint64_t now_ns, uint32_t octets_due);
+    /// Further sockets that wake it. May be null.
+    size_t (*sockets)(void* self, osal_socket_t** out_sockets, size_t capacity);
+    void (*link_datagram)(void* self, const uint8_t* frame, size_t size);
+    /// Release the system resources that the component has opened, without any message, as at the end of its
+    /// process.
+    void (*close)(void* self);
+    subsystem_t* component; ///< Whose loops of services may have tasks of their own, or null.
+    void* storage;          ///< All its data; all zeros before it is opened.
+    size_t size;
+} component_instance_t;
+
+/// Make the component ready in its static storage. False: runtime->error says why.
+typedef bool (*component_open_t)(component_runtime_t* runtime, component_instance_t* out_instance);
+
+/// <name>_open of each file fsw/programs/<name>_program.c; the list of them is made when the project is
+/// built.
+#define COMPONENT(name, executable)                                                                          \
+    bool name##_open(component_runtime_t* runtime, component_instance_t* out_instance);
+#include "generated/programs.h"
+#undef COMPONENT
+
+/// The program of an executable's name ("manipulator"), or null.
+component_open_t component_find(const char* executable);
+
+#endif // FSW_PROGRAMS_COMPONENT_INSTANCE_H

@@ -1,0 +1,565 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/programs/component_runtime.h"
+
+#include "base/assertion.h"
+#include "base/text.h"
+#include "osal/include/osal/console.h"
+
+#include <string.h>
+
+#define NS_PER_US 1000U
+#define PUMP_PATIENCE_MS 100U
+#define PUMP_TRIES 50U      ///< Five seconds of wall-clock time for datagrams that the kernel still has.
+#define CUT_PATIENCE_MS 10U ///< The same, where something was lost already: the way may be cut.
+#define CUT_TRIES 1U
+#define CUT_HOPE 16U     ///< After this many intakes without success only one in this many waits.
+#define SWEEP_MAX 4096U  ///< Datagrams of one socket at a time: a flood must not block the reader.
+#define HINTS_EVERY 128U ///< Intakes between two readings of the topology service.
+
+// ---- Resolvers ----
+
+/// Index of a bus of the mission, or bus_count.
+static uint16_t bus_of(const mission_descriptor_t* const mission, const char* const name)
+{
+    uint16_t index = 0U;
+    while ((index < mission->bus_count) && (strcmp(mission->buses[index].name, name) != 0)) {
+        index++;
+    }
+    return index;
+}
+
+/// Names of the run are made unique by its identity; hosts and devices are what the descriptor says they are.
+static status_t resolve_flow(void* const context, const flow_endnode_kind_t kind, const char* const name,
+                             flow_endnode_address_t* const out_address)
+{
+    const component_runtime_t* const runtime = (const component_runtime_t*)context;
+    text_t text                              = text_in(out_address->address, sizeof out_address->address);
+    if (kind == ENDNODE_CAN) {
+        const uint16_t bus = bus_of(runtime->mission, name);
+        if (bus == runtime->mission->bus_count) {
+            return STATUS_NOT_FOUND;
+        }
+        text_add(&text, runtime->run->buses[bus].flight);
+        out_address->is_fd = (runtime->mission->buses[bus].data_bit_rate > 0U);
+        return STATUS_OK;
+    }
+    if ((kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE)) {
+        text_add(&text, "/");
+        text_add(&text, runtime->run->identity);
+        text_add(&text, ".flow.");
+    }
+    text_add(&text, name);
+    if (text.cut) {
+        return STATUS_NOT_FOUND;
+    }
+    const bool is_of_run = (kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE);
+    return (is_of_run && (run_state_note_flow(runtime->run, out_address->address) != STATUS_OK))
+               ? STATUS_NOT_FOUND
+               : STATUS_OK;
+}
+
+static bool link_name(void* const context, const uint16_t link, char* const out_name, const size_t capacity)
+{
+    const component_runtime_t* const runtime = (const component_runtime_t*)context;
+    return run_name(runtime->run, "link", link, out_name, capacity);
+}
+
+static uint8_t node_of(const component_runtime_t* const runtime, const uint16_t apid)
+{
+    unsigned component = 0U;
+    return run_state_find(runtime->run, apid, &component) ? runtime->run->components[component].node : 0U;
+}
+
+static uint32_t node_ipv4(const component_runtime_t* const runtime, const uint16_t apid)
+{
+    return runtime->run->node_ipv4[node_of(runtime, apid)];
+}
+
+/// APID of the consumer of a link, 0 if there is no such link.
+static uint16_t consumer_of(const component_runtime_t* const runtime, const uint16_t link)
+{
+    for (uint16_t i = 0U; i < runtime->mission->link_count; i++) {
+        if (runtime->mission->links[i].number == link) {
+            return runtime->mission->links[i].consumer_apid;
+        }
+    }
+    return 0U;
+}
+
+static bool link_route(void* const context, const uint16_t link, osal_socket_t** const out_socket,
+                       osal_address_t* const out_consumer)
+{
+    component_runtime_t* const runtime = (component_runtime_t*)context;
+    if ((link == 0U) || (link > RUN_LINKS_MAX) || (runtime->run->link_ports[link - 1U] == 0U)) {
+        return false;
+    }
+    *out_socket = &runtime->link_sender;
+    *out_consumer =
+        (osal_address_t){node_ipv4(runtime, consumer_of(runtime, link)), runtime->run->link_ports[link - 1U]};
+    return true;
+}
+
+static bool link_name_route(void* const context, const uint16_t link, osal_socket_t** const out_socket,
+                            osal_tipc_name_t* const out_consumer)
+{
+    component_runtime_t* const runtime = (component_runtime_t*)context;
+    if ((link == 0U) || (link > RUN_LINKS_MAX) || (runtime->run->link_descriptors[link - 1U] < 0)) {
+        return false;
+    }
+    *out_socket   = &runtime->link_sender;
+    *out_consumer = (osal_tipc_name_t){run_link_type(runtime->run), link};
+    return true;
+}
+
+/// Is it the link asked for (0: any) of this component's port?
+static bool is_link_of(const component_runtime_t* const runtime, const mission_link_t* const link,
+                       const uint16_t port, const uint16_t number)
+{
+    const bool is_ours = ((link->producer_apid == runtime->apid) && (link->producer_port == port)) ||
+                         ((link->consumer_apid == runtime->apid) && (link->consumer_port == port));
+    return is_ours && ((number == 0U) || (number == link->number));
+}
+
+/// Shared memory reaches only partners on the same node.
+static uint8_t methods_of_port(void* const context, const uint16_t port, const uint16_t number)
+{
+    const component_runtime_t* const runtime = (const component_runtime_t*)context;
+    const uint8_t shared_memory              = (uint8_t)(1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY);
+    bool has_partner                         = false;
+    bool is_any_here                         = false;
+    for (uint16_t i = 0U; i < runtime->mission->link_count; i++) {
+        const mission_link_t* const link = &runtime->mission->links[i];
+        if (is_link_of(runtime, link, port, number)) {
+            has_partner = true;
+            is_any_here = is_any_here ||
+                          (node_of(runtime, link->producer_apid) == node_of(runtime, link->consumer_apid));
+        }
+    }
+    const bool is_reached = is_any_here || !has_partner;
+    return is_reached ? runtime->run->link_methods
+                      : (uint8_t)(runtime->run->link_methods & (uint8_t)~shared_memory);
+}
+
+void component_runtime_told(component_runtime_t* const runtime, const unsigned component,
+                            const uint64_t now_ns)
+{
+    FSW_ASSERT((runtime != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
+    if (runtime->peers[component].told_ns <= run_state_last_beat(runtime->run, component).step_ns) {
+        runtime->peers[component].told_ns = now_ns;
+    }
+}
+
+uint64_t component_runtime_promise_ns(const component_runtime_t* const runtime,
+                                      osal_lockstep_t* const scheduler, const unsigned component)
+{
+    FSW_ASSERT((runtime != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
+    const run_beat_t beat = run_state_last_beat(runtime->run, component);
+    if ((beat.wake_ns != OSAL_LOCKSTEP_NEVER) || (scheduler == NULL)) {
+        return beat.wake_ns;
+    }
+    const uint64_t begin_ns = osal_lockstep_begin_ns(scheduler, run_participant(component));
+    return (begin_ns > beat.step_ns) ? begin_ns : OSAL_LOCKSTEP_NEVER; // In the first life all begin at 0.
+}
+
+void component_runtime_watch_supervisor(const component_runtime_t* const runtime,
+                                        osal_lockstep_t* const scheduler, const uint64_t now_ns)
+{
+    FSW_ASSERT(runtime != NULL);
+    unsigned index = 0U;
+    if ((scheduler == NULL) || (runtime->apid == DESCRIPTOR_SUPERVISOR_APID) ||
+        !run_state_find(runtime->run, DESCRIPTOR_SUPERVISOR_APID, &index)) {
+        return;
+    }
+    const uint64_t promised_ns = component_runtime_promise_ns(runtime, scheduler, index);
+    const uint64_t patience_ns = (uint64_t)runtime->mission->subsystems[index].hang_after_us * NS_PER_US;
+    if ((now_ns > promised_ns) && ((now_ns - promised_ns) > patience_ns) &&
+        osal_lockstep_is_present(scheduler, run_participant(index))) {
+        osal_lockstep_kill(scheduler, run_participant(index), OSAL_LOCKSTEP_ANY_LIFE);
+    }
+}
+
+/// Messages to the supervisor are for whichever life it has: its channels outlive its process.
+uint32_t component_runtime_life_of(const component_runtime_t* const runtime, const unsigned component)
+{
+    return (runtime->run->components[component].apid == DESCRIPTOR_SUPERVISOR_APID)
+               ? OSAL_LOCKSTEP_ANY_LIFE
+               : runtime->peers[component].life;
+}
+
+void component_runtime_delivered(void* const context, const uint16_t to)
+{
+    component_runtime_t* const runtime = (component_runtime_t*)context;
+    unsigned component                 = 0U;
+    if (run_state_find(runtime->run, to, &component)) {
+        component_runtime_told(runtime, component, osal_clock_now_ns(&runtime->clock));
+        osal_clock_deliver(&runtime->clock, run_participant(component),
+                           component_runtime_life_of(runtime, component), 1U, 0U);
+    }
+}
+
+/// A consumer that was started again does not take frames of links of its earlier life.
+static void link_delivered(void* const context, const uint16_t link, const uint32_t epoch)
+{
+    component_runtime_t* const runtime = (component_runtime_t*)context;
+    const uint16_t apid                = consumer_of(runtime, link);
+    unsigned component                 = 0U;
+    if (run_state_find(runtime->run, apid, &component) && (epoch > runtime->peers[component].link_floor)) {
+        component_runtime_delivered(runtime, apid);
+    }
+}
+
+static bool has_ended(const run_component_t* const one, const uint32_t life)
+{
+    return (__atomic_load_n(&one->found_life, __ATOMIC_ACQUIRE) == life) &&
+           (__atomic_load_n(&one->process, __ATOMIC_ACQUIRE) != (uint32_t)RUN_PROCESS_RUNNING);
+}
+
+/// The lives of all components, from the run. They change only in grants of the supervisor, so they are
+/// constant during another component's grant. Where time is real, a process may end at any instant: this
+/// looks before the sockets are read, so that its last words are known before its end.
+static void learn_lives(component_runtime_t* const runtime)
+{
+    for (unsigned i = 0U; i < runtime->run->component_count; i++) {
+        const run_component_t* const one = &runtime->run->components[i];
+        const uint32_t life              = __atomic_load_n(&one->life, __ATOMIC_ACQUIRE);
+        runtime->peers[i].is_gone        = has_ended(one, life);
+        if (life != runtime->peers[i].life) {
+            runtime->peers[i].life       = life;
+            runtime->peers[i].link_floor = __atomic_load_n(&one->link_floor, __ATOMIC_RELAXED);
+            message_set_life(&runtime->endpoint, one->apid, life);
+        }
+    }
+}
+
+/// Packets of this component to the supervisor.
+static status_t send_up(void* const context, const uint8_t* const packet, const size_t size)
+{
+    component_runtime_t* const runtime = (component_runtime_t*)context;
+    return (pus_class_of(packet, size) == PUS_CLASS_FIRM)
+               ? message_send(&runtime->endpoint, DESCRIPTOR_SUPERVISOR_APID, packet, size)
+               : message_send_plain(&runtime->endpoint, DESCRIPTOR_SUPERVISOR_APID, packet, size);
+}
+
+CAPACITY_CHECK(peers_fit, MESSAGE_PEERS_MAX >= (MISSION_SUBSYSTEMS_MAX - 1U));
+// A wait watches the sockets of messages and of the links that the component consumes, and eight of its own.
+CAPACITY_CHECK(sockets_fit, COMPONENT_RUNTIME_SOCKETS_MAX >= (1U + CAPACITY_SUBSYSTEM_LINKS + 8U));
+
+// ---- Opening a runtime ----
+
+static status_t fail(component_runtime_t* const runtime, const char* const what, const status_t status)
+{
+    text_t text = text_in(runtime->error, sizeof runtime->error);
+    text_add(&text, runtime->run->components[runtime->component].name);
+    text_add(&text, ": ");
+    text_add(&text, what);
+    text_add(&text, ": ");
+    text_add(&text, status_text(status));
+    return status;
+}
+
+static status_t adopt_link_socket(component_runtime_t* const runtime, const int descriptor)
+{
+    if (runtime->link_socket_count >= CAPACITY_SUBSYSTEM_LINKS) {
+        return STATUS_EXHAUSTED;
+    }
+    const status_t status = osal_socket_adopt(&runtime->link_sockets[runtime->link_socket_count], descriptor);
+    runtime->link_socket_count += (status == STATUS_OK) ? 1U : 0U;
+    return status;
+}
+
+static status_t open_link_sockets(component_runtime_t* const runtime)
+{
+    const run_state_t* const run = runtime->run;
+    const bool is_tipc = ((run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
+    status_t status = is_tipc ? osal_tipc_open(&runtime->link_sender, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)
+                              : osal_udp_open(&runtime->link_sender,
+                                              (osal_address_t){node_ipv4(runtime, runtime->apid), 0U}, 0U);
+    for (uint16_t i = 0U; (i < runtime->mission->link_count) && (status == STATUS_OK); i++) {
+        const mission_link_t* const link = &runtime->mission->links[i];
+        const unsigned slot              = (unsigned)link->number - 1U;
+        if ((link->consumer_apid == runtime->apid) && (slot < RUN_LINKS_MAX) &&
+            (run->link_descriptors[slot] >= 0)) {
+            status = adopt_link_socket(runtime, run->link_descriptors[slot]);
+        }
+    }
+    return status;
+}
+
+static bool is_by_tipc(const component_runtime_t* const runtime)
+{
+    return runtime->run->transport == (uint8_t)RUN_TRANSPORT_TIPC;
+}
+
+static status_t add_peers(component_runtime_t* const runtime)
+{
+    status_t status = STATUS_OK;
+    for (unsigned i = 0U; (i < runtime->run->component_count) && (status == STATUS_OK); i++) {
+        const run_component_t* const peer = &runtime->run->components[i];
+        const bool is_needed =
+            (runtime->apid == DESCRIPTOR_SUPERVISOR_APID) || (peer->apid == DESCRIPTOR_SUPERVISOR_APID);
+        if ((i == runtime->component) || !is_needed) {
+            continue; // Subsystems talk to the supervisor only.
+        }
+        status = message_add_peer(&runtime->endpoint, peer->apid);
+        if ((status != STATUS_OK) || !osal_socket_is_open(&runtime->message_socket)) {
+            continue;
+        }
+        if (is_by_tipc(runtime)) {
+            status = message_tipc_carrier_add_peer(&runtime->tipc, peer->apid, peer->message_identity);
+        } else {
+            const osal_address_t address = {node_ipv4(runtime, peer->apid), peer->message_port};
+            status                       = message_udp_carrier_add_peer(&runtime->udp, peer->apid, address);
+        }
+    }
+    return status;
+}
+
+static status_t open_messages(component_runtime_t* const runtime, message_place_t* const places,
+                              const size_t place_count)
+{
+    const run_component_t* const self = &runtime->run->components[runtime->component];
+    if (runtime->hub != NULL) {
+        message_open(&runtime->endpoint, runtime->apid, runtime->life,
+                     message_ring_carrier_port(runtime->hub), places, place_count);
+        return message_ring_carrier_attach(runtime->hub, &runtime->endpoint);
+    }
+    const message_delivery_notice_t notice = {runtime, component_runtime_delivered};
+    message_carrier_t carrier              = {NULL, NULL};
+    status_t status = osal_socket_adopt(&runtime->message_socket, self->message_descriptor);
+    if ((status == STATUS_OK) && is_by_tipc(runtime)) {
+        const uint32_t type = run_message_type(runtime->run);
+        status              = osal_tipc_watch_open(&runtime->topology, type);
+        message_tipc_carrier_init(&runtime->tipc, &runtime->message_socket, &runtime->topology, type, notice);
+        carrier = message_tipc_carrier_port(&runtime->tipc);
+    } else {
+        message_udp_carrier_init(&runtime->udp, &runtime->message_socket, notice);
+        carrier = message_udp_carrier_port(&runtime->udp);
+    }
+    if (status == STATUS_OK) {
+        message_open(&runtime->endpoint, runtime->apid, runtime->life, carrier, places, place_count);
+    }
+    return status;
+}
+
+void component_runtime_reader_init(component_runtime_reader_t* const reader)
+{
+    FSW_ASSERT(reader != NULL);
+    descriptor_loader_init(&reader->loader);
+    reader->spare = &reader->model;
+}
+
+status_t component_runtime_open_inbox(component_runtime_t* const runtime, message_place_t* const places,
+                                      const size_t place_count)
+{
+    FSW_ASSERT((runtime != NULL) && (places != NULL));
+    if (runtime->is_kept) {
+        return STATUS_OK;
+    }
+    status_t status = open_messages(runtime, places, place_count);
+    if (status != STATUS_OK) {
+        return fail(runtime, "cannot open its message socket", status);
+    }
+    status = add_peers(runtime);
+    learn_lives(runtime);
+    return (status == STATUS_OK) ? STATUS_OK : fail(runtime, "too many components", status);
+}
+
+/// The supervisor is restarted without an order, and its messages continue in their present life.
+static uint32_t process_life(const run_component_t* const component)
+{
+    return (component->apid == DESCRIPTOR_SUPERVISOR_APID)
+               ? __atomic_load_n(&component->found_life, __ATOMIC_ACQUIRE)
+               : __atomic_load_n(&component->life, __ATOMIC_ACQUIRE);
+}
+
+status_t component_runtime_take(component_runtime_t* const runtime,
+                                const component_runtime_surroundings_t* const surroundings,
+                                subsystem_descriptor_t* const own, const unsigned index)
+{
+    FSW_ASSERT((runtime != NULL) && (surroundings != NULL) && (surroundings->run != NULL) &&
+               (surroundings->mission != NULL) && (surroundings->reader != NULL) && (own != NULL) &&
+               (index < surroundings->run->component_count));
+    run_state_t* const run = surroundings->run;
+    (void)memset(runtime, 0, sizeof *runtime);
+    runtime->run        = run;
+    runtime->mission    = surroundings->mission;
+    runtime->own        = own;
+    runtime->reader     = surroundings->reader;
+    runtime->hub        = surroundings->hub;
+    runtime->component  = index;
+    runtime->apid       = run->components[index].apid;
+    runtime->life       = __atomic_load_n(&run->components[index].life, __ATOMIC_ACQUIRE);
+    runtime->link_floor = __atomic_load_n(&run->components[index].link_floor, __ATOMIC_RELAXED);
+    runtime->message_socket.descriptor = -1;
+    runtime->link_sender.descriptor    = -1;
+    runtime->topology.descriptor       = -1;
+    runtime->flows                     = (flow_resolver_t){runtime, resolve_flow};
+    runtime->links                     = (rtlink_resolver_t){.context    = runtime,
+                                                             .shm_name   = link_name,
+                                                             .udp_route  = link_route,
+                                                             .tipc_route = link_name_route,
+                                                             .methods    = methods_of_port,
+                                                             .delivered  = link_delivered};
+    runtime->uplink                    = (pus_port_t){runtime, send_up};
+    if (surroundings->scheduler != NULL) {
+        osal_clock_open_stepped(&runtime->clock, surroundings->scheduler, run_participant(index),
+                                process_life(&run->components[index]));
+    } else if (run->is_stepped) {
+        osal_clock_open_granted(&runtime->clock, &runtime->deliveries);
+    } else {
+        osal_clock_open_real(&runtime->clock, run->origin_ns);
+    }
+    const status_t status = open_link_sockets(runtime);
+    return (status == STATUS_OK) ? STATUS_OK : fail(runtime, "cannot open its link sockets", status);
+}
+
+size_t component_runtime_sockets(component_runtime_t* const runtime, osal_socket_t** const out_sockets,
+                                 const size_t capacity)
+{
+    size_t count = 0U;
+    if (osal_socket_is_open(&runtime->message_socket) && (count < capacity)) {
+        out_sockets[count] = &runtime->message_socket;
+        count++;
+    }
+    for (size_t i = 0U; (i < runtime->link_socket_count) && (count < capacity); i++) {
+        out_sockets[count] = &runtime->link_sockets[i];
+        count++;
+    }
+    return count;
+}
+
+void component_runtime_leave(component_runtime_t* const runtime)
+{
+    FSW_ASSERT(runtime != NULL);
+    osal_socket_close(&runtime->link_sender);
+    osal_socket_close(&runtime->topology);
+}
+
+// ---- Taking in ----
+
+static status_t receive_sample(const component_runtime_t* const runtime, osal_socket_t* const socket,
+                               uint8_t frame[LINK_FRAME_MAX], size_t* const out_size)
+{
+    osal_address_t from = {0U, 0U};
+    uint64_t identity   = 0U;
+    const bool is_tipc = ((runtime->run->link_methods & (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC)) != 0U);
+    return is_tipc ? osal_tipc_receive(socket, &identity, frame, LINK_FRAME_MAX, out_size)
+                   : osal_udp_receive(socket, &from, frame, LINK_FRAME_MAX, out_size);
+}
+
+/// Datagrams of the message socket. Returns those that were meant for this life.
+static uint32_t sweep_messages(component_runtime_t* const runtime)
+{
+    uint32_t taken = 0U;
+    for (unsigned i = 0U; (i < SWEEP_MAX) && osal_socket_is_open(&runtime->message_socket); i++) {
+        const status_t status = is_by_tipc(runtime)
+                                    ? message_tipc_carrier_pump(&runtime->tipc, &runtime->endpoint)
+                                    : message_udp_carrier_pump(&runtime->udp, &runtime->endpoint);
+        if ((status != STATUS_OK) && (status != STATUS_NOT_OURS)) {
+            break;
+        }
+        taken += (status == STATUS_OK) ? 1U : 0U;
+    }
+    return taken;
+}
+
+/// The same of a link that it consumes.
+static uint32_t sweep_link(component_runtime_t* const runtime, osal_socket_t* const socket,
+                           void (*const link_datagram)(void* context, const uint8_t*, size_t),
+                           void* const context)
+{
+    uint8_t frame[LINK_FRAME_MAX];
+    uint32_t taken = 0U;
+    size_t size    = 0U;
+    for (unsigned i = 0U; i < SWEEP_MAX; i++) {
+        if (receive_sample(runtime, socket, frame, &size) != STATUS_OK) {
+            break;
+        }
+        if (rtlink_frame_epoch(frame, size) > runtime->link_floor) {
+            link_datagram(context, frame, size);
+            taken++;
+        }
+    }
+    return taken;
+}
+
+/// Read the sockets until they are empty: unannounced datagrams are errors or attacks, and would otherwise be
+/// taken for the ones announced next. Returns the datagrams that may have been announced.
+static uint32_t sweep(component_runtime_t* const runtime,
+                      void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
+{
+    uint32_t taken = sweep_messages(runtime);
+    for (size_t i = 0U; i < runtime->link_socket_count; i++) {
+        taken += sweep_link(runtime, &runtime->link_sockets[i], link_datagram, context);
+    }
+    return taken;
+}
+
+/// Wait a moment for more to come in.
+static void wait_for_more(component_runtime_t* const runtime, const uint32_t patience_ms)
+{
+    osal_socket_t* sockets[COMPONENT_RUNTIME_SOCKETS_MAX];
+    const size_t count = component_runtime_sockets(runtime, sockets, COMPONENT_RUNTIME_SOCKETS_MAX);
+    for (size_t i = 0U; i < count; i++) {
+        const uint32_t share_ms = patience_ms / (uint32_t)count;
+        if (osal_socket_wait_readable(sockets[i], (share_ms > 0U) ? share_ms : 1U) == STATUS_OK) {
+            return;
+        }
+    }
+}
+
+/// Number of waits for announced datagrams: none at most intakes if none arrived for long.
+static unsigned tries_of(const component_runtime_t* const runtime)
+{
+    if (runtime->owed == 0U) {
+        return PUMP_TRIES;
+    }
+    return ((runtime->vain < CUT_HOPE) || ((runtime->vain % CUT_HOPE) == 0U)) ? CUT_TRIES : 0U;
+}
+
+/// Take in announced datagrams, and late ones of earlier announcements. If the connection is cut, simulated
+/// time continues without the missing ones.
+static void take_due(component_runtime_t* const runtime, const uint32_t due,
+                     void (*const link_datagram)(void* context, const uint8_t*, size_t), void* const context)
+{
+    const bool is_cut          = (runtime->owed > 0U);
+    const unsigned tries       = tries_of(runtime);
+    const uint32_t patience_ms = is_cut ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;
+    uint32_t taken             = sweep(runtime, link_datagram, context);
+    for (unsigned attempt = 0U; (taken < due) && (attempt < tries); attempt++) {
+        wait_for_more(runtime, patience_ms);
+        taken += sweep(runtime, link_datagram, context);
+    }
+    if (due > 0U) {
+        runtime->vain = (taken < due) ? (runtime->vain + 1U) : 0U;
+    }
+    const uint32_t awaited = (due < (UINT32_MAX - runtime->owed)) ? (runtime->owed + due) : UINT32_MAX;
+    runtime->owed          = (taken < awaited) ? (awaited - taken) : 0U;
+    if (!is_cut && (taken < due)) {
+        __atomic_store_n(&runtime->run->is_lossy, 1U, __ATOMIC_RELAXED);
+        osal_console_complain("a datagram that was announced has not arrived; the run is not reproducible");
+    }
+}
+
+void component_runtime_pump(component_runtime_t* const runtime, const uint32_t messages,
+                            void (*const link_datagram)(void* context, const uint8_t*, size_t),
+                            void* const context)
+{
+    FSW_ASSERT((runtime != NULL) && (link_datagram != NULL));
+    learn_lives(runtime);
+    if (runtime->clock.mode == OSAL_CLOCK_REAL) {
+        (void)sweep(runtime, link_datagram, context);
+        return;
+    }
+    take_due(runtime, messages, link_datagram, context);
+    runtime->pumps++;
+    if (osal_socket_is_open(&runtime->topology) && ((runtime->pumps % HINTS_EVERY) == 0U)) {
+        message_tipc_carrier_take_hints(&runtime->tipc, &runtime->endpoint);
+    }
+}
+
+void component_runtime_keep(component_runtime_t* const runtime)
+{
+    FSW_ASSERT(runtime != NULL);
+    runtime->is_kept = true;
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The place of one component in a run: its clock, its message endpoint, and the resolvers that turn logical
+/// names into addresses of this run. The processes form has one runtime for each program, the image one for
+/// each.
+///
+/// Ownership  The caller places runtimes (static).
+/// Context    One task.
+#ifndef FSW_PROGRAMS_COMPONENT_RUNTIME_H
+#define FSW_PROGRAMS_COMPONENT_RUNTIME_H
+
+#include "fsw/programs/run_state.h"
+#include "fsw/framework/dataflow/endnode.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/message/message.h"
+#include "fsw/framework/message/ring_carrier.h"
+#include "fsw/framework/message/tipc_carrier.h"
+#include "fsw/framework/message/udp_carrier.h"
+#include "fsw/framework/rtlink/link_channel.h"
+#include "osal/include/osal/clock.h"
+#include "pus/core/app_process.h"
+
+#define COMPONENT_RUNTIME_SOCKETS_MAX OSAL_CLOCK_SOCKETS_MAX
+#define COMPONENT_RUNTIME_ERROR_MAX 512U
+
+typedef struct { // How descriptors are read: once for all components of a program, one after the other.
+    descriptor_loader_t loader;
+    subsystem_descriptor_t model;
+    subsystem_descriptor_t*
+        spare; ///< A reloaded descriptor is read into it; the component then uses it and returns its old one.
+} component_runtime_reader_t;
+
+typedef struct { // Private, except the members named below.
+    run_state_t* run;
+    const mission_descriptor_t* mission;
+    unsigned component; ///< Index in run->components.
+    uint16_t apid;
+    subsystem_descriptor_t*
+        own; ///< The component's descriptor, read with the mission; the component may reload it.
+    component_runtime_reader_t* reader; ///< With which it does.
+    osal_clock_t clock;
+    osal_deliveries_t deliveries; // Where the scheduler is out of reach.
+    message_endpoint_t endpoint;
+    message_udp_carrier_t udp;
+    message_tipc_carrier_t tipc;
+    osal_socket_t topology; // Notices of the kernel about TIPC names.
+    uint32_t life;          // Its own.
+    uint32_t link_floor;    // Links of this life have later epochs.
+    struct {                // Of each component, from the run state at the last intake.
+        uint32_t life;
+        uint32_t link_floor;
+        uint64_t told_ns; // Time of the first message sent to it since its last step.
+        bool is_gone;     // Its process in that life has ended: what it has sent was taken in.
+    } peers[MISSION_SUBSYSTEMS_MAX];
+    uint32_t pumps;
+    uint32_t owed; // Datagrams that were announced and have not come yet: the way may be cut.
+    uint32_t vain; // Intakes in a row that missed some.
+    osal_socket_t message_socket;
+    osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Of links that this component consumes,
+    uint32_t link_socket_count;                           // so many.
+    osal_socket_t link_sender;                            // Source of frames to others.
+    flow_resolver_t flows;
+    rtlink_resolver_t links;
+    pus_port_t uplink; ///< To the supervisor.
+    char error[COMPONENT_RUNTIME_ERROR_MAX];
+    bool is_kept;                // Its message channels continue although the component restarts.
+    message_ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run says.
+} component_runtime_t;
+
+/// Before any component takes a runtime.
+void component_runtime_reader_init(component_runtime_reader_t* reader);
+
+typedef struct { // What the components of a program share.
+    run_state_t* run;
+    const mission_descriptor_t* mission;
+    component_runtime_reader_t* reader;
+    osal_lockstep_t* scheduler;  ///< Null: real time, or, where the run is stepped, a clock whose grants are
+                                 ///< brought (osal_clock_take_grant).
+    message_ring_carrier_t* hub; ///< Null: messages by UDP or TIPC, as the run says.
+} component_runtime_surroundings_t;
+
+/// Take the runtime of component `index` of the run, whose descriptor is `own`. The component then opens its
+/// inbox. STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t component_runtime_take(component_runtime_t* runtime,
+                                         const component_runtime_surroundings_t* surroundings,
+                                         subsystem_descriptor_t* own, unsigned index);
+/// Give the endpoint the places in which messages to this component wait: one for each peer. The peers of the
+/// supervisor are all other components; the only peer of another component is the supervisor. `places` must
+/// live as long as the runtime. No message is taken in before this call.
+/// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
+MUST_USE status_t component_runtime_open_inbox(component_runtime_t* runtime, message_place_t* places,
+                                               size_t place_count);
+/// Use it in place of component_runtime_take if a component restarts in the same program and continues its
+/// earlier life: the message endpoint and the messages in its inbox stay.
+void component_runtime_keep(component_runtime_t* runtime);
+/// Sockets that wake this component, for the program's wait. Returns their number.
+size_t component_runtime_sockets(component_runtime_t* runtime, osal_socket_t** out_sockets, size_t capacity);
+/// Take in the datagrams that have arrived; frames of links go to `link_datagram`. Stepped: wait for those of
+/// the announced `messages` that the kernel has not delivered yet. Datagrams to an earlier life of this
+/// component are dropped; they are not among the announced ones.
+void component_runtime_pump(component_runtime_t* runtime, uint32_t messages,
+                            void (*link_datagram)(void* context, const uint8_t*, size_t), void* context);
+/// Announce a message to the scheduler: for another component, in the life to which it was sent.
+void component_runtime_delivered(void* context, uint16_t to);
+/// A message was sent to another component at that time [ns of the run].
+void component_runtime_told(component_runtime_t* runtime, unsigned component, uint64_t now_ns);
+/// Latest time of the next step of another component: the promise of its last step, or, before the first step
+/// of a life, the beginning of that life. OSAL_LOCKSTEP_NEVER: unknown. The scheduler may be null.
+uint64_t component_runtime_promise_ns(const component_runtime_t* runtime, osal_lockstep_t* scheduler,
+                                      unsigned component);
+/// Kill the supervisor if it is later than its promise by more than the mission allows: the supervisor
+/// detects hanging components, but no other component would detect a hanging supervisor. Called after each
+/// step. Null scheduler: not in simulated time, nothing is done.
+void component_runtime_watch_supervisor(const component_runtime_t* runtime, osal_lockstep_t* scheduler,
+                                        uint64_t now_ns);
+/// Life of another component to which deliveries go now, as the scheduler counts lives.
+uint32_t component_runtime_life_of(const component_runtime_t* runtime, unsigned component);
+/// Close everything that the runtime itself has opened; inherited sockets stay open for the next life.
+void component_runtime_leave(component_runtime_t* runtime);
+
+#endif // FSW_PROGRAMS_COMPONENT_RUNTIME_H

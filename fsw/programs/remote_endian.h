@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A program's side of remote_endian_wire.h: it takes part in a run whose shared memory it cannot read. Its
+/// CAN controllers are rings of its own, whose other ends are served here.
+///
+/// Ownership  The caller places remote_endian_t (static).
+/// Context    One task.
+#ifndef FSW_PROGRAMS_REMOTE_ENDIAN_H
+#define FSW_PROGRAMS_REMOTE_ENDIAN_H
+
+#include "fsw/programs/remote_endian_wire.h"
+#include "fsw/programs/component_runtime.h"
+
+typedef struct { // Private, except `run` and `component`: read-only.
+    remote_endian_wire_t wire;
+    remote_endian_buses_t buses; // Wire ends of this program's own rings.
+    run_state_t run;
+    unsigned component;
+    component_runtime_t* runtime;
+    flow_resolver_t inner;
+} remote_endian_t;
+
+/// Receive the data of the run from the proxy, whose stream is the inherited descriptor. STATUS_OK,
+/// STATUS_INVALID (no such descriptor, or another message), STATUS_CLOSED, STATUS_IO.
+MUST_USE status_t remote_endian_join(remote_endian_t* remote, int descriptor);
+/// From here on buses that the component opens are served. After component_runtime_take, before the program
+/// is opened.
+void remote_endian_serve(remote_endian_t* remote, component_runtime_t* runtime);
+/// As osal_clock_wait for the clock of the runtime. STATUS_OK, STATUS_CLOSED (the run ended), STATUS_INVALID,
+/// STATUS_TOO_LARGE, STATUS_IO.
+MUST_USE status_t remote_endian_wait(remote_endian_t* remote, uint64_t wake_ns);
+/// Remove the names of its rings.
+void remote_endian_leave(remote_endian_t* remote);
+
+#endif // FSW_PROGRAMS_REMOTE_ENDIAN_H

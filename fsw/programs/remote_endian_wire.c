@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/programs/remote_endian_wire.h"
+
+#include "base/assertion.h"
+
+#include <string.h>
+
+#define SIZE_OCTETS 4U
+#define HEADER_OCTETS (SIZE_OCTETS + 1U)
+#define SIZE_RUN_OCTETS                                                                                      \
+    (32U + RUN_IDENTITY_MAX + (3U * RUN_PATH_MAX) + (MISSION_SUBSYSTEMS_MAX * (16U + DESCRIPTOR_NAME_MAX)) + \
+     (RUN_LINKS_MAX * 6U))                                             ///< At most.
+#define SIZE_DONE_OCTETS (24U + (OSAL_LOCKSTEP_PARTICIPANTS_MAX * 8U)) ///< Without its frames.
+#define NO_BUS 0xFFU                                                   ///< Ends a list of frames.
+#define NS_PER_MS 1000000ULL
+
+CAPACITY_CHECK(a_run_fits, SIZE_RUN_OCTETS <= REMOTE_ENDIAN_ROOM);
+CAPACITY_CHECK(a_turn_fits, SIZE_DONE_OCTETS <= REMOTE_ENDIAN_ROOM);
+
+// ---- Messages ----
+
+octet_writer_t remote_endian_begin(remote_endian_wire_t* const wire, const remote_endian_kind_t kind)
+{
+    FSW_ASSERT(wire != NULL);
+    octet_writer_t writer = octet_writer(wire->octets, sizeof wire->octets);
+    octet_write_u32(&writer, 0U);
+    octet_write_u8(&writer, (uint8_t)kind);
+    return writer;
+}
+
+status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer_t* const writer)
+{
+    FSW_ASSERT((wire != NULL) && (writer != NULL));
+    if (writer->failed) {
+        return STATUS_TOO_LARGE;
+    }
+    octets_put_u32(wire->octets, (uint32_t)(writer->position - SIZE_OCTETS));
+    size_t sent     = 0U;
+    status_t status = STATUS_OK;
+    while ((sent < writer->position) && (status == STATUS_OK)) {
+        size_t size = 0U;
+        status      = osal_stream_send(&wire->socket, &wire->octets[sent], writer->position - sent, &size);
+        sent += size;
+        if (status == STATUS_FULL) { // The peer is reading, since it is its turn to.
+            const status_t waited = osal_socket_wait_readable(&wire->socket, 1U);
+            status                = (waited == STATUS_TIMEOUT) ? STATUS_OK : STATUS_CLOSED;
+        }
+    }
+    wire->received = 0U;
+    return status;
+}
+
+/// Octets that the message is still short of, its size included; 0 if it is whole, or no message.
+static size_t missing(const remote_endian_wire_t* const wire)
+{
+    if (wire->received < SIZE_OCTETS) {
+        return SIZE_OCTETS - wire->received;
+    }
+    const uint32_t size = octets_u32_at(wire->octets);
+    const bool is_good  = (size >= 1U) && (size <= (sizeof wire->octets - SIZE_OCTETS));
+    return is_good ? ((SIZE_OCTETS + (size_t)size) - wire->received) : 0U;
+}
+
+/// Take in what there is of a message. STATUS_OK (whole, or no message), STATUS_EMPTY, STATUS_CLOSED,
+/// STATUS_IO.
+static status_t take_in(remote_endian_wire_t* const wire)
+{
+    status_t status = STATUS_OK;
+    while ((missing(wire) > 0U) && (status == STATUS_OK)) {
+        size_t size = 0U;
+        status      = osal_stream_receive(&wire->socket, &wire->octets[wire->received], missing(wire), &size);
+        wire->received += size;
+    }
+    return status;
+}
+
+status_t remote_endian_receive(remote_endian_wire_t* const wire, const remote_endian_kind_t kind,
+                               const uint32_t patience_ms, octet_reader_t* const out_reader)
+{
+    FSW_ASSERT((wire != NULL) && (out_reader != NULL));
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)patience_ms * NS_PER_MS);
+    status_t status         = take_in(wire);
+    while (status == STATUS_EMPTY) {
+        const uint64_t now_ns = osal_clock_monotonic_ns();
+        if (now_ns >= until_ns) {
+            return STATUS_TIMEOUT;
+        }
+        const status_t waited =
+            osal_socket_wait_readable(&wire->socket, (uint32_t)(((until_ns - now_ns) / NS_PER_MS) + 1U));
+        status = ((waited == STATUS_OK) || (waited == STATUS_TIMEOUT)) ? take_in(wire) : waited;
+    }
+    if (status != STATUS_OK) {
+        return status;
+    }
+    const uint32_t size = octets_u32_at(wire->octets);
+    if ((wire->received < HEADER_OCTETS) || (wire->octets[SIZE_OCTETS] != (uint8_t)kind)) {
+        return STATUS_INVALID;
+    }
+    *out_reader    = octet_reader(&wire->octets[HEADER_OCTETS], (size_t)size - 1U);
+    wire->received = 0U;
+    return STATUS_OK;
+}
+
+// ---- The run ----
+
+static void write_text(octet_writer_t* const writer, const char* const text)
+{
+    const size_t length = strlen(text);
+    octet_write_u16(writer, (uint16_t)length);
+    octet_write_octets(writer, (const uint8_t*)text, length);
+}
+
+static bool read_text(octet_reader_t* const reader, char* const out_text, const size_t capacity)
+{
+    const size_t length         = octet_read_u16(reader);
+    const uint8_t* const octets = (length < capacity) ? octet_read_octets(reader, length) : NULL;
+    if (octets == NULL) {
+        return false;
+    }
+    (void)memcpy(out_text, octets, length);
+    out_text[length] = '\0';
+    return true;
+}
+
+void remote_endian_write_run(octet_writer_t* const writer, const run_state_t* const run,
+                             const unsigned component)
+{
+    FSW_ASSERT((writer != NULL) && (run != NULL) && (component < run->component_count));
+    write_text(writer, run->identity);
+    write_text(writer, run->mission_path);
+    write_text(writer, run->folder);
+    write_text(writer, run->storage);
+    octet_write_u32(writer, component);
+    octet_write_u8(writer, run->link_methods);
+    octet_write_u32(writer, run->node_ipv4[0]);
+    octet_write_u16(writer, run->component_count);
+    for (unsigned i = 0U; i < run->component_count; i++) {
+        const run_component_t* const one = &run->components[i];
+        octet_write_u16(writer, one->apid);
+        write_text(writer, one->name);
+        octet_write_u32(writer, (uint32_t)one->message_descriptor);
+        octet_write_u16(writer, one->message_port);
+        octet_write_u32(writer, one->life);
+        octet_write_u32(writer, one->link_floor);
+    }
+    for (unsigned i = 0U; i < RUN_LINKS_MAX; i++) {
+        octet_write_u32(writer, (uint32_t)run->link_descriptors[i]);
+        octet_write_u16(writer, run->link_ports[i]);
+    }
+}
+
+bool remote_endian_read_run(octet_reader_t* const reader, run_state_t* const out_run,
+                            unsigned* const out_component)
+{
+    FSW_ASSERT((reader != NULL) && (out_run != NULL) && (out_component != NULL));
+    *out_run     = (run_state_t){.is_stepped = true, .transport = (uint8_t)RUN_TRANSPORT_UDP};
+    bool is_good = read_text(reader, out_run->identity, sizeof out_run->identity) &&
+                   read_text(reader, out_run->mission_path, sizeof out_run->mission_path) &&
+                   read_text(reader, out_run->folder, sizeof out_run->folder) &&
+                   read_text(reader, out_run->storage, sizeof out_run->storage);
+    *out_component             = octet_read_u32(reader);
+    out_run->link_methods      = octet_read_u8(reader);
+    out_run->node_count        = 1U;
+    out_run->node_ipv4[0]      = octet_read_u32(reader);
+    out_run->ground_descriptor = -1;
+    out_run->component_count   = octet_read_u16(reader);
+    is_good                    = is_good && (out_run->component_count <= MISSION_SUBSYSTEMS_MAX) &&
+              (*out_component < out_run->component_count);
+    for (unsigned i = 0U; is_good && (i < out_run->component_count); i++) {
+        run_component_t* const one = &out_run->components[i];
+        one->apid                  = octet_read_u16(reader);
+        is_good                    = read_text(reader, one->name, sizeof one->name);
+        one->message_descriptor    = (int)octet_read_u32(reader);
+        one->message_port          = octet_read_u16(reader);
+        one->life                  = octet_read_u32(reader);
+        one->link_floor            = octet_read_u32(reader);
+    }
+    for (unsigned i = 0U; i < RUN_LINKS_MAX; i++) {
+        out_run->link_descriptors[i] = (int)octet_read_u32(reader);
+        out_run->link_ports[i]       = octet_read_u16(reader);
+    }
+    return is_good && octet_reader_is_done(reader);
+}
+
+// ---- A turn ----
+
+void remote_endian_write_done(octet_writer_t* const writer, const remote_endian_done_t* const done)
+{
+    FSW_ASSERT((writer != NULL) && (done != NULL));
+    octet_write_u64(writer, done->wake_ns);
+    octet_write_u32(writer, done->opened);
+    octet_write_u8(writer, done->is_lossy ? 1U : 0U);
+    for (unsigned i = 0U; i < OSAL_LOCKSTEP_PARTICIPANTS_MAX; i++) {
+        octet_write_u32(writer, done->deliveries.lives[i]);
+        octet_write_u32(writer, done->deliveries.messages[i]);
+        octet_write_u32(writer, done->deliveries.octets[i]);
+    }
+}
+
+bool remote_endian_read_done(octet_reader_t* const reader, remote_endian_done_t* const out_done)
+{
+    FSW_ASSERT((reader != NULL) && (out_done != NULL));
+    out_done->wake_ns  = octet_read_u64(reader);
+    out_done->opened   = octet_read_u32(reader);
+    out_done->is_lossy = (octet_read_u8(reader) != 0U);
+    for (unsigned i = 0U; i < OSAL_LOCKSTEP_PARTICIPANTS_MAX; i++) {
+        out_done->deliveries.lives[i]    = octet_read_u32(reader);
+        out_done->deliveries.messages[i] = octet_read_u32(reader);
+        out_done->deliveries.octets[i]   = octet_read_u32(reader);
+    }
+    return !reader->failed;
+}
+
+void remote_endian_write_grant(octet_writer_t* const writer, const osal_grant_t* const grant,
+                               const run_state_t* const run)
+{
+    FSW_ASSERT((writer != NULL) && (grant != NULL) && (run != NULL));
+    octet_write_u64(writer, grant->now_ns);
+    octet_write_u32(writer, grant->messages);
+    octet_write_u32(writer, grant->octets);
+    for (unsigned i = 0U; i < run->component_count; i++) {
+        octet_write_u32(writer, run->components[i].life);
+        octet_write_u32(writer, run->components[i].link_floor);
+    }
+}
+
+bool remote_endian_read_grant(octet_reader_t* const reader, osal_grant_t* const out_grant,
+                              run_state_t* const run)
+{
+    FSW_ASSERT((reader != NULL) && (out_grant != NULL) && (run != NULL));
+    out_grant->now_ns   = octet_read_u64(reader);
+    out_grant->messages = octet_read_u32(reader);
+    out_grant->octets   = octet_read_u32(reader);
+    for (unsigned i = 0U; i < run->component_count; i++) {
+        run->components[i].life       = octet_read_u32(reader);
+        run->components[i].link_floor = octet_read_u32(reader);
+    }
+    return !reader->failed;
+}
+
+void remote_endian_write_frames(octet_writer_t* const writer, remote_endian_buses_t* const buses)
+{
+    FSW_ASSERT((writer != NULL) && (buses != NULL));
+    for (unsigned bus = 0U; bus < MISSION_BUSES_MAX; bus++) {
+        const bool is_open = ((buses->open & (1U << bus)) != 0U);
+        osal_can_frame_t frame;
+        for (unsigned i = 0U; is_open && (i < OSAL_CAN_RING_FRAMES) &&
+                              (osal_can_receive(&buses->ends[bus], &frame) == STATUS_OK);
+             i++) {
+            octet_write_u8(writer, (uint8_t)bus);
+            octet_write_u64(writer, frame.time_ns);
+            octet_write_u32(writer, frame.id);
+            octet_write_u8(writer, frame.flags);
+            octet_write_u8(writer, frame.length);
+            octet_write_octets(writer, frame.data, frame.length);
+        }
+    }
+    octet_write_u8(writer, NO_BUS);
+}
+
+bool remote_endian_read_frames(octet_reader_t* const reader, remote_endian_buses_t* const buses)
+{
+    FSW_ASSERT((reader != NULL) && (buses != NULL));
+    unsigned bus = octet_read_u8(reader);
+    while (!reader->failed && (bus != NO_BUS)) {
+        osal_can_frame_t frame      = {.time_ns = octet_read_u64(reader)};
+        frame.id                    = octet_read_u32(reader);
+        frame.flags                 = octet_read_u8(reader);
+        frame.length                = octet_read_u8(reader);
+        const uint8_t* const octets = octet_read_octets(reader, frame.length);
+        if ((octets == NULL) || (frame.length > OSAL_CAN_DATA_MAX) || (bus >= MISSION_BUSES_MAX) ||
+            ((buses->open & (1U << bus)) == 0U)) {
+            return false;
+        }
+        (void)memcpy(frame.data, octets, frame.length);
+        buses->refused += (osal_can_send(&buses->ends[bus], &frame) == STATUS_OK) ? 0U : 1U;
+        bus = octet_read_u8(reader);
+    }
+    return octet_reader_is_done(reader);
+}

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Data that the processes of one run share: components, their addresses, and requests between the launcher
+/// and the supervisor. Shared memory "/<identity>.run", made by the launcher before any other process starts.
+/// Nothing of it may enter a packet.
+///
+/// Participants of the scheduler: 0 simulator, then the mission's subsystems in its order, then the operator.
+#ifndef FSW_PROGRAMS_RUN_STATE_H
+#define FSW_PROGRAMS_RUN_STATE_H
+
+#include "base/capacities.h"
+#include "base/status.h"
+#include "fsw/framework/descriptor/mission_descriptor.h"
+#include "osal/include/osal/shm.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define RUN_LINKS_MAX CAPACITY_LINKS
+#define RUN_FLOWS_MAX 32U
+#define RUN_IDENTITY_MAX 24U
+#define RUN_PATH_MAX 256U
+#define RUN_NAME_MAX 64U
+#define RUN_PROCESSES_MAX 64U
+#define RUN_SIMULATOR 0U             ///< Participant.
+#define RUN_NODES_MAX CAPACITY_NODES ///< On-board computers.
+
+typedef enum { // Carrier of messages between processes.
+    RUN_TRANSPORT_UDP  = 0,
+    RUN_TRANSPORT_TIPC = 1
+} run_transport_t;
+
+typedef enum {
+    RUN_PROCESS_STOPPED = 0,
+    RUN_PROCESS_RUNNING = 1,
+    RUN_PROCESS_LOST    = 2
+} run_process_t;
+
+typedef struct {
+    uint16_t apid;
+    char name[DESCRIPTOR_NAME_MAX + 1U];
+    uint8_t node;              ///< Index of the on-board computer that it runs on.
+    int message_descriptor;    ///< UDP or TIPC socket that the process inherits; -1 in the image.
+    uint16_t message_port;     ///< UDP.
+    uint64_t message_identity; ///< TIPC: of the socket.
+    /// Written by the supervisor (the first life by the launcher):
+    uint32_t life;        ///< Number of the last start that was ordered, from 1.
+    uint32_t link_floor;  ///< Links of that life have later epochs.
+    uint32_t wanted_life; ///< The life that must run; 0: none.
+    uint32_t kill_life;   ///< The last life that must be killed because it hangs.
+    /// Written by the launcher:
+    uint32_t found_life; ///< Life of the process that was started last,
+    uint32_t process;    ///< and its state: run_process_t.
+    uint32_t hung_life;  ///< The last life that was found to hang, and suspended.
+} run_component_t;
+
+#define RUN_LATENESS 5U ///< Classes of lateness.
+
+typedef struct {      // Of one component, in a cache line of its own; written by it.
+    uint64_t step_ns; ///< When it stepped last [ns of the run],
+    uint64_t wake_ns; ///< and when it promised to step again, at the latest.
+    /// Steps at a promised time that were late by less than 0.1 ms, 1 ms, 10 ms, 100 ms, and more.
+    uint32_t late[RUN_LATENESS];
+    uint32_t line[7];
+} run_beat_t;
+
+typedef struct {                  // Addresses of one CAN bus (osal/can.h); in the mission's order.
+    char flight[RUN_NAME_MAX];    ///< Controller of the flight side.
+    char simulator[RUN_NAME_MAX]; ///< Wire end of the simulator; "": it has no part in this bus.
+    char published[RUN_NAME_MAX]; ///< Address where the simulator publishes the bus to tools; "": none.
+} run_bus_t;
+
+typedef struct {       // A shared memory or message queue that a component makes for a flow of its own.
+    uint32_t is_taken; ///< 0 free, 1 being written, 2 holds a name.
+    char name[RUN_NAME_MAX];
+} run_flow_t;
+
+typedef struct {
+    uint32_t magic;
+    char identity[RUN_IDENTITY_MAX]; ///< "hirosco-<number>": prefix of every name of this run.
+    bool is_stepped;                 ///< The processes take part in the scheduler.
+    bool is_real;                    ///< Time continues while a process waits for a disk.
+    uint8_t transport;               ///< run_transport_t.
+    uint32_t instance;               ///< Number of this mission instance, part of its TIPC names.
+    uint8_t node_count;
+    uint32_t node_ipv4[RUN_NODES_MAX]; ///< Address of each node: loopback, or its end of the veth.
+    uint8_t link_methods;              ///< Bit set of 1 << rtlink_method_t.
+    uint64_t origin_ns;                ///< Real time: mission time 0 on the machine's monotonic clock.
+    char mission_path[RUN_PATH_MAX];
+    char folder[RUN_PATH_MAX];  ///< Output folder.
+    char storage[RUN_PATH_MAX]; ///< Folder of lasting data.
+    char key[RUN_PATH_MAX];     ///< File with the key of telecommands; "": telecommands need none.
+    int ground_descriptor;      ///< Listening TCP socket that `communication` inherits.
+    uint16_t ground_port;
+    uint16_t component_count;
+    run_component_t components[MISSION_SUBSYSTEMS_MAX];
+    run_beat_t beats[MISSION_SUBSYSTEMS_MAX];
+    run_bus_t buses[MISSION_BUSES_MAX];
+    run_flow_t flows[RUN_FLOWS_MAX]; ///< Removed by the launcher if its component died.
+    /// UDP or TIPC socket of the consumer of link number i + 1; -1 without.
+    int link_descriptors[RUN_LINKS_MAX];
+    uint16_t link_ports[RUN_LINKS_MAX];
+    uint32_t is_stop_requested; ///< Ctrl-C: the supervisor shuts the mission down.
+    uint32_t is_finished;       ///< The supervisor has shut the mission down.
+    uint32_t is_intruded;       ///< A client outside the scheduler has sent telecommands.
+    uint32_t is_lossy;          ///< A datagram that was announced has not arrived.
+    uint64_t log_records;       ///< Records of the packet log so far, kept or not.
+    uint32_t is_cleaned_up;     ///< For the guard: the launcher has done all that there was to do.
+    uint32_t process_count;     ///< Children started so far; the numbers of the last of them:
+    int32_t processes[RUN_PROCESSES_MAX];
+} run_state_t;
+
+/// The block of a run that the launcher made. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (another version),
+/// STATUS_DENIED, STATUS_IO.
+MUST_USE status_t run_state_attach(osal_shm_t* shm, const char* name, run_state_t** out_block);
+/// Make it. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_DENIED, STATUS_IO.
+MUST_USE status_t run_state_create(osal_shm_t* shm, const char* identity, run_state_t** out_block);
+
+/// Component index of an APID. False if there is none.
+bool run_state_find(const run_state_t* block, uint16_t apid, unsigned* out_index);
+static inline unsigned run_participant(const unsigned component)
+{
+    return component + 1U;
+}
+/// The component, which has its own clock, begins a step at `now_ns`: note how late it is.
+void run_state_wake(run_state_t* block, unsigned component, uint64_t now_ns);
+/// The component has stepped at `now_ns` and promises to step again at `wake_ns`; OSAL_LOCKSTEP_NEVER before
+/// the first step of a life.
+void run_state_beat(run_state_t* block, unsigned component, uint64_t now_ns, uint64_t wake_ns);
+run_beat_t run_state_last_beat(const run_state_t* block, unsigned component);
+static inline unsigned run_operator(const run_state_t* const block)
+{
+    return (unsigned)block->component_count + 1U;
+}
+/// Service types of the run's TIPC names: of messages, by APID, and of links, by their number.
+static inline uint32_t run_message_type(const run_state_t* const block)
+{
+    return 0x48000000U | (block->instance & 0x00FFFFFFU);
+}
+static inline uint32_t run_link_type(const run_state_t* const block)
+{
+    return 0x4C000000U | (block->instance & 0x00FFFFFFU);
+}
+/// Note the name of a flow before it is made; once for each name. STATUS_OK, STATUS_EXHAUSTED (RUN_FLOWS_MAX,
+/// or longer than RUN_NAME_MAX). Any number of components at a time.
+MUST_USE status_t run_state_note_flow(run_state_t* block, const char* name);
+/// "/<identity>.<what>" and, if number is not 0, the number after it. False if it does not fit.
+bool run_name(const run_state_t* block, const char* what, unsigned number, char* out_name, size_t capacity);
+
+#endif // FSW_PROGRAMS_RUN_STATE_H

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/programs/subsystem_host.h"
+
+#include "base/assertion.h"
+#include "base/text.h"
+#include "fsw/framework/subsystem/fitting.h"
+#include "osal/include/osal/console.h"
+
+#include <string.h>
+
+#define LINE_CHARACTERS (DESCRIPTOR_ERROR_CHARACTERS + 64U)
+
+bool descriptor_path(const run_state_t* const run, const char* const relative, char* const out_path,
+                     const size_t capacity)
+{
+    const char* const slash = strrchr(run->mission_path, '/');
+    text_t text             = text_in(out_path, capacity);
+    for (const char* next = run->mission_path; (slash != NULL) && (next <= slash); next++) {
+        text_add_character(&text, *next);
+    }
+    text_add(&text, relative);
+    return !text.cut;
+}
+
+static status_t check(subsystem_host_t* const host, const subsystem_descriptor_t* const descriptor)
+{
+    descriptor_loader_t* const loader = &host->runtime->reader->loader;
+    subsystem_misfit_t misfit         = {0U, ""};
+    const status_t status = descriptor_check_interface(loader, host->path, descriptor, host->interface_hash);
+    if ((status == STATUS_OK) && !subsystem_fits(descriptor, host->callbacks, &misfit)) {
+        return descriptor_refuse(loader, host->path, misfit.line, misfit.says);
+    }
+    return status;
+}
+
+bool subsystem_host_load(subsystem_host_t* const host, component_runtime_t* const runtime,
+                         const uint64_t interface_hash, const subsystem_callbacks_t* const callbacks)
+{
+    FSW_ASSERT((host != NULL) && (runtime != NULL) && (callbacks != NULL));
+    const mission_subsystem_t* const subsystem =
+        descriptor_mission_find_subsystem(runtime->mission, runtime->apid);
+    FSW_ASSERT(subsystem != NULL);
+    host->runtime        = runtime;
+    host->in_force       = runtime->own;
+    host->interface_hash = interface_hash;
+    host->callbacks      = callbacks;
+    if (!descriptor_path(runtime->run, subsystem->descriptor, host->path, sizeof host->path) ||
+        (check(host, runtime->own) != STATUS_OK)) {
+        text_t text = text_in(runtime->error, sizeof runtime->error);
+        text_add(&text, descriptor_error(&runtime->reader->loader));
+        return false;
+    }
+    return (component_runtime_open_inbox(runtime, host->inbox, 1U) == STATUS_OK) &&
+           (record_store_open(&host->records, runtime, host->slots, SUBSYSTEM_HOST_RECORDS,
+                              runtime->clock.mode != OSAL_CLOCK_REAL) == STATUS_OK);
+}
+
+/// File, line, value and what was expected: more than the report of a failure can say.
+static void tell_refusal(const subsystem_host_t* const host)
+{
+    char line[LINE_CHARACTERS];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, descriptor_error(&host->runtime->reader->loader));
+    text_add(&text, " (not reloaded: the descriptor in force stays)");
+    osal_console_complain(line);
+}
+
+/// TC[129,6]: a descriptor that is refused leaves the old one in force.
+static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
+{
+    subsystem_host_t* const host             = (subsystem_host_t*)context;
+    component_runtime_reader_t* const reader = host->runtime->reader;
+    status_t status = descriptor_load_subsystem(&reader->loader, host->path, reader->spare);
+    if (status == STATUS_OK) {
+        status = check(host, reader->spare);
+    }
+    if (status == STATUS_OK) {
+        subsystem_descriptor_t* const old = host->in_force;
+        host->in_force                    = reader->spare;
+        reader->spare                     = old;
+        *out_descriptor                   = host->in_force;
+    } else {
+        tell_refusal(host);
+    }
+    return status;
+}
+
+/// Records of an earlier life go to the services they belong to.
+static void take_back(void* const context, const uint8_t table, const uint32_t key,
+                      const uint8_t* const octets, const size_t size)
+{
+    subsystem_host_t* const host = (subsystem_host_t*)context;
+    if (subsystem_restore(&host->component, table, key, octets, size) != STATUS_OK) {
+        host->records_refused++;
+    }
+}
+
+void subsystem_host_begin(subsystem_host_t* const host, void* const self, const subsystem_services_t services)
+{
+    component_runtime_t* const runtime = host->runtime;
+    host->persistence =
+        (pus_persistence_t){&host->records.journal, journal_put, journal_erase, journal_commit};
+    const mission_subsystem_t* const subsystem =
+        descriptor_mission_find_subsystem(runtime->mission, runtime->apid);
+    const bool is_real              = (runtime->clock.mode == OSAL_CLOCK_REAL);
+    const subsystem_config_t config = {
+        .device_deadline_ns     = is_real ? ((uint64_t)subsystem->device_deadline_us * 1000U) : 0U,
+        .descriptor             = host->in_force,
+        .is_descriptor_valid    = true,
+        .callbacks              = host->callbacks,
+        .self                   = self,
+        .mission_epoch_s        = runtime->mission->epoch_s,
+        .start_count            = runtime->life,
+        .port                   = runtime->uplink,
+        .links                  = &runtime->links,
+        .link_methods           = runtime->run->link_methods,
+        .supervisor_patience_ns = (uint64_t)subsystem->supervisor_patience_us * 1000U,
+        .status_interval_ns     = SUBSYSTEM_STATUS_INTERVAL_NS,
+        .has_loop_tasks         = (runtime->clock.mode == OSAL_CLOCK_REAL),
+        .optional               = services,
+        .persistence            = &host->persistence,
+        .reload                 = reload,
+        .reload_context         = host};
+    subsystem_init(&host->component, &config);
+    if (journal_replay(&host->records.journal, take_back, host) != STATUS_OK) {
+        host->records_refused++;
+    }
+}
+
+void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
+{
+    uint16_t from   = 0U;
+    size_t size     = 0U;
+    status_t status = STATUS_OK;
+    message_take_control(&host->runtime->endpoint); // Credit comes in whether or not requests may.
+    while ((status != STATUS_EMPTY) && subsystem_may_accept(&host->component)) {
+        status = message_receive(&host->runtime->endpoint, &from, host->packet, sizeof host->packet, &size);
+        if ((status == STATUS_OK) && (size > 0U)) {
+            subsystem_accept(&host->component, host->packet, size, now_ns);
+        }
+    }
+}
+
+/// Records that were lost, once it can speak. JOURNAL_DAMAGED is the event's name in every descriptor.
+static void tell_damage(subsystem_host_t* const host)
+{
+    uint8_t octets[JOURNAL_DAMAGE_SIZE];
+    const descriptor_event_t* const event = descriptor_find_event_name(host->in_force, "JOURNAL_DAMAGED");
+    if (!host->has_told_damage && (event != NULL) && (event->octets == JOURNAL_DAMAGE_SIZE) &&
+        journal_tell_damage(&host->records.journal, host->records_refused, octets)) {
+        (void)subsystem_raise(&host->component, event->id, octets, sizeof octets);
+    }
+    host->has_told_damage = true;
+}
+
+uint64_t subsystem_host_step(subsystem_host_t* const host, const uint64_t now_ns)
+{
+    subsystem_host_take_in(host, now_ns);
+    const uint64_t wake_ns = subsystem_step(&host->component, now_ns);
+    tell_damage(host);
+    return wake_ns;
+}
+
+void subsystem_host_link_datagram(void* const self, const uint8_t* const frame, const size_t size)
+{
+    subsystem_link_datagram(&((subsystem_host_t*)self)->component, frame, size);
+}
+
+void subsystem_host_close(void* const self)
+{
+    FSW_ASSERT(self != NULL);
+    subsystem_host_t* const host = (subsystem_host_t*)self;
+    subsystem_release(&host->component);
+    record_store_close(&host->records);
+    host->runtime->own = host->in_force; // The descriptor may be another one after it was reloaded.
+}
+
+static uint64_t step(void* const self, const uint64_t now_ns, const uint32_t octets_due)
+{
+    (void)octets_due;
+    return subsystem_host_step((subsystem_host_t*)self, now_ns);
+}
+
+component_instance_t subsystem_host_instance(subsystem_host_t* const host, void* const storage,
+                                             const size_t size)
+{
+    FSW_ASSERT((host != NULL) && (storage != NULL));
+    return (component_instance_t){.self          = host,
+                                  .step          = step,
+                                  .link_datagram = subsystem_host_link_datagram,
+                                  .close         = subsystem_host_close,
+                                  .component     = &host->component,
+                                  .storage       = storage,
+                                  .size          = size};
+}

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What every component but the supervisor needs around its generic subsystem: descriptor, wiring, intake.
+#ifndef FSW_PROGRAMS_SUBSYSTEM_HOST_H
+#define FSW_PROGRAMS_SUBSYSTEM_HOST_H
+
+#include "fsw/programs/component_instance.h"
+#include "fsw/programs/record_store.h"
+#include "fsw/programs/component_runtime.h"
+#include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
+
+#define SUBSYSTEM_HOST_RECORDS 256U ///< Lasting records of its services.
+
+typedef struct { // Private, except `component`.
+    component_runtime_t* runtime;
+    subsystem_t component;
+    subsystem_descriptor_t* in_force;
+    uint64_t interface_hash;
+    const subsystem_callbacks_t* callbacks;
+    char path[RUN_PATH_MAX];
+    uint8_t packet[PUS_PACKET_MAX];
+    message_place_t inbox[1]; // From the supervisor.
+    record_store_t records;
+    journal_slot_t slots[JOURNAL_SLOTS(SUBSYSTEM_HOST_RECORDS)];
+    pus_persistence_t persistence;
+    uint32_t records_refused; // Lasting records that no service restored.
+    bool has_told_damage;     // Damage to its records was reported.
+} subsystem_host_t;
+
+/// Check that the runtime's descriptor matches the program and requires only what the program supports; open
+/// its lasting records. False: runtime->error has file, line, value and the expected value.
+bool subsystem_host_load(subsystem_host_t* host, component_runtime_t* runtime, uint64_t interface_hash,
+                         const subsystem_callbacks_t* callbacks);
+/// Begin life in OFFLINE with the loaded descriptor, and the services that it lists with their lasting
+/// records. `self` is the first argument of the callbacks.
+void subsystem_host_begin(subsystem_host_t* host, void* self, subsystem_services_t services);
+/// Take in all messages, then step.
+void subsystem_host_take_in(subsystem_host_t* host, uint64_t now_ns);
+uint64_t subsystem_host_step(subsystem_host_t* host, uint64_t now_ns);
+/// Release the system resources of the component and its records, without any message.
+void subsystem_host_close(void* self);
+void subsystem_host_link_datagram(void* self, const uint8_t* frame, size_t size);
+/// The program of a member without work around its steps; `storage` contains the member and everything else.
+component_instance_t subsystem_host_instance(subsystem_host_t* host, void* storage, size_t size);
+
+/// Path of a descriptor named relative to the mission's file. False if it does not fit.
+bool descriptor_path(const run_state_t* run, const char* relative, char* out_path, size_t capacity);
+
+#endif // FSW_PROGRAMS_SUBSYSTEM_HOST_H

@@ -1,0 +1,473 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fsw/supervisor/checkpoint.h"
+
+#include "base/assertion.h"
+#include "base/capacities.h"
+#include "base/crc.h"
+#include "fsw/framework/subsystem/state_machine.h"
+#include "fsw/supervisor/recommission.h"
+#include "pus/core/packet.h"
+
+#include <string.h>
+
+#define BANKS 2U
+#define PROCESS_STATES 3U
+#define SESSION_STEPS 6U  // session_step_t.
+#define SHUTDOWN_STEPS 6U // sequences.c.
+#define SESSION_TIME_NS 10000000000ULL
+#define ANNEX_FRAME (2U * sizeof(uint32_t))
+#define PRIME 0x100000001B3ULL // Of FNV-1a, here over words.
+
+CAPACITY_CHECK(both_states_have_room, (2U * sizeof(checkpoint_state_t)) <= CHECKPOINT_STATES_MAX);
+CAPACITY_CHECK(the_state_is_whole_words, (sizeof(checkpoint_state_t) % sizeof(uint64_t)) == 0U);
+
+// ---- Banks ----
+
+static uint64_t sum_words(const uint64_t start, const uint8_t* const octets, const size_t size)
+{
+    uint64_t sum = start;
+    for (size_t at = 0U; at < size; at += sizeof(uint64_t)) {
+        const size_t left = size - at;
+        uint64_t word     = 0U;
+        (void)memcpy((uint8_t*)&word, &octets[at], (left < sizeof word) ? left : sizeof word);
+        sum = (sum ^ word) * PRIME;
+    }
+    return sum;
+}
+
+static size_t waiting_octets(const checkpoint_state_t* const state)
+{
+    size_t sum = 0U;
+    for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) {
+        sum += state->rings[i].used;
+    }
+    return sum;
+}
+
+/// Every changed word is detected, also the generation. Octets of rings: CHECKPOINT_OCTETS at most.
+static uint64_t sum_of(const checkpoint_bank_t* const bank, const uint64_t generation)
+{
+    const uint64_t sum =
+        sum_words((FNV64_START ^ generation) * PRIME, (const uint8_t*)&bank->state, sizeof bank->state);
+    return sum_words(sum, bank->octets, waiting_octets(&bank->state));
+}
+
+static uint64_t generation_of(const checkpoint_bank_t* const bank)
+{
+    return __atomic_load_n(&bank->generation, __ATOMIC_ACQUIRE);
+}
+
+void supervisor_checkpoint_commit(checkpoint_t* const checkpoint, checkpoint_state_t* const state,
+                                  const checkpoint_rings_t* const rings)
+{
+    FSW_ASSERT((checkpoint != NULL) && (state != NULL) && (rings != NULL));
+    const uint64_t first          = generation_of(&checkpoint->banks[0]);
+    const uint64_t second         = generation_of(&checkpoint->banks[1]);
+    checkpoint_bank_t* const bank = &checkpoint->banks[(first <= second) ? 0U : 1U];
+    const uint64_t generation     = ((first <= second) ? second : first) + 1U;
+    size_t place                  = 0U;
+    __atomic_store_n(&bank->generation, 0U, __ATOMIC_SEQ_CST); // Invalid until the end.
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) {
+        const message_ring_t* const ring = rings->list[i];
+        const size_t used =
+            (ring != NULL) ? message_ring_copy(ring, &bank->octets[place], CHECKPOINT_OCTETS - place) : 0U;
+        state->rings[i] =
+            (checkpoint_ring_t){.used = (uint32_t)used, .blocks = (used > 0U) ? ring->blocks : 0U};
+        place += used;
+    }
+    bank->state = *state;
+    bank->sum   = sum_of(bank, generation);
+    __atomic_store_n(&bank->generation, generation, __ATOMIC_RELEASE);
+}
+
+static bool is_bank_sound(const checkpoint_bank_t* const bank, const checkpoint_limits_t* const limits)
+{
+    const uint64_t generation = generation_of(bank);
+    size_t octets             = 0U;
+    for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) { // Before the sum reads them.
+        if (bank->state.rings[i].used > (CHECKPOINT_OCTETS - octets)) {
+            return false;
+        }
+        octets += bank->state.rings[i].used;
+    }
+    return (generation != 0U) && (bank->sum == sum_of(bank, generation)) &&
+           (supervisor_checkpoint_check(&bank->state, limits) == CHECKPOINT_SOUND);
+}
+
+static const checkpoint_bank_t* newest(const checkpoint_t* const checkpoint)
+{
+    return &checkpoint
+                ->banks[(generation_of(&checkpoint->banks[0]) > generation_of(&checkpoint->banks[1])) ? 0U
+                                                                                                      : 1U];
+}
+
+const uint8_t* supervisor_checkpoint_waiting(const checkpoint_t* const checkpoint, const size_t ring,
+                                             size_t* const out_octets)
+{
+    FSW_ASSERT((checkpoint != NULL) && (ring < CHECKPOINT_RINGS) && (out_octets != NULL));
+    const checkpoint_bank_t* const bank = newest(checkpoint);
+    size_t place                        = 0U;
+    for (size_t i = 0U; i < ring; i++) {
+        place += bank->state.rings[i].used;
+    }
+    *out_octets = bank->state.rings[ring].used;
+    return &bank->octets[place];
+}
+
+static void fill_rings(const checkpoint_bank_t* const bank, const checkpoint_rings_t* const rings)
+{
+    size_t place = 0U;
+    for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) {
+        const size_t used = bank->state.rings[i].used;
+        if (rings->list[i] != NULL) {
+            message_ring_refill(rings->list[i], &bank->octets[place], used);
+        }
+        place += used;
+    }
+}
+
+status_t supervisor_checkpoint_adopt(checkpoint_t* const checkpoint, const checkpoint_limits_t* const limits,
+                                     checkpoint_state_t* const out_state,
+                                     const checkpoint_rings_t* const rings, bool* const out_older)
+{
+    FSW_ASSERT((checkpoint != NULL) && (limits != NULL) && (out_state != NULL) && (rings != NULL) &&
+               (out_older != NULL));
+    const uint64_t first  = generation_of(&checkpoint->banks[0]);
+    const uint64_t second = generation_of(&checkpoint->banks[1]);
+    const size_t newer    = (first > second) ? 0U : 1U;
+    *out_older            = false;
+    if ((first == 0U) && (second == 0U)) {
+        return STATUS_NOT_FOUND;
+    }
+    for (size_t i = 0U; i < BANKS; i++) {
+        checkpoint_bank_t* const bank = &checkpoint->banks[(newer + i) % BANKS];
+        if (is_bank_sound(bank, limits)) {
+            *out_state = bank->state;
+            fill_rings(bank, rings);
+            return STATUS_OK;
+        }
+        // A bank that was being written when the writer died has no generation: the other one is the newest.
+        *out_older = *out_older || (generation_of(bank) != 0U);
+        __atomic_store_n(&bank->generation, 0U, __ATOMIC_RELEASE);
+    }
+    return STATUS_INVALID;
+}
+
+// ---- Annexes ----
+
+static uint64_t count_of(const checkpoint_t* const checkpoint, const checkpoint_mark_t* const mark)
+{
+    return (__atomic_load_n(&mark->generation, __ATOMIC_ACQUIRE) == generation_of(newest(checkpoint)))
+               ? __atomic_load_n(&mark->count, __ATOMIC_ACQUIRE)
+               : 0U;
+}
+
+static void set_count(const checkpoint_t* const checkpoint, checkpoint_mark_t* const mark,
+                      const uint64_t count)
+{
+    const uint64_t generation = generation_of(newest(checkpoint));
+    if (mark->generation != generation) {
+        __atomic_store_n(&mark->count, 0U, __ATOMIC_SEQ_CST); // While it belongs to an earlier commit.
+        __atomic_store_n(&mark->generation, generation, __ATOMIC_SEQ_CST);
+    }
+    __atomic_store_n(&mark->count, count, __ATOMIC_RELEASE);
+}
+
+/// Octets of the blocks of an annex; whatever its content, they lie within it.
+static size_t used_of(const checkpoint_t* const checkpoint, const checkpoint_annex_t* const annex)
+{
+    const uint64_t used = count_of(checkpoint, &annex->used);
+    return (used <= sizeof annex->octets) ? (size_t)used : 0U;
+}
+
+static uint32_t size_at(const checkpoint_annex_t* const annex, const size_t place)
+{
+    uint32_t size = 0U;
+    (void)memcpy((uint8_t*)&size, &annex->octets[place], sizeof size);
+    return size;
+}
+
+bool supervisor_checkpoint_add(const checkpoint_t* const checkpoint, checkpoint_annex_t* const annex,
+                               const uint8_t* const head, const size_t head_size, const uint8_t* const octets,
+                               const size_t size)
+{
+    FSW_ASSERT((checkpoint != NULL) && (annex != NULL) && (head != NULL) &&
+               ((octets != NULL) || (size == 0U)));
+    const uint32_t length = (uint32_t)(head_size + size);
+    const size_t place    = used_of(checkpoint, annex);
+    if ((length + ANNEX_FRAME) > (sizeof annex->octets - place)) {
+        return false;
+    }
+    uint8_t* const block = &annex->octets[place];
+    (void)memcpy(block, (const uint8_t*)&length, sizeof length);
+    (void)memcpy(&block[sizeof length], head, head_size);
+    if (size > 0U) {
+        (void)memcpy(&block[sizeof length + head_size], octets, size);
+    }
+    (void)memcpy(&block[sizeof length + length], (const uint8_t*)&length, sizeof length);
+    set_count(checkpoint, &annex->used, place + length + ANNEX_FRAME); // From here on it counts.
+    return true;
+}
+
+const uint8_t* supervisor_checkpoint_next(const checkpoint_t* const checkpoint,
+                                          const checkpoint_annex_t* const annex, size_t* const place,
+                                          size_t* const out_size)
+{
+    FSW_ASSERT((checkpoint != NULL) && (annex != NULL) && (place != NULL) && (out_size != NULL));
+    const size_t left = used_of(checkpoint, annex) - *place;
+    *out_size         = (left >= ANNEX_FRAME) ? size_at(annex, *place) : 0U;
+    if ((left < ANNEX_FRAME) || (*out_size > (left - ANNEX_FRAME))) {
+        return NULL;
+    }
+    const uint8_t* const block = &annex->octets[*place + sizeof(uint32_t)];
+    *place += *out_size + ANNEX_FRAME;
+    return block;
+}
+
+const uint8_t* supervisor_checkpoint_before(const checkpoint_t* const checkpoint,
+                                            const checkpoint_annex_t* const annex, size_t* const place,
+                                            size_t* const out_size)
+{
+    FSW_ASSERT((checkpoint != NULL) && (annex != NULL) && (place != NULL) && (out_size != NULL));
+    const size_t left = used_of(checkpoint, annex) - *place;
+    *out_size         = (left >= ANNEX_FRAME) ? size_at(annex, left - sizeof(uint32_t)) : 0U;
+    if ((left < ANNEX_FRAME) || (*out_size > (left - ANNEX_FRAME))) {
+        return NULL;
+    }
+    *place += *out_size + ANNEX_FRAME;
+    return &annex->octets[left - *out_size - sizeof(uint32_t)];
+}
+
+void supervisor_checkpoint_note_performed(checkpoint_t* const checkpoint, const uint32_t count)
+{
+    FSW_ASSERT(checkpoint != NULL);
+    set_count(checkpoint, &checkpoint->performed, count);
+}
+
+uint32_t supervisor_checkpoint_performed(const checkpoint_t* const checkpoint)
+{
+    FSW_ASSERT(checkpoint != NULL);
+    return (uint32_t)count_of(checkpoint, &checkpoint->performed);
+}
+
+// ---- Checks ----
+
+static bool is_truth(const uint32_t value)
+{
+    return value <= 1U;
+}
+
+static bool is_member(const checkpoint_limits_t* const limits, const uint16_t apid)
+{
+    return descriptor_mission_find_subsystem(limits->mission, apid) != NULL;
+}
+
+static bool are_counts_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
+{
+    FSW_ASSERT(limits->mission->subsystem_count <= MISSION_SUBSYSTEMS_MAX);
+    return (state->lives >= 1U) && (state->message_life >= 1U) &&
+           (state->member_count == limits->mission->subsystem_count) &&
+           (state->channel_count <= MESSAGE_PEERS_MAX) && (state->accepted_count <= LINK_GRAPH_EDGES) &&
+           (state->open_count <= LINK_GRAPH_EDGES) && is_truth(state->autostart_step);
+}
+
+static bool is_token_sound(const checkpoint_token_t* const token)
+{
+    return (token->ack & (uint8_t)~PUS_ACK_ALL) == 0U;
+}
+
+static bool is_shutdown_sound(const checkpoint_state_t* const state)
+{
+    return (state->shutdown_step < SHUTDOWN_STEPS) && (state->shutdown_ns <= state->now_ns) &&
+           (state->orbit_since_ns <= state->now_ns) && is_truth(state->has_shutdown_token) &&
+           is_token_sound(&state->shutdown_token);
+}
+
+/// Checks the fields of a recommissioning under way, or of the one that starts if the member dies now.
+static bool is_run_sound(const checkpoint_member_t* const member, const uint64_t now_ns)
+{
+    return (member->rested < (uint8_t)STATE_COUNT) && (member->error_ns <= now_ns) &&
+           (member->run_since_ns <= now_ns) && is_truth(member->is_run_active) &&
+           is_truth(member->is_run_walking) && (member->run_target < (uint8_t)STATE_COUNT) &&
+           (member->run_ordered <= (uint8_t)STATE_COUNT) && (member->run_seen <= (uint8_t)STATE_COUNT) &&
+           (member->run_seen_phase <= (uint8_t)PHASE_UNSECURED);
+}
+
+static bool are_members_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
+{
+    for (uint16_t i = 0U; i < state->member_count; i++) {
+        const checkpoint_member_t* const member = &state->members[i];
+        const bool is_sound                     = (member->apid == limits->mission->subsystems[i].apid) &&
+                              (member->process < PROCESS_STATES) && (member->state < (uint8_t)STATE_COUNT) &&
+                              (member->ordered < (uint8_t)STATE_COUNT) &&
+                              (member->order_cause <= (uint8_t)CAUSE_SUPERVISOR_LOST) &&
+                              (member->phase <= (uint8_t)PHASE_UNSECURED) && is_truth(member->is_heard) &&
+                              is_truth(member->is_order_owed) && is_truth(member->is_interface_foreign) &&
+                              is_truth(member->is_restarted) && is_run_sound(member, state->now_ns) &&
+                              (member->heard_ns <= state->now_ns) && (member->started_ns <= state->now_ns);
+        if (!is_sound) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// A link is one of the mission, by its number and both ends.
+static bool is_edge_sound(const checkpoint_edge_t* const edge, const checkpoint_limits_t* const limits)
+{
+    const mission_link_t* const link = descriptor_mission_find_link(
+        limits->mission, edge->producer_apid, edge->producer_port, edge->consumer_apid, edge->consumer_port);
+    return (link != NULL) && (link->number == edge->link) && is_truth(edge->is_stale);
+}
+
+static bool are_edges_sound(const checkpoint_edge_t* const edges, const uint16_t count,
+                            const checkpoint_limits_t* const limits)
+{
+    for (uint16_t i = 0U; i < count; i++) {
+        if (!is_edge_sound(&edges[i], limits)) {
+            return false;
+        }
+        for (uint16_t k = 0U; k < i; k++) {
+            if (edges[k].link == edges[i].link) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+static bool are_renewals_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
+{
+    for (size_t i = 0U; i < MISSION_LINKS_MAX; i++) {
+        if (state->renewals[i] > RECOMMISSION_RENEWALS) {
+            return false;
+        }
+    }
+    return ((uint64_t)state->renewed >> limits->mission->link_count) == 0U;
+}
+
+static bool are_sessions_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
+{
+    for (size_t i = 0U; i < CHECKPOINT_SESSIONS; i++) {
+        const checkpoint_session_t* const session = &state->sessions[i];
+        const bool is_sound = (session->step < SESSION_STEPS) && is_token_sound(&session->token) &&
+                              is_edge_sound(&session->edge, limits) &&
+                              (session->deadline_ns <= (state->now_ns + SESSION_TIME_NS));
+        if ((session->step != 0U) && !is_sound) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool is_plan_sound(const checkpoint_plan_t* const run, const uint64_t now_ns,
+                          const checkpoint_limits_t* const limits)
+{
+    const mission_descriptor_t* const mission = limits->mission;
+    if ((run->plan > mission->plan_count) || (run->member_count > LINK_GRAPH_MEMBERS) ||
+        (run->member_count == 0U) || (run->start_ns > now_ns) || !is_member(limits, run->apid) ||
+        (run->severity < (uint16_t)DESCRIPTOR_INFORMATIVE) || (run->severity > (uint16_t)DESCRIPTOR_HIGH) ||
+        (run->lost >= (1UL << run->member_count))) {
+        return false;
+    }
+    const uint16_t actions =
+        (run->plan == CHECKPOINT_NO_PLAN) ? 1U : mission->plans[run->plan - 1U].action_count;
+    for (uint16_t i = 0U; i < run->member_count; i++) {
+        if (!is_member(limits, run->members[i])) {
+            return false;
+        }
+    }
+    return run->next_action <= actions;
+}
+
+static bool are_plans_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
+{
+    for (size_t i = 0U; i < CHECKPOINT_PLANS; i++) {
+        const checkpoint_plan_t* const run = &state->plans[i];
+        if (!is_truth(run->is_used) || ((run->is_used != 0U) && !is_plan_sound(run, state->now_ns, limits))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool are_requests_sound(const checkpoint_request_t* const requests, const uint64_t now_ns,
+                               const checkpoint_limits_t* const limits)
+{
+    for (size_t i = 0U; i < PENDING_MAX; i++) {
+        const checkpoint_request_t* const request = &requests[i];
+        const bool is_sound                       = is_member(limits, request->apid) &&
+                              (request->stage <= (uint16_t)PENDING_STARTED) &&
+                              (request->since_ns <= now_ns) && is_token_sound(&request->token);
+        if ((request->apid != 0U) && !is_sound) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool are_channels_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
+{
+    for (uint16_t i = 0U; i < state->channel_count; i++) {
+        const message_position_t* const channel = &state->channels[i];
+        if (!is_member(limits, channel->peer) || !message_position_is_sound(channel)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool are_rings_sound(const checkpoint_state_t* const state)
+{
+    for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) {
+        if ((state->rings[i].used == 0U) != (state->rings[i].blocks == 0U)) {
+            return false;
+        }
+    }
+    return waiting_octets(state) <= CHECKPOINT_OCTETS;
+}
+
+checkpoint_flaw_t supervisor_checkpoint_check(const checkpoint_state_t* const state,
+                                              const checkpoint_limits_t* const limits)
+{
+    FSW_ASSERT((state != NULL) && (limits != NULL) && (limits->mission != NULL));
+    if (state->interface_hash != limits->mission->interface_hash) {
+        return CHECKPOINT_MISSION;
+    }
+    if (state->now_ns > limits->now_ns) {
+        return CHECKPOINT_TIME;
+    }
+    if (!are_counts_sound(state, limits)) {
+        return CHECKPOINT_COUNTS; // Before any table is looked at.
+    }
+    const mission_descriptor_t* const mission = limits->mission;
+    const struct {
+        bool is_sound;
+        checkpoint_flaw_t flaw;
+    } checks[] = {
+        {descriptor_mission_find_mode(mission, state->mode) != NULL, CHECKPOINT_MODE},
+        {(state->log_written < state->log_number) && (state->log_strategy <= (uint8_t)MISSION_LOG_RING) &&
+             is_truth(state->is_log_failure_told),
+         CHECKPOINT_LOG},
+        {is_shutdown_sound(state), CHECKPOINT_SHUTDOWN},
+        {are_members_sound(state, limits), CHECKPOINT_MEMBER},
+        {are_edges_sound(state->accepted, state->accepted_count, limits) &&
+             are_edges_sound(state->open, state->open_count, limits) && are_renewals_sound(state, limits),
+         CHECKPOINT_LINK},
+        {are_sessions_sound(state, limits), CHECKPOINT_SESSION},
+        {are_plans_sound(state, limits), CHECKPOINT_PLAN},
+        {are_requests_sound(state->passed, state->now_ns, limits) &&
+             are_requests_sound(state->own, state->now_ns, limits),
+         CHECKPOINT_REQUEST},
+        {pus_counts_are_sound(&state->counts), CHECKPOINT_NUMBERS},
+        {are_channels_sound(state, limits), CHECKPOINT_CHANNEL},
+        {are_rings_sound(state), CHECKPOINT_RING},
+    };
+    for (size_t i = 0U; i < (sizeof checks / sizeof checks[0]); i++) {
+        if (!checks[i].is_sound) {
+            return checks[i].flaw;
+        }
+    }
+    return CHECKPOINT_SOUND;
+}

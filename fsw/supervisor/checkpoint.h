@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The data that a restarted supervisor takes over from the one that died: shared memory
+/// "/<identity>.checkpoint". The launcher creates it (all zeros); only the supervisor writes it. It contains
+/// no pointers, enumerations or booleans; the supervisor checks each field before it uses the data.
+///
+/// There are two banks. A commit writes the older bank, its sum, then its generation (release): whenever the
+/// writer dies, one bank is complete. A bank also holds the content of the rings that were given to the
+/// commit; usually these are empty.
+///
+/// Annexes belong to the last commit and are emptied by the next one: the frames that have arrived since, the
+/// data to undo the writes since, and how many outputs of the commit were performed. If the writer dies, a
+/// block of an annex is complete or absent.
+///
+/// Ownership  The memory is the caller's.
+/// Context    One loop of one process at a time.
+/// Time       O(size), about 13 KiB.
+#ifndef FSW_SUPERVISOR_CHECKPOINT_H
+#define FSW_SUPERVISOR_CHECKPOINT_H
+
+#include "base/capacities.h"
+#include "base/status.h"
+#include "fsw/framework/descriptor/mission_descriptor.h"
+#include "fsw/framework/message/message_positions.h"
+#include "fsw/supervisor/ground_backlog.h"
+#include "fsw/supervisor/link_graph.h"
+#include "fsw/supervisor/packet_log.h"
+#include "fsw/supervisor/pending_table.h"
+#include "pus/core/counts.h"
+#include "pus/private/st130_rtlink.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define CHECKPOINT_SESSIONS 8U
+#define CHECKPOINT_PLANS 16U
+#define CHECKPOINT_COUNTERS 16U
+#define CHECKPOINT_RELEASED_OCTETS 65536U
+#define CHECKPOINT_RINGS (4U + MESSAGE_PEERS_MAX)
+#define CHECKPOINT_STATES_MAX 32768U ///< The fields of both banks together [octets].
+/// Octets of all rings of a bank, each as full as can be.
+#define CHECKPOINT_OCTETS                                                                                    \
+    (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + GROUND_OCTETS + CHECKPOINT_RELEASED_OCTETS +                \
+     PACKET_LOG_RING_OCTETS + OUTPUT_COMMIT_OCTETS)
+/// Full windows of all peers, and frames without data.
+#define OUTPUT_COMMIT_OCTETS (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + 32768U)
+#define CHECKPOINT_ANNEX_OCTETS OUTPUT_COMMIT_OCTETS
+#define CHECKPOINT_NO_PLAN 0U ///< checkpoint_plan_t.plan: built in.
+
+typedef struct { // pus_token_t.
+    uint32_t request_id;
+    uint16_t source;
+    uint8_t ack;
+    uint8_t service;
+    uint8_t subtype;
+    uint8_t reserved[3];
+} checkpoint_token_t;
+
+typedef struct { // A subsystem of the mission, in its order.
+    uint64_t heard_ns;
+    uint64_t started_ns;
+    uint64_t interface_hash;
+    uint64_t configuration_hash;
+    uint64_t error_ns;
+    uint64_t run_since_ns;
+    uint8_t order_cause; ///< pus_cause_t of `ordered`.
+    uint8_t rested;
+    uint16_t rested_with;
+    uint16_t run_configuration; ///< And other fields of a recommissioning under way: recommission_t.
+    uint8_t is_run_active;
+    uint8_t is_run_walking;
+    uint8_t run_target;
+    uint8_t run_ordered;
+    uint8_t run_seen;
+    uint8_t run_seen_phase;
+    uint16_t apid;
+    uint16_t configuration;
+    uint8_t process; ///< process_state_t.
+    uint8_t state;
+    uint8_t phase;
+    uint8_t is_heard;
+    uint8_t restarts;
+    uint8_t is_order_owed;
+    uint8_t ordered;
+    uint8_t is_interface_foreign;
+    uint8_t is_restarted;
+    uint8_t reserved[7];
+} checkpoint_member_t;
+
+typedef struct { // A link that was agreed on, or that is open.
+    uint16_t link;
+    uint16_t producer_apid;
+    uint16_t producer_port;
+    uint16_t consumer_apid;
+    uint16_t consumer_port;
+    uint16_t is_stale;
+} checkpoint_edge_t;
+
+typedef struct { // A negotiation under way.
+    uint64_t deadline_ns;
+    checkpoint_token_t token;
+    uint32_t asked;
+    uint32_t transaction;
+    uint32_t epoch;
+    checkpoint_edge_t edge;
+    uint32_t step; ///< session_step_t; 0: free.
+} checkpoint_session_t;
+
+typedef struct { // A recovery plan under way.
+    uint64_t start_ns;
+    uint16_t is_used;
+    uint16_t severity; ///< descriptor_severity_t.
+    uint16_t plan;     ///< Number in the mission, from 1.
+    uint16_t apid;
+    uint16_t event_id;
+    uint16_t lost; ///< Bit n: the process of member n died.
+    uint16_t next_action;
+    uint16_t member_count;
+    uint16_t members[LINK_GRAPH_MEMBERS];
+} checkpoint_plan_t;
+
+typedef struct { // A request whose verification is not over.
+    uint64_t since_ns;
+    checkpoint_token_t token;
+    uint16_t apid;  ///< 0: free.
+    uint16_t stage; ///< pending_stage_t.
+} checkpoint_request_t;
+
+typedef struct {   // What waited in an octet ring.
+    uint32_t used; ///< [octets].
+    uint32_t blocks;
+} checkpoint_ring_t;
+
+typedef struct {
+    uint64_t interface_hash;                   ///< Of the mission.
+    uint64_t now_ns;                           ///< Of the commit.
+    uint64_t log_number;                       ///< Of the next record.
+    uint64_t log_written;                      ///< Last record that is in a file.
+    uint64_t log_sizes[PACKET_LOG_STRATEGIES]; ///< Of the files.
+    uint64_t shutdown_ns;
+    uint64_t orbit_since_ns;
+    uint64_t supervisor_orbit_position;
+    checkpoint_token_t shutdown_token;
+    uint32_t orbit_period_ms;
+    uint32_t lives;        ///< Of the supervisor in this run, this one included.
+    uint32_t message_life; ///< Of its message channels, which outlive it.
+    uint32_t message_stamp;
+    uint32_t link_epoch;
+    uint32_t link_transaction;
+    uint32_t renewed; ///< Links of the mission.
+    uint16_t member_count;
+    uint16_t channel_count;
+    uint16_t accepted_count;
+    uint16_t open_count;
+    uint8_t mode;
+    uint8_t log_strategy;
+    uint8_t is_log_failure_told;
+    uint8_t autostart_step;
+    uint8_t shutdown_step;
+    uint8_t has_shutdown_token;
+    uint32_t counters[CHECKPOINT_COUNTERS]; ///< The published counters.
+    checkpoint_member_t members[MISSION_SUBSYSTEMS_MAX];
+    checkpoint_edge_t accepted[LINK_GRAPH_EDGES];
+    checkpoint_edge_t open[LINK_GRAPH_EDGES]; ///< In the order of opening.
+    checkpoint_session_t sessions[CHECKPOINT_SESSIONS];
+    pus_link_properties_t wanted[MISSION_LINKS_MAX]; ///< Not checked here: the members check them.
+    uint8_t renewals[MISSION_LINKS_MAX];
+    checkpoint_plan_t plans[CHECKPOINT_PLANS];
+    checkpoint_request_t passed[PENDING_MAX]; ///< To subsystems.
+    checkpoint_request_t own[PENDING_MAX];    ///< To the supervisor itself.
+    pus_counts_t counts;                      ///< Of the supervisor's own packets.
+    message_position_t channels[MESSAGE_PEERS_MAX];
+    checkpoint_ring_t rings[CHECKPOINT_RINGS];
+} checkpoint_state_t;
+
+typedef struct {         // Private.
+    uint64_t generation; // 0: never written. Stored last.
+    uint64_t sum;
+    checkpoint_state_t state;
+    uint8_t octets[CHECKPOINT_OCTETS]; // Content of the rings, one after the other.
+} checkpoint_bank_t;
+
+typedef struct { // Private: how much, if it belongs to the last commit; else nothing.
+    uint64_t generation;
+    uint64_t count;
+} checkpoint_mark_t;
+
+typedef struct { // Private.
+    checkpoint_mark_t used;
+    uint8_t octets[CHECKPOINT_ANNEX_OCTETS]; // Blocks, each with its size u32 before and behind it.
+} checkpoint_annex_t;
+
+typedef struct {                 // Private, except the annexes' places.
+    checkpoint_annex_t arrivals; ///< Frames, as message_watch has shown them.
+    checkpoint_annex_t undo;     ///< See undo.h.
+    checkpoint_mark_t performed;
+    checkpoint_bank_t banks[2];
+} checkpoint_t;
+
+/// The first field of a bank that is not sound.
+typedef enum {
+    CHECKPOINT_SOUND = 0,
+    CHECKPOINT_MISSION,
+    CHECKPOINT_TIME,
+    CHECKPOINT_COUNTS,
+    CHECKPOINT_MODE,
+    CHECKPOINT_LOG,
+    CHECKPOINT_SHUTDOWN,
+    CHECKPOINT_MEMBER,
+    CHECKPOINT_LINK,
+    CHECKPOINT_SESSION,
+    CHECKPOINT_PLAN,
+    CHECKPOINT_REQUEST,
+    CHECKPOINT_NUMBERS,
+    CHECKPOINT_CHANNEL,
+    CHECKPOINT_RING
+} checkpoint_flaw_t;
+
+typedef struct {                         // A bank is checked against these.
+    const mission_descriptor_t* mission; ///< Checkpoint of another mission are refused.
+    uint64_t now_ns;                     ///< No time in a bank is later.
+} checkpoint_limits_t;
+
+typedef struct { // Rings that outlive the process; null: there is none.
+    message_ring_t* list[CHECKPOINT_RINGS];
+} checkpoint_rings_t;
+
+/// Make `state` and the content of `rings` the data that the next life takes over: completely or not at all,
+/// whenever the process ends. Writes `state->rings`.
+void supervisor_checkpoint_commit(checkpoint_t* checkpoint, checkpoint_state_t* state,
+                                  const checkpoint_rings_t* rings);
+/// CHECKPOINT_SOUND, or the first field that is impossible: an index outside of its table, a member or link
+/// that the mission does not have, a count that contradicts another, a time in the future.
+checkpoint_flaw_t supervisor_checkpoint_check(const checkpoint_state_t* state,
+                                              const checkpoint_limits_t* limits);
+/// Take over the newer sound bank; a bank that is not sound is cleared. *out_older: the newest bank was not
+/// sound. `rings` must be empty and get the waiting blocks; blocks without room are counted as refused.
+/// STATUS_OK; STATUS_NOT_FOUND: nothing was ever committed; STATUS_INVALID: no bank is sound.
+MUST_USE status_t supervisor_checkpoint_adopt(checkpoint_t* checkpoint, const checkpoint_limits_t* limits,
+                                              checkpoint_state_t* out_state, const checkpoint_rings_t* rings,
+                                              bool* out_older);
+
+/// Add a block in two parts to an annex; the second may be null if its size is 0. False: no room.
+bool supervisor_checkpoint_add(const checkpoint_t* checkpoint, checkpoint_annex_t* annex, const uint8_t* head,
+                               size_t head_size, const uint8_t* octets, size_t size);
+/// The first block, and the one behind it; null: that was the last. `place` begins at 0.
+const uint8_t* supervisor_checkpoint_next(const checkpoint_t* checkpoint, const checkpoint_annex_t* annex,
+                                          size_t* place, size_t* out_size);
+/// The last block, and the one before it; null: that was the first. `place` begins at 0.
+const uint8_t* supervisor_checkpoint_before(const checkpoint_t* checkpoint, const checkpoint_annex_t* annex,
+                                            size_t* place, size_t* out_size);
+/// Note how many outputs of the last commit were performed; and how many that was.
+void supervisor_checkpoint_note_performed(checkpoint_t* checkpoint, uint32_t count);
+uint32_t supervisor_checkpoint_performed(const checkpoint_t* checkpoint);
+/// Content of a ring in the adopted bank, as message_ring_copy wrote it; valid until the next commit.
+const uint8_t* supervisor_checkpoint_waiting(const checkpoint_t* checkpoint, size_t ring, size_t* out_octets);
+
+#endif // FSW_SUPERVISOR_CHECKPOINT_H

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The services of the whole spacecraft: schedules, procedures, stores, files and others that exist once on
+/// board and not in each subsystem. The supervisor owns them; a binding, the file <service>.c,
+/// connects each of them.
+///
+/// A request that a service releases (from a schedule, a sequence, a procedure, an event-action) waits in one
+/// queue and is routed like any other in the same step: known user, permission, state. Its source stays
+/// unchanged. While its addressee has no credit, it waits, and so do all later ones, for
+/// SPACECRAFT_PATIENCE_NS at most; then it, and later ones to the same addressee, are refused with TM[1,10]
+/// (PUS_FAILURE_QUEUE_FULL) like requests from the ground.
+#ifndef FSW_SUPERVISOR_SERVICES_SPACECRAFT_SERVICES_H
+#define FSW_SUPERVISOR_SERVICES_SPACECRAFT_SERVICES_H
+
+#include "fsw/framework/descriptor/mission_descriptor.h"
+#include "fsw/framework/message/message_ring.h"
+#include "fsw/supervisor/telemetry_cache.h"
+#include "fsw/supervisor/services/files.h"
+#include "fsw/supervisor/services/large_packets.h"
+#include "fsw/supervisor/services/memory.h"
+#include "fsw/supervisor/services/procedures.h"
+#include "fsw/supervisor/services/schedules.h"
+#include "fsw/supervisor/services/sequences.h"
+#include "fsw/supervisor/services/storage.h"
+#include "fsw/supervisor/telemetry_directory.h"
+#include "pus/core/packet.h"
+#include "pus/core/persistence.h"
+#include "pus/core/service.h"
+#include "pus/st14/st14_forwarding.h"
+#include "pus/st17/st17_test.h"
+
+#define SPACECRAFT_SERVICES 12U          ///< Bindings at most.
+#define SPACECRAFT_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
+#define SPACECRAFT_PATIENCE_NS 100000000ULL
+#define SPACECRAFT_NEVER UINT64_MAX
+#define SPACECRAFT_RETRY_NS 1000000ULL ///< Until a service retries what found no room.
+
+struct supervisor;
+
+/// Functions that connect a service to the supervisor. Null: nothing to do.
+typedef struct {
+    uint8_t type; ///< Service type, and the table of its lasting records.
+    /// Initialise without lasting records; returns the entry for the dispatcher, whose `step` is null.
+    pus_service_t (*open)(struct supervisor* supervisor);
+    /// Restore a lasting record. STATUS_OK, or the refusal of the service.
+    status_t (*restore)(struct supervisor* supervisor, uint32_t key, const uint8_t* octets, size_t size);
+    /// Start, after all records are restored. STATUS_OK, or the status for a RECORD_REFUSED event.
+    status_t (*start)(struct supervisor* supervisor);
+    /// Run what is due. Returns the time of the next wake [ns of the run], SPACECRAFT_NEVER if nothing is
+    /// planned.
+    uint64_t (*step)(struct supervisor* supervisor, uint64_t now_ns);
+    /// Observe a report, also of the supervisor itself; may release requests, but not send reports.
+    void (*observe)(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
+} spacecraft_binding_t;
+
+#define SPACECRAFT_FORWARDING_ENTRIES 512U ///< Of ST[14]: types, structures and events together.
+
+typedef struct { // Private to fsw/supervisor.
+    pus_forwarding_t service;
+    uint16_t apids[MISSION_SUBSYSTEMS_MAX];
+    pus_selection_entry_t entries[SPACECRAFT_FORWARDING_ENTRIES];
+    pus_selection_entry_t candidate[SPACECRAFT_FORWARDING_ENTRIES];
+} spacecraft_forwarding_t;
+
+#define SPACECRAFT_CONNECTIONS 4U ///< On-board connection tests at once.
+#define SPACECRAFT_CONNECTION_TIMEOUT_NS 1000000000ULL
+
+typedef struct { // Private to fsw/supervisor: a connection test under way.
+    bool is_used;
+    bool is_answered;
+    uint16_t apid;
+    uint64_t deadline_ns;
+    pus_token_t token;
+} spacecraft_connection_t;
+
+typedef struct { // Private to fsw/supervisor.
+    pus_test_t service;
+    spacecraft_connection_t tests[SPACECRAFT_CONNECTIONS];
+} spacecraft_connections_t;
+
+typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
+    pus_persistence_t persistence;                  // Of the journal.
+    uint32_t refused;                               // Records that no service has restored.
+    uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX]; // While requests wait: no credit since then; 0: had some.
+    message_ring_t released;
+    uint8_t release_storage[SPACECRAFT_RELEASE_OCTETS];
+    uint8_t packet[PUS_PACKET_MAX];
+    spacecraft_schedules_t schedules;
+    spacecraft_sequences_t sequences;
+    spacecraft_forwarding_t forwarding;
+    spacecraft_files_t files;
+    spacecraft_connections_t connections;
+    spacecraft_storage_t storage;
+    spacecraft_large_packets_t large_packets;
+    spacecraft_memory_t memory; // Of ST[06], which the component has.
+    spacecraft_procedures_t procedures;
+    telemetry_directory_t directory;
+    uint16_t
+        defined[MISSION_SUBSYSTEMS_MAX]; // Configuration whose structures the telemetry cache has; 0: none.
+    telemetry_cache_t cache;             // Of the subsystems' parameters, for services that read them.
+} spacecraft_services_t;
+
+extern const spacecraft_binding_t spacecraft_time_schedule;
+extern const spacecraft_binding_t spacecraft_position_schedule;
+extern const spacecraft_binding_t spacecraft_event_action;
+extern const spacecraft_binding_t spacecraft_sequences;
+extern const spacecraft_binding_t spacecraft_files;
+extern const spacecraft_binding_t spacecraft_forwarding;
+extern const spacecraft_binding_t spacecraft_connection;
+extern const spacecraft_binding_t spacecraft_storage;
+extern const spacecraft_binding_t spacecraft_time;
+extern const spacecraft_binding_t spacecraft_procedures;
+extern const spacecraft_binding_t spacecraft_large_packets;
+
+/// Where services keep their lasting records; null if nothing is kept.
+const pus_persistence_t* spacecraft_persistence(struct supervisor* supervisor);
+/// Entries that the descriptor grants a service of the whole spacecraft; `most` (the capacity) if it does not
+/// say.
+uint16_t spacecraft_capacity(const struct supervisor* supervisor, uint8_t type, uint16_t most);
+/// Open all bindings; their services go to `services` (room for SPACECRAFT_SERVICES). Returns their number.
+size_t spacecraft_open(struct supervisor* supervisor, pus_service_t* services);
+/// Restore the lasting records of all services, then start the services. A refused record is counted and
+/// reported by the event RECORD_REFUSED.
+void spacecraft_restore(struct supervisor* supervisor);
+/// Raise an event: a lasting record was not restored, or not written.
+void spacecraft_tell_refused(struct supervisor* supervisor, uint8_t table, uint32_t key, status_t status);
+/// In the first step: raise JOURNAL_DAMAGED and enter the fallback mode if lasting records were lost.
+void spacecraft_tell_damage(struct supervisor* supervisor);
+/// Step all services, then route what they have released. Returns the time of the next wake.
+uint64_t spacecraft_step(struct supervisor* supervisor, uint64_t now_ns);
+/// Pass a report to all services that observe reports.
+void spacecraft_observe(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet,
+                        size_t size);
+/// True if a report is forwarded to the ground now; reports that ST[14] holds back are logged and stored all
+/// the same.
+bool spacecraft_forwards(struct supervisor* supervisor, const pus_tm_t* tm);
+/// Port (pus_port_t) by which services release requests; the context is the supervisor. STATUS_OK,
+/// STATUS_FULL (try again later).
+status_t spacecraft_release(void* context, const uint8_t* packet, size_t size);
+
+#endif // FSW_SUPERVISOR_SERVICES_SPACECRAFT_SERVICES_H

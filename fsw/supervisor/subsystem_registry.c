@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+// The known data of each subsystem: process, last reported state, heartbeat, power.
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include "base/assertion.h"
+
+#define SILENT_NS 3000000000ULL ///< Longest silence of a running subsystem; its status comes once a second.
+#define SHORT_PAUSE_NS 100000000ULL ///< Before the second start in a row, and before each further one:
+#define LONG_PAUSE_NS 1000000000ULL
+#define NS_PER_MS 1000000ULL
+#define NS_PER_US 1000ULL
+
+void supervisor_registry_init(supervisor_t* const supervisor)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        registry_entry_t* const entry = &supervisor->registry[i];
+        entry->mission                = &supervisor->mission->subsystems[i];
+        entry->process = PROCESS_RUNNING; // The launcher starts all; supervisor_registry_watch corrects it.
+        entry->state   = STATE_OFFLINE;
+    }
+}
+
+registry_entry_t* supervisor_registry_find(supervisor_t* const supervisor, const uint16_t apid)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        if (supervisor->mission->subsystems[i].apid == apid) {
+            return &supervisor->registry[i];
+        }
+    }
+    return NULL;
+}
+
+/// A stable state other than ERROR_OPERATIONAL.
+static bool is_rest(const registry_entry_t* const entry)
+{
+    const bool is_still = (entry->phase == PHASE_IDLE) || (entry->phase == PHASE_UNCONFIGURED) ||
+                          (entry->phase == PHASE_CONFIGURED);
+    const bool is_one = (entry->state == STATE_OFFLINE) ||
+                        ((entry->state >= STATE_PRE_OPERATIONAL) && (entry->state <= STATE_OPERATIONAL));
+    return is_still && is_one;
+}
+
+/// Ignore an invalid state.
+static void keep(supervisor_t* const supervisor, registry_entry_t* const entry, const uint8_t state,
+                 const uint8_t phase, const uint16_t configuration)
+{
+    if ((state >= (uint8_t)STATE_COUNT) || (phase > (uint8_t)PHASE_UNSECURED)) {
+        supervisor->counters.tm_malformed++;
+        return;
+    }
+    if ((state == (uint8_t)STATE_ERROR_OPERATIONAL) && (entry->state != STATE_ERROR_OPERATIONAL)) {
+        entry->error_ns = supervisor->now_ns;
+    }
+    entry->state         = (state_t)state;
+    entry->phase         = (state_phase_t)phase;
+    entry->configuration = configuration;
+    if (is_rest(entry)) {
+        entry->rested      = entry->state;
+        entry->rested_with = configuration;
+    }
+}
+
+static void raise_difference(supervisor_t* const supervisor, const uint16_t event_id, const uint16_t apid,
+                             const uint64_t expected, const uint64_t found)
+{
+    uint8_t octets[18];
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    octet_write_u16(&writer, apid);
+    octet_write_u64(&writer, expected);
+    octet_write_u64(&writer, found);
+    (void)subsystem_raise(&supervisor->subsystem, event_id, octets, writer.position);
+}
+
+/// A subsystem may run on another computer with its own files. Report its descriptor hashes once for each
+/// change.
+static void compare_descriptors(supervisor_t* const supervisor, registry_entry_t* const entry,
+                                const pus_subsystem_status_t* const status)
+{
+    const mission_subsystem_t* const own = entry->mission;
+    entry->is_interface_foreign          = (status->interface_hash != own->interface_hash);
+    if (entry->is_interface_foreign && (status->interface_hash != entry->interface_hash)) {
+        raise_difference(supervisor, SUPERVISOR_EVENT_INTERFACE_DIFFERS, own->apid, own->interface_hash,
+                         status->interface_hash);
+    }
+    if ((status->configuration_hash != own->configuration_hash) &&
+        (status->configuration_hash != entry->configuration_hash)) {
+        raise_difference(supervisor, SUPERVISOR_EVENT_CONFIGURATION_DIFFERS, own->apid,
+                         own->configuration_hash, status->configuration_hash);
+    }
+    entry->interface_hash     = status->interface_hash;
+    entry->configuration_hash = status->configuration_hash;
+}
+
+void supervisor_registry_report(supervisor_t* const supervisor, const pus_tm_t* const tm)
+{
+    registry_entry_t* const entry = supervisor_registry_find(supervisor, tm->apid);
+    if (entry == NULL) {
+        return;
+    }
+    entry->is_heard       = true;
+    entry->heard_ns       = supervisor->now_ns;
+    octet_reader_t reader = octet_reader(tm->data, tm->size);
+    if (tm->service != PUS_SERVICE_MANAGEMENT) {
+        return;
+    }
+    pus_transition_t transition;
+    pus_subsystem_status_t status;
+    if ((tm->subtype == PUS_MANAGEMENT_TRANSITION) &&
+        (pus_transition_read(&reader, &transition) == STATUS_OK)) {
+        keep(supervisor, entry, transition.state, transition.phase, transition.configuration);
+    } else if ((tm->subtype == PUS_MANAGEMENT_STATUS) &&
+               (pus_subsystem_status_read(&reader, &status) == STATUS_OK)) {
+        supervisor_adoption_compare(supervisor, entry, status.state, status.configuration);
+        keep(supervisor, entry, status.state, status.phase, status.configuration);
+        compare_descriptors(supervisor, entry, &status);
+    } else {
+        // Another report of the service.
+    }
+}
+
+uint32_t supervisor_registry_power_w(const supervisor_t* const supervisor, const uint16_t apid,
+                                     const state_t state)
+{
+    uint32_t power_w = 0U;
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        const registry_entry_t* const entry = &supervisor->registry[i];
+        const state_t counted               = (entry->mission->apid == apid) ? state : entry->state;
+        power_w += entry->mission->power_w[counted];
+    }
+    return power_w;
+}
+
+void supervisor_registry_end_pending(supervisor_t* const supervisor, const uint16_t apid)
+{
+    pus_token_t token;
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_LOST, apid);
+    while (supervisor_pending_take(&supervisor->pending, apid, &token)) {
+        pus_verify_failed(subsystem_process(&supervisor->subsystem), &token, &failure, supervisor->now_ns);
+    }
+}
+
+void supervisor_registry_end_unanswered(supervisor_t* const supervisor, const uint64_t patience_ns)
+{
+    if (supervisor->now_ns <= patience_ns) {
+        return;
+    }
+    pus_token_t token;
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_TIMEOUT, (uint32_t)(patience_ns / NS_PER_MS));
+    while (
+        supervisor_pending_take_unanswered(&supervisor->pending, supervisor->now_ns - patience_ns, &token)) {
+        pus_verify_failed(subsystem_process(&supervisor->subsystem), &token, &failure, supervisor->now_ns);
+    }
+}
+
+bool supervisor_registry_is_there(const registry_entry_t* const entry)
+{
+    return (entry->process == PROCESS_RUNNING) && (entry->is_heard || !entry->is_restarted);
+}
+
+void supervisor_registry_start(supervisor_t* const supervisor, registry_entry_t* const entry)
+{
+    supervisor_output_commit_start(supervisor, entry);
+    entry->process      = PROCESS_RUNNING;
+    entry->is_heard     = false;
+    entry->is_restarted = true;
+    entry->is_start_due = false;
+    entry->started_ns   = supervisor->now_ns;
+}
+
+/// Start at once, then after a pause: a process that dies at every start must not use up the processor.
+static uint64_t pause_ns(const uint8_t deaths)
+{
+    return (deaths <= 1U) ? 0U : ((deaths == 2U) ? SHORT_PAUSE_NS : LONG_PAUSE_NS);
+}
+
+void supervisor_registry_start_failed(supervisor_t* const supervisor, registry_entry_t* const entry)
+{
+    entry->process = PROCESS_LOST;
+    supervisor_mode_fall_back(supervisor);
+}
+
+static void start_again(supervisor_t* const supervisor, registry_entry_t* const entry)
+{
+    entry->is_start_due = false;
+    if (supervisor->shutdown_step != 0U) {
+        return; // No process is started during the shutdown.
+    }
+    entry->restarts++;
+    supervisor->counters.restarts++;
+    supervisor_registry_start(supervisor, entry);
+}
+
+/// Start it again while its restart budget lasts, then enter the fallback mode. A life as long as the restart
+/// period of the mission resets the count of deaths.
+static void restart(supervisor_t* const supervisor, registry_entry_t* const entry)
+{
+    const mission_subsystem_t* const mission = entry->mission;
+    const uint64_t period_ns                 = (uint64_t)mission->restart_period_us * NS_PER_US;
+    if ((period_ns != 0U) && ((supervisor->now_ns - entry->restart_ns) >= period_ns)) {
+        entry->deaths = 0U;
+    }
+    if (supervisor->shutdown_step != 0U) {
+        return;
+    }
+    if (entry->deaths >= mission->restart_budget) {
+        supervisor_mode_fall_back(supervisor);
+        return;
+    }
+    entry->deaths++;
+    entry->is_start_due = true;
+    entry->restart_ns   = supervisor->now_ns + pause_ns(entry->deaths);
+    if (entry->restart_ns == supervisor->now_ns) {
+        start_again(supervisor, entry);
+    }
+}
+
+static void process_lost(supervisor_t* const supervisor, registry_entry_t* const entry,
+                         const uint16_t event_id)
+{
+    const uint16_t apid = entry->mission->apid;
+    supervisor_recommission_begin(supervisor, apid); // Before states and links are cleared.
+    entry->process       = PROCESS_LOST;
+    entry->state         = STATE_OFFLINE;
+    entry->phase         = PHASE_IDLE;
+    entry->is_order_owed = false;
+    supervisor_registry_end_pending(supervisor, apid);
+    supervisor_raise_u16(supervisor, event_id, apid);
+    supervisor_error_member_lost(supervisor, apid, event_id);
+    supervisor_link_manager_member_lost(supervisor, apid);
+    if (apid == COMMUNICATION_APID) {
+        supervisor->autostart_step = 0U;
+    }
+    restart(supervisor, entry);
+}
+
+/// A process hangs if it lives and its promised step is later than its mission allows. This check needs no
+/// message.
+static bool is_hung(const supervisor_t* const supervisor, const registry_entry_t* const entry)
+{
+    const supervisor_platform_t* const platform = &supervisor->config.platform;
+    const uint64_t promise_ns                   = platform->promise(platform->context, entry->mission->apid);
+    const uint64_t patience_ns                  = (uint64_t)entry->mission->hang_after_us * NS_PER_US;
+    return (promise_ns < supervisor->now_ns) && ((supervisor->now_ns - promise_ns) > patience_ns);
+}
+
+static void watch_one(supervisor_t* const supervisor, registry_entry_t* const entry)
+{
+    const uint16_t apid = entry->mission->apid;
+    if (entry->is_start_due && (supervisor->now_ns >= entry->restart_ns)) {
+        start_again(supervisor, entry);
+        return;
+    }
+    if ((entry->process == PROCESS_RUNNING) && !supervisor_output_commit_is_running(supervisor, entry)) {
+        process_lost(supervisor, entry, SUPERVISOR_EVENT_PROCESS_LOST);
+        return;
+    }
+    if ((entry->process == PROCESS_RUNNING) && is_hung(supervisor, entry)) {
+        supervisor_output_commit_stop(supervisor, entry, true);
+        process_lost(supervisor, entry, SUPERVISOR_EVENT_PROCESS_HUNG);
+        return;
+    }
+    const uint64_t since_ns = (entry->heard_ns > entry->started_ns) ? entry->heard_ns : entry->started_ns;
+    if ((entry->process == PROCESS_RUNNING) && ((supervisor->now_ns - since_ns) > SILENT_NS)) {
+        supervisor_raise_u16(supervisor, SUPERVISOR_EVENT_SUBSYSTEM_SILENT, apid);
+        entry->started_ns = supervisor->now_ns; // For a next report after the same time.
+        supervisor_error_member_silent(supervisor, apid);
+    }
+}
+
+void supervisor_registry_watch(supervisor_t* const supervisor)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        if (supervisor->registry[i].mission->apid != DESCRIPTOR_SUPERVISOR_APID) {
+            watch_one(supervisor, &supervisor->registry[i]);
+        }
+    }
+}

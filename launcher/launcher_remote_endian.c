@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// A subsystem whose program is that of another processor: big-endian, emulated, with a native proxy.
+#include "launcher/launcher_internal.h"
+
+#include "base/assertion.h"
+#include "osal/include/osal/file.h"
+
+#include <string.h>
+
+#define RUNNER "/usr/bin/qemu-s390x"
+#define PROGRAM_FOLDER "build/s390x/bin/"
+#define APID_SUPERVISOR 1U
+#define APID_COMMUNICATION 2U
+
+static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
+{
+    launcher_give_up(launcher, what, detail);
+    return false;
+}
+
+bool launcher_is_remote_endian(const launcher_t* const launcher, const unsigned component)
+{
+    return strcmp(launcher->mission.subsystems[component].name, launcher->options.foreign) == 0;
+}
+
+bool launcher_check_remote_endian(launcher_t* const launcher)
+{
+    char program[LAUNCH_PATH_MAX];
+    unsigned component = 0U;
+    if (launcher->options.foreign[0] == '\0') {
+        return true;
+    }
+    while ((component < launcher->mission.subsystem_count) &&
+           !launcher_is_remote_endian(launcher, component)) {
+        component++;
+    }
+    if (component == launcher->mission.subsystem_count) {
+        return fail(launcher, "--foreign: the mission has no such subsystem: ", launcher->options.foreign);
+    }
+    const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[component];
+    if ((subsystem->apid == APID_SUPERVISOR) || (subsystem->apid == APID_COMMUNICATION)) {
+        return fail(
+            launcher,
+            "--foreign: the launcher and the operator reach this subsystem in shared memory; choose one "
+            "that drives devices: ",
+            launcher->options.foreign);
+    }
+    text_t text = text_in(program, sizeof program);
+    text_add(&text, PROGRAM_FOLDER);
+    text_add(&text, subsystem->executable);
+    if (!osal_file_exists(program)) {
+        return fail(launcher, "--foreign: there is no such program (make foreign builds it): ", program);
+    }
+    return osal_file_exists(RUNNER) ||
+           fail(launcher, "--foreign: install the package qemu-user (make setup does); there is no ", RUNNER);
+}
+
+void launcher_add_component(const launcher_t* const launcher, const unsigned component,
+                            arguments_t* const arguments)
+{
+    const char* const executable = launcher->mission.subsystems[component].executable;
+    const bool is_remote_endian  = launcher_is_remote_endian(launcher, component);
+    char name[RUN_NAME_MAX];
+    FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
+    arguments_add_program(arguments, launcher, is_remote_endian ? "proxy" : executable);
+    arguments_add(arguments, "--run");
+    arguments_add(arguments, name);
+    arguments_add(arguments, "--component");
+    arguments_add_number(arguments, component);
+    if (is_remote_endian) {
+        arguments_add(arguments, "--program");
+        arguments_add_joined(arguments, PROGRAM_FOLDER, executable);
+        arguments_add(arguments, "--runner");
+        arguments_add(arguments, RUNNER);
+    }
+}

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+// The proxy of a remote-endian program (remote_endian_wire.h): starts it, takes its component's place in the
+// scheduler and its ends of the buses, and passes data on. It ends with its program.
+#include "fsw/programs/remote_endian_wire.h"
+#include "base/text.h"
+#include "osal/include/osal/console.h"
+#include "osal/include/osal/process.h"
+
+#include <string.h>
+
+#define LINE_MAX 512U
+#define SLICE_MS 50U          ///< How long a wait goes without looking whether the run has ended.
+#define END_PATIENCE_MS 5000U ///< Wall-clock time that the program has to end by itself.
+
+typedef struct { // All storage of the program.
+    osal_shm_t run_shm;
+    osal_shm_t scheduler_shm;
+    run_state_t* run;
+    osal_lockstep_t* scheduler;
+    unsigned component;
+    uint32_t life;
+    const char* program;
+    osal_process_t process;
+    remote_endian_wire_t wire;
+    remote_endian_buses_t buses;
+    bool has_told_refused;
+} proxy_t;
+
+static proxy_t storage;
+
+static int complain(const char* const first, const char* const second)
+{
+    char line[LINE_MAX];
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, "proxy: ");
+    text_add(&text, first);
+    text_add(&text, second);
+    osal_console_complain(line);
+    return 1;
+}
+
+/// Null, or what is wrong.
+static const char* open_run(proxy_t* const self, const char* const name)
+{
+    char scheduler_name[RUN_NAME_MAX];
+    if (run_state_attach(&self->run_shm, name, &self->run) != STATUS_OK) {
+        return "there is no such run; `hirosco run --foreign SUBSYSTEM` starts it";
+    }
+    if (self->component >= self->run->component_count) {
+        return "the run has no such component";
+    }
+    self->life = __atomic_load_n(&self->run->components[self->component].life, __ATOMIC_ACQUIRE);
+    if (!run_name(self->run, "scheduler", 0U, scheduler_name, sizeof scheduler_name) ||
+        (osal_shm_open(&self->scheduler_shm, scheduler_name) != STATUS_OK)) {
+        return "the run's scheduler is gone";
+    }
+    self->scheduler = osal_lockstep_attach(osal_shm_address(&self->scheduler_shm));
+    return (self->scheduler != NULL) ? NULL : "the run's scheduler is of another version";
+}
+
+/// `runner` runs the program. The program gets the run's name, which shows in process lists, the sockets of
+/// the run and its end of the stream.
+static bool start_program(proxy_t* const self, const char* const name, const char* const runner)
+{
+    osal_socket_t peer = OSAL_SOCKET_CLOSED;
+    int descriptors[2U + RUN_LINKS_MAX];
+    size_t count = 0U;
+    char digits[16];
+    if (osal_local_pair(&self->wire.socket, &peer) != STATUS_OK) {
+        return false;
+    }
+    text_t text = text_in(digits, sizeof digits);
+    text_add_unsigned(&text, (uint64_t)osal_socket_descriptor(&peer));
+    descriptors[count++] = osal_socket_descriptor(&peer);
+    descriptors[count++] = self->run->components[self->component].message_descriptor;
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        if (self->run->link_descriptors[i] >= 0) {
+            descriptors[count++] = self->run->link_descriptors[i];
+        }
+    }
+    const char* const arguments[]    = {runner, self->program, "--run", name, "--proxy", digits, NULL};
+    const osal_process_start_t start = {
+        .arguments = arguments, .descriptors = descriptors, .descriptor_count = count, .processor = -1};
+    const status_t status = osal_process_start(&self->process, &start);
+    osal_socket_close(&peer);
+    return status == STATUS_OK;
+}
+
+/// Buses that the program has opened in this turn: a controller that is switched on has received nothing yet.
+static void open_buses(proxy_t* const self, const uint32_t opened)
+{
+    for (unsigned bus = 0U; bus < MISSION_BUSES_MAX; bus++) {
+        const uint32_t bit = 1U << bus;
+        if (((opened & bit) == 0U) || ((self->buses.open & bit) != 0U)) {
+            continue;
+        }
+        const char* const address = self->run->buses[bus].flight;
+        if (osal_can_open(&self->buses.ends[bus], address, OSAL_CAN_NODE) == STATUS_OK) {
+            self->buses.open |= bit;
+        } else {
+            (void)complain("cannot open the bus ", address);
+        }
+    }
+}
+
+static void deliver(const proxy_t* const self, const osal_deliveries_t* const deliveries)
+{
+    for (unsigned receiver = 0U; receiver < OSAL_LOCKSTEP_PARTICIPANTS_MAX; receiver++) {
+        if ((deliveries->messages[receiver] > 0U) || (deliveries->octets[receiver] > 0U)) {
+            osal_lockstep_deliver(self->scheduler, run_participant(self->component), receiver,
+                                  deliveries->lives[receiver], deliveries->messages[receiver],
+                                  deliveries->octets[receiver]);
+        }
+    }
+}
+
+/// Wait for the program's answer. STATUS_OK, STATUS_TIMEOUT (the run is over), others: it is lost.
+static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_done)
+{
+    octet_reader_t reader;
+    status_t status = STATUS_TIMEOUT;
+    bool is_over    = false;
+    while ((status == STATUS_TIMEOUT) && !is_over) {
+        status  = remote_endian_receive(&self->wire, REMOTE_ENDIAN_DONE, SLICE_MS, &reader);
+        is_over = osal_lockstep_is_closed(self->scheduler);
+    }
+    if (status != STATUS_OK) {
+        return status;
+    }
+    if (!remote_endian_read_done(&reader, out_done)) {
+        return STATUS_INVALID;
+    }
+    open_buses(self, out_done->opened);
+    if (!remote_endian_read_frames(&reader, &self->buses)) {
+        return STATUS_INVALID;
+    }
+    if ((self->buses.refused > 0U) && !self->has_told_refused) {
+        self->has_told_refused = true;
+        (void)complain("a bus did not take all frames of ", self->program);
+    }
+    return STATUS_OK;
+}
+
+/// Hand over until the run has ended (true) or the program has been lost.
+static bool serve(proxy_t* const self)
+{
+    octet_writer_t writer = remote_endian_begin(&self->wire, REMOTE_ENDIAN_RUN);
+    remote_endian_write_run(&writer, self->run, self->component);
+    status_t status = remote_endian_send(&self->wire, &writer);
+    while (status == STATUS_OK) {
+        remote_endian_done_t done;
+        osal_grant_t grant = {0U, 0U, 0U};
+        status             = take_done(self, &done);
+        if (status == STATUS_TIMEOUT) {
+            return true;
+        }
+        if (status != STATUS_OK) {
+            break;
+        }
+        if (done.is_lossy) {
+            __atomic_store_n(&self->run->is_lossy, 1U, __ATOMIC_RELAXED);
+        }
+        deliver(self, &done.deliveries);
+        run_state_beat(self->run, self->component, osal_lockstep_now_ns(self->scheduler), done.wake_ns);
+        if ((osal_lockstep_wait(self->scheduler, run_participant(self->component), self->life, done.wake_ns,
+                                &grant) != STATUS_OK) ||
+            (osal_process_stop_count() > 0U)) {
+            return true;
+        }
+        writer = remote_endian_begin(&self->wire, REMOTE_ENDIAN_GRANT);
+        remote_endian_write_grant(&writer, &grant, self->run);
+        remote_endian_write_frames(&writer, &self->buses);
+        status = remote_endian_send(&self->wire, &writer);
+    }
+    if ((status == STATUS_INVALID) || (status == STATUS_TOO_LARGE)) {
+        (void)complain(
+            "the protocol between it and its program was violated; build both again: make foreign, ",
+            status_text(status));
+    }
+    return false;
+}
+
+/// The stream is closed: the program ends on its own, or is killed.
+static osal_process_result_t await_end(proxy_t* const self)
+{
+    osal_process_result_t result  = {.has_ended = false};
+    osal_process_t* const process = &self->process;
+    const uint64_t until_ns       = osal_clock_monotonic_ns() + (END_PATIENCE_MS * 1000000ULL);
+    while ((osal_process_poll(process, &result) == STATUS_OK) && !result.has_ended) {
+        if (osal_clock_monotonic_ns() >= until_ns) {
+            (void)osal_process_stop(process, true);
+        }
+        (void)osal_process_wait_any(&process, 1U, SLICE_MS);
+    }
+    return result;
+}
+
+static void tell_loss(const proxy_t* const self, const osal_process_result_t* const result)
+{
+    char how[64];
+    char line[LINE_MAX];
+    text_t text = text_in(how, sizeof how);
+    text_add(&text, result->was_signalled ? " was ended by signal " : " ended with exit code ");
+    text_add_unsigned(&text, (uint64_t)result->code);
+    text = text_in(line, sizeof line);
+    text_add(&text, self->program);
+    text_add(&text, how);
+    (void)complain(self->run->components[self->component].name, ": its program is lost:");
+    (void)complain(line, "");
+}
+
+int main(int argument_count, char* arguments[])
+{
+    static const char usage[] = "usage: --run NAME --component INDEX --program PATH --runner PATH "
+                                "(the launcher `hirosco run --foreign SUBSYSTEM` starts it)";
+    proxy_t* const self       = &storage;
+    const bool is_well_called = (argument_count == 9) && (strcmp(arguments[1], "--run") == 0) &&
+                                (strcmp(arguments[3], "--component") == 0) &&
+                                (strcmp(arguments[5], "--program") == 0) &&
+                                (strcmp(arguments[7], "--runner") == 0);
+    if (osal_console_introduce(argument_count, arguments, "proxy", usage)) {
+        return 0;
+    }
+    if (!is_well_called) {
+        (void)complain(usage, "");
+        return 2;
+    }
+    self->component = 0U;
+    for (const char* next = arguments[4]; (*next >= '0') && (*next <= '9') && (self->component < 1000U);
+         next++) {
+        self->component = (self->component * 10U) + (unsigned)(*next - '0');
+    }
+    self->program = arguments[6];
+    osal_process_catch_stop();
+    osal_process_ignore_interrupt();
+    const char* const error = open_run(self, arguments[2]);
+    if (error != NULL) {
+        return complain(error, "");
+    }
+    if (!start_program(self, arguments[2], arguments[8])) {
+        return complain("cannot start ", arguments[8]);
+    }
+    const bool is_good = serve(self);
+    osal_socket_close(&self->wire.socket);
+    const osal_process_result_t result = await_end(self);
+    if (!is_good) {
+        tell_loss(self, &result);
+    }
+    return is_good ? 0 : 1;
+}

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "osal/posix/lockstep_core.h"
+
+#include "base/assertion.h"
+
+uint64_t lockstep_next_slot_ns(const osal_lockstep_t* scheduler)
+{
+    const uint64_t into_slot = scheduler->now_ns % scheduler->slot_ns;
+    const uint64_t rest      = scheduler->slot_ns - into_slot;
+    return (scheduler->now_ns < (OSAL_LOCKSTEP_NEVER - rest)) ? (scheduler->now_ns + rest)
+                                                              : OSAL_LOCKSTEP_NEVER;
+}
+
+bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant)
+{
+    return (scheduler->last == NOBODY) || (participant > scheduler->last);
+}
+
+uint64_t lockstep_earlier(uint64_t a_ns, uint64_t b_ns)
+{
+    return (a_ns < b_ns) ? a_ns : b_ns;
+}
+
+uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t participant)
+{
+    const uint64_t wake_ns = scheduler->participants[participant].wake_ns;
+    const bool is_spent    = (scheduler->running == participant) && (wake_ns <= scheduler->now_ns);
+    return is_spent ? OSAL_LOCKSTEP_NEVER : wake_ns;
+}
+
+/// Fit those that joined during the last grant into the order, at one defined point: the end of that grant,
+/// whenever within it, in wall-clock time, they came.
+static void admit_new(osal_lockstep_t* scheduler)
+{
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        participant_t* const one = &scheduler->participants[i];
+        if ((one->state == OSAL_LOCKSTEP_JOINED) && (one->is_new != 0U)) {
+            if (one->wake_ns <= scheduler->now_ns) {
+                one->wake_ns = lockstep_is_turn_to_come(scheduler, i) ? scheduler->now_ns
+                                                                      : lockstep_next_slot_ns(scheduler);
+            }
+            one->is_new = 0U;
+        }
+    }
+}
+
+void lockstep_rouse(osal_lockstep_t* scheduler, uint32_t participant)
+{
+    participant_t* const one = &scheduler->participants[participant];
+    const uint64_t told_ns   = lockstep_is_turn_to_come(scheduler, participant)
+                                   ? scheduler->now_ns
+                                   : lockstep_next_slot_ns(scheduler);
+    one->wake_ns             = lockstep_not_before_begin(
+                    one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, participant), told_ns));
+}
+
+void lockstep_cut_stream(osal_lockstep_t* scheduler, uint32_t participant)
+{
+    participant_t* const one = &scheduler->participants[participant];
+    one->octets              = 0U; // Whatever the system still holds of them: simulated time decides.
+    one->stream_port         = 0U;
+    one->stream_server       = 0U;
+    lockstep_rouse(scheduler, participant);
+}
+
+void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant)
+{
+    participant_t* const self = &scheduler->participants[participant];
+    self->state               = OSAL_LOCKSTEP_ABSENT;
+    self->incarnation++;
+    self->wake_ns       = OSAL_LOCKSTEP_NEVER;
+    self->stream_port   = 0U;
+    self->stream_server = 0U;
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        if (scheduler->participants[i].stream_server == (participant + 1U)) {
+            lockstep_cut_stream(scheduler, i);
+        }
+    }
+    if (self->succession_ns != 0U) {
+        self->life++;
+        self->begin_ns = scheduler->now_ns + self->succession_ns;
+        self->is_begun = 0U;
+        self->state    = OSAL_LOCKSTEP_EXPECTED;
+    } else {
+        self->messages = 0U;
+        self->octets   = 0U;
+    }
+    self->is_new       = 0U;
+    self->is_failed    = 0U;
+    self->is_suspended = 0U;
+    if (scheduler->running == participant) {
+        __atomic_store_n(&scheduler->running, NOBODY, __ATOMIC_RELEASE);
+    }
+}
+
+/// When `participant` has its next turn, as far as it can have one: an expected one has it when its life
+/// begins.
+static uint64_t turn_ns(const participant_t* one)
+{
+    if (one->state == OSAL_LOCKSTEP_EXPECTED) {
+        return one->begin_ns;
+    }
+    return ((one->state == OSAL_LOCKSTEP_JOINED) && (one->is_suspended == 0U)) ? one->wake_ns
+                                                                               : OSAL_LOCKSTEP_NEVER;
+}
+
+/// The smallest (time, order) of the next turns, or NOBODY.
+static uint32_t first_turn(const osal_lockstep_t* scheduler)
+{
+    uint32_t chosen   = NOBODY;
+    uint64_t least_ns = OSAL_LOCKSTEP_NEVER;
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        const uint64_t time_ns = turn_ns(&scheduler->participants[i]);
+        if (time_ns < least_ns) {
+            chosen   = i;
+            least_ns = time_ns;
+        }
+    }
+    return chosen;
+}
+
+/// An expected participant whose life begins not later than the wake time of `chosen`, or NOBODY. Orders do
+/// not matter: no participant runs at the instant at which a life begins before that life has joined.
+static uint32_t awaited_before(const osal_lockstep_t* scheduler, uint32_t chosen)
+{
+    const uint64_t limit_ns =
+        (chosen != NOBODY) ? turn_ns(&scheduler->participants[chosen]) : OSAL_LOCKSTEP_NEVER;
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        const participant_t* const one = &scheduler->participants[i];
+        if ((one->state == OSAL_LOCKSTEP_EXPECTED) && (one->begin_ns <= limit_ns)) {
+            return i;
+        }
+    }
+    return NOBODY;
+}
+
+void lockstep_grant_next(osal_lockstep_t* scheduler)
+{
+    scheduler->awaited = NOBODY;
+    if ((scheduler->running != NOBODY) || (scheduler->is_closed != 0U)) {
+        return;
+    }
+    admit_new(scheduler);
+    // Each round either ends a life that failed to begin, or is the last.
+    for (uint32_t round = 0U; round <= PARTICIPANTS; round++) {
+        const uint32_t chosen  = first_turn(scheduler);
+        const uint32_t awaited = awaited_before(scheduler, chosen);
+        const uint32_t first   = (awaited != NOBODY) ? awaited : chosen;
+        if (first == NOBODY) {
+            return;
+        }
+        participant_t* const one = &scheduler->participants[first];
+        if (one->is_failed != 0U) {
+            lockstep_leave(scheduler, first);
+            continue;
+        }
+        if (awaited != NOBODY) {
+            scheduler->awaited = awaited;
+            return;
+        }
+        if (one->wake_ns > scheduler->now_ns) {
+            __atomic_store_n(&scheduler->now_ns, one->wake_ns, __ATOMIC_RELEASE);
+        }
+        one->is_begun   = 1U;
+        scheduler->last = first;
+        scheduler->grants++;
+        __atomic_store_n(&scheduler->running, first, __ATOMIC_RELEASE);
+        return;
+    }
+}
+
+uint64_t lockstep_not_before_begin(const participant_t* one, uint64_t wake_ns)
+{
+    return ((one->is_begun == 0U) && (wake_ns < one->begin_ns)) ? one->begin_ns : wake_ns;
+}
+
+bool lockstep_rest(osal_lockstep_t* scheduler, uint32_t participant, uint32_t life, uint64_t wake_ns)
+{
+    participant_t* const self = &scheduler->participants[participant];
+    if ((life != OSAL_LOCKSTEP_ANY_LIFE) && ((self->life != life) || (self->state == OSAL_LOCKSTEP_ABSENT))) {
+        return false;
+    }
+    if (self->state != OSAL_LOCKSTEP_JOINED) {
+        const bool is_expected = (self->state == OSAL_LOCKSTEP_EXPECTED);
+        if (!is_expected) {
+            self->begin_ns = 0U;
+        }
+        self->wake_ns = lockstep_not_before_begin(
+            self, lockstep_earlier(wake_ns, is_expected ? self->wake_ns : OSAL_LOCKSTEP_NEVER));
+        self->is_new = 1U;
+        self->incarnation++;
+        __atomic_store_n(&self->state, (uint32_t)OSAL_LOCKSTEP_JOINED, __ATOMIC_RELEASE);
+        return true;
+    }
+    if (scheduler->running != participant) {
+        return false; // It was suspended while it held the grant, and comes back.
+    }
+    const uint64_t delivered_ns = lockstep_pending_wake_ns(scheduler, participant);
+    const uint64_t asked_ns     = (wake_ns > scheduler->now_ns) ? wake_ns : lockstep_next_slot_ns(scheduler);
+    self->wake_ns               = lockstep_earlier(asked_ns, delivered_ns);
+    __atomic_store_n(&scheduler->running, NOBODY, __ATOMIC_RELEASE);
+    return true;
+}
+
+void lockstep_add_saturating(uint32_t* sum, uint32_t more)
+{
+    *sum = (more < (UINT32_MAX - *sum)) ? (*sum + more) : UINT32_MAX;
+}
+
+void lockstep_take_grant(osal_lockstep_t* scheduler, uint32_t participant, osal_grant_t* out_grant)
+{
+    participant_t* const self = &scheduler->participants[participant];
+    out_grant->now_ns         = scheduler->now_ns;
+    out_grant->messages       = self->messages;
+    out_grant->octets         = self->octets;
+    self->messages            = 0U;
+    self->octets              = 0U;
+}

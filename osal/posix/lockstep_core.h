@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Private to the source files of the scheduler. State changes without waiting (lockstep_core.c) are plain
+/// functions on the structure; lockstep_scheduler.c calls them under the lock.
+#ifndef OSAL_POSIX_LOCKSTEP_CORE_H
+#define OSAL_POSIX_LOCKSTEP_CORE_H
+
+#include "osal/include/osal/lockstep_scheduler.h"
+#include "osal/include/osal/mutex.h"
+
+#define LOCKSTEP_MAGIC 0x63616C656E646172ULL // Eight letters of ASCII.
+#define NOBODY UINT32_MAX
+#define PARTICIPANTS OSAL_LOCKSTEP_PARTICIPANTS_MAX
+
+typedef struct {
+    uint32_t word;        ///< Futex: changes when the participant must check its state.
+    uint32_t state;       ///< osal_lockstep_presence_t.
+    uint64_t wake_ns;     ///< The earlier of the requested wake time and that of deliveries.
+    uint32_t messages;    ///< Deliveries not yet reported.
+    uint32_t octets;      ///< Octets not yet reported.
+    uint32_t incarnation; ///< Changes with each join and end; a waiter of an older one returns.
+    uint32_t is_new;      ///< Joined, but not yet placed in the order of the present instant.
+    uint32_t stream_port;
+    uint32_t stream_server; ///< Participant that serves the stream, from 1; 0: no participant does.
+    int32_t process;        ///< Process that joined last in its own life.
+    uint32_t life;
+    uint64_t begin_ns;      ///< When the life begins; no grant before.
+    uint32_t is_begun;      ///< It has had a grant.
+    uint32_t is_failed;     ///< Its process died before the life began: it ends when it would begin.
+    uint32_t is_suspended;  ///< Gets no grant.
+    uint32_t killed_life;   ///< The last life that was killed.
+    uint64_t succession_ns; ///< From the end of a life to the start of the next; 0: no next life.
+} participant_t;
+
+struct osal_lockstep {
+    uint64_t magic;
+    uint64_t slot_ns;
+    uint64_t now_ns;
+    uint32_t running; ///< Holder of the grant, or NOBODY. Commits a hand-over.
+    uint32_t last;    ///< Last holder: at the present instant only higher orders still have their turn.
+    uint32_t is_closed;
+    uint32_t is_shared;
+    uint32_t grants;  ///< So far [wraps].
+    uint32_t awaited; ///< Expected participant that time waits for, or NOBODY.
+    uint64_t patience_ns;
+    uint64_t reserved;
+    osal_mutex_t mutex;
+    participant_t participants[PARTICIPANTS];
+};
+
+typedef char lockstep_fits_its_storage[(sizeof(osal_lockstep_t) <= OSAL_LOCKSTEP_BYTES) ? 1 : -1];
+
+uint64_t lockstep_next_slot_ns(const osal_lockstep_t* scheduler);
+/// True if `participant` still has its turn at the present instant.
+bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant);
+uint64_t lockstep_earlier(uint64_t a_ns, uint64_t b_ns);
+/// When `participant` is to wake, as far as known. If it holds the grant, a wake time that is not after now
+/// was used for that grant; a later one comes from a delivery to itself.
+uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t participant);
+void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant);
+/// The stream of the participant has ended: remove it and wake the participant.
+void lockstep_cut_stream(osal_lockstep_t* scheduler, uint32_t participant);
+/// Wake a joined participant: at the present instant if its turn is still to come, else in the next slot.
+void lockstep_rouse(osal_lockstep_t* scheduler, uint32_t participant);
+/// Give the grant to the participant with the smallest (wake time, order). Leaves `running` at NOBODY if
+/// there is none, if an expected participant has not joined, or if the run is over.
+void lockstep_grant_next(osal_lockstep_t* scheduler);
+/// The later of `wake_ns` and the start of the life: deliveries do not bring a grant before it begins.
+uint64_t lockstep_not_before_begin(const participant_t* one, uint64_t wake_ns);
+/// The participant is done (or joins): note when it wants to run again. False: this life has ended, or has
+/// lost its grant.
+bool lockstep_rest(osal_lockstep_t* scheduler, uint32_t participant, uint32_t life, uint64_t wake_ns);
+void lockstep_add_saturating(uint32_t* sum, uint32_t more);
+void lockstep_take_grant(osal_lockstep_t* scheduler, uint32_t participant, osal_grant_t* out_grant);
+
+#endif // OSAL_POSIX_LOCKSTEP_CORE_H

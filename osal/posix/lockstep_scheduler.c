@@ -1,0 +1,468 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scheduler's state changes are plain functions over the structure ("core"), shared by both forms. In the
+// process form they run under a robust lock and the grant is handed directly from participant to participant:
+// the participant that is done chooses its successor and wakes it by futex, without spinning and without a
+// central process.
+//
+// A participant may be killed at any instruction. Every change is therefore ordered so that `running`, one
+// word, commits it, and earlier writes can be repeated: the next process that gets the lock of a dead holder
+// continues from the present state, and osal_lockstep_end, called for every death, chooses or wakes the
+// successor again.
+#define _GNU_SOURCE
+#include "osal/include/osal/lockstep_scheduler.h"
+
+#include "base/assertion.h"
+#include "osal/posix/lockstep_core.h"
+#include "osal/posix/process_state.h"
+
+#include <limits.h>
+#include <linux/futex.h>
+#include <signal.h>
+#include <string.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+// --- Process form: lock and hand-over ------------------------------------------------------------------
+
+/// A later process takes part with its own life.
+static bool has_life(const osal_lockstep_t* scheduler, int32_t process)
+{
+    bool is_found = false;
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        is_found = is_found || (scheduler->participants[i].process == process);
+    }
+    return is_found && (process != 0);
+}
+
+/// The holder of the lock if it is stopped by a signal and may be killed; else 0.
+static int32_t stopped_inside(const osal_lockstep_t* scheduler)
+{
+    const int32_t process = osal_mutex_holder(&scheduler->mutex);
+    return (has_life(scheduler, process) && (osal_process_state(process) == 'T')) ? process : 0;
+}
+
+/// The next process can continue from the state of a holder that died inside: see the top of this file. A
+/// holder that is stopped inside is killed. It is checked twice, because a terminal may continue it together
+/// with the caller, a moment later.
+static void lock(osal_lockstep_t* scheduler)
+{
+    int32_t seen = 0;
+    if (scheduler->is_shared == 0U) {
+        return;
+    }
+    while (osal_mutex_lock_within(&scheduler->mutex, scheduler->patience_ns / 2U) == STATUS_TIMEOUT) {
+        const int32_t stopped = stopped_inside(scheduler);
+        if ((stopped != 0) && (stopped == seen)) {
+            (void)kill((pid_t)stopped, SIGKILL);
+        }
+        seen = stopped;
+    }
+}
+
+static void unlock(osal_lockstep_t* scheduler)
+{
+    if (scheduler->is_shared != 0U) {
+        osal_mutex_unlock(&scheduler->mutex);
+    }
+}
+
+static void wake(osal_lockstep_t* scheduler, uint32_t participant)
+{
+    uint32_t* const word = &scheduler->participants[participant].word;
+    (void)__atomic_add_fetch(word, 1U, __ATOMIC_RELEASE);
+    if (scheduler->is_shared != 0U) {
+        (void)syscall(SYS_futex, word, FUTEX_WAKE, INT_MAX, NULL, NULL, 0);
+    }
+}
+
+/// Under the lock: if the grant is free, give it. Returns the participant to wake after the unlock.
+static uint32_t pass_on(osal_lockstep_t* scheduler)
+{
+    if ((scheduler->is_shared != 0U) && (scheduler->running == NOBODY)) {
+        lockstep_grant_next(scheduler);
+        return scheduler->running;
+    }
+    return NOBODY;
+}
+
+/// After a change: give the grant if it is free, and unlock.
+static void unlock_and_pass_on(osal_lockstep_t* scheduler)
+{
+    const uint32_t next = pass_on(scheduler);
+    unlock(scheduler);
+    if (next != NOBODY) {
+        wake(scheduler, next);
+    }
+}
+
+/// Sleep until the grant has come. False if the run is over or the participant was ended.
+static bool sleep_until_granted(osal_lockstep_t* scheduler, uint32_t participant, uint32_t incarnation)
+{
+    participant_t* const self = &scheduler->participants[participant];
+    for (;;) {
+        const uint32_t seen = __atomic_load_n(&self->word, __ATOMIC_ACQUIRE);
+        if ((__atomic_load_n(&scheduler->is_closed, __ATOMIC_ACQUIRE) != 0U) ||
+            (__atomic_load_n(&self->incarnation, __ATOMIC_ACQUIRE) != incarnation)) {
+            return false;
+        }
+        if (__atomic_load_n(&scheduler->running, __ATOMIC_ACQUIRE) == participant) {
+            return true;
+        }
+        (void)syscall(SYS_futex, &self->word, FUTEX_WAIT, seen, NULL, NULL, 0);
+    }
+}
+
+// --- The contract --------------------------------------------------------------------------------------
+
+osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t slot_ns, bool is_shared)
+{
+    FSW_ASSERT((storage != NULL) && (((uintptr_t)storage % 64U) == 0U) && (slot_ns >= 1U));
+    osal_lockstep_t* const scheduler = storage;
+    (void)memset(scheduler, 0, sizeof(*scheduler));
+    scheduler->slot_ns     = slot_ns;
+    scheduler->running     = NOBODY;
+    scheduler->last        = NOBODY;
+    scheduler->awaited     = NOBODY;
+    scheduler->is_shared   = is_shared ? 1U : 0U;
+    scheduler->patience_ns = OSAL_LOCKSTEP_PATIENCE_NS;
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        scheduler->participants[i].wake_ns = OSAL_LOCKSTEP_NEVER;
+    }
+    if (is_shared && (osal_mutex_create(&scheduler->mutex, true) != STATUS_OK)) {
+        return NULL;
+    }
+    __atomic_store_n(&scheduler->magic, LOCKSTEP_MAGIC, __ATOMIC_RELEASE);
+    return scheduler;
+}
+
+void osal_lockstep_set_patience(osal_lockstep_t* scheduler, uint64_t patience_ns)
+{
+    FSW_ASSERT((scheduler != NULL) && (patience_ns >= 2U));
+    scheduler->patience_ns = patience_ns;
+}
+
+osal_lockstep_t* osal_lockstep_attach(void* storage)
+{
+    FSW_ASSERT(storage != NULL);
+    osal_lockstep_t* const scheduler = storage;
+    return (__atomic_load_n(&scheduler->magic, __ATOMIC_ACQUIRE) == LOCKSTEP_MAGIC) ? scheduler : NULL;
+}
+
+void osal_lockstep_expect(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t at_ns)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (life != OSAL_LOCKSTEP_ANY_LIFE));
+    lock(scheduler);
+    participant_t* const one = &scheduler->participants[participant];
+    if (one->state == OSAL_LOCKSTEP_ABSENT) {
+        one->wake_ns  = OSAL_LOCKSTEP_NEVER;
+        one->life     = life;
+        one->begin_ns = at_ns;
+        one->is_begun = 0U;
+        one->state    = OSAL_LOCKSTEP_EXPECTED;
+    }
+    unlock(scheduler);
+}
+
+static bool is_of_life(const participant_t* one, uint32_t life)
+{
+    return (life == OSAL_LOCKSTEP_ANY_LIFE) || (one->life == life);
+}
+
+/// End a life, wake the process that waits in it, and the new holder of the grant.
+static void end_life(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, bool is_kill)
+{
+    participant_t* const one = &scheduler->participants[participant];
+    lock(scheduler);
+    if (is_of_life(one, life) && (one->state != OSAL_LOCKSTEP_ABSENT)) {
+        one->killed_life = is_kill ? one->life : one->killed_life;
+        lockstep_leave(scheduler, participant);
+        (void)pass_on(scheduler);
+    }
+    const uint32_t running = scheduler->running;
+    unlock(scheduler);
+    wake(scheduler, participant);
+    // The process may have died after it passed the grant on and before it woke the new holder.
+    if (running != NOBODY) {
+        wake(scheduler, running);
+    }
+}
+
+void osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, uint32_t life)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    participant_t* const one = &scheduler->participants[participant];
+    lock(scheduler);
+    const bool is_to_begin = is_of_life(one, life) && (one->state != OSAL_LOCKSTEP_ABSENT) &&
+                             (one->is_begun == 0U) && (one->begin_ns > scheduler->now_ns);
+    if (is_to_begin) { // When in wall-clock time it died must not show: it ends when it would have begun.
+        one->is_failed = 1U;
+        (void)pass_on(scheduler);
+    }
+    const uint32_t running = scheduler->running;
+    unlock(scheduler);
+    if (!is_to_begin) {
+        end_life(scheduler, participant, life, false);
+    } else if (running != NOBODY) {
+        wake(scheduler, running);
+    } else {
+        // Another one is expected, too.
+    }
+}
+
+void osal_lockstep_dismiss(osal_lockstep_t* scheduler, unsigned participant, uint32_t life)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    end_life(scheduler, participant, life, false);
+}
+
+void osal_lockstep_kill(osal_lockstep_t* scheduler, unsigned participant, uint32_t life)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    end_life(scheduler, participant, life, true);
+}
+
+void osal_lockstep_succeed(osal_lockstep_t* scheduler, unsigned participant, uint64_t delay_ns)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    lock(scheduler);
+    scheduler->participants[participant].succession_ns = delay_ns;
+    unlock(scheduler);
+}
+
+void osal_lockstep_suspend(osal_lockstep_t* scheduler, unsigned participant)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    participant_t* const one = &scheduler->participants[participant];
+    lock(scheduler);
+    if ((one->state == OSAL_LOCKSTEP_JOINED) && (scheduler->now_ns >= one->begin_ns)) {
+        one->is_suspended = 1U;
+        if (scheduler->running == participant) {
+            __atomic_store_n(&scheduler->running, NOBODY, __ATOMIC_RELEASE);
+        }
+    }
+    unlock_and_pass_on(scheduler);
+}
+
+void osal_lockstep_resume(osal_lockstep_t* scheduler, unsigned participant)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    participant_t* const one = &scheduler->participants[participant];
+    lock(scheduler);
+    if (one->is_suspended != 0U) {
+        one->is_suspended = 0U;
+        if (one->wake_ns <= scheduler->now_ns) {
+            one->wake_ns = lockstep_is_turn_to_come(scheduler, participant)
+                               ? scheduler->now_ns
+                               : lockstep_next_slot_ns(scheduler);
+        }
+    }
+    unlock_and_pass_on(scheduler);
+}
+
+void osal_lockstep_close(osal_lockstep_t* scheduler)
+{
+    FSW_ASSERT(scheduler != NULL);
+    __atomic_store_n(&scheduler->is_closed, 1U, __ATOMIC_RELEASE);
+    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
+        wake(scheduler, i);
+    }
+}
+
+bool osal_lockstep_is_closed(const osal_lockstep_t* scheduler)
+{
+    FSW_ASSERT(scheduler != NULL);
+    return __atomic_load_n(&scheduler->is_closed, __ATOMIC_ACQUIRE) != 0U;
+}
+
+/// A process killed at an instant of simulated time does nothing after it, as if the kernel had killed it at
+/// once.
+static void obey_kill(const osal_lockstep_t* scheduler, uint32_t participant, uint32_t life)
+{
+    if ((life != OSAL_LOCKSTEP_ANY_LIFE) &&
+        (__atomic_load_n(&scheduler->participants[participant].killed_life, __ATOMIC_ACQUIRE) == life)) {
+        (void)raise(SIGKILL);
+    }
+}
+
+status_t osal_lockstep_wait(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t wake_ns,
+                            osal_grant_t* out_grant)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (out_grant != NULL));
+    FSW_ASSERT(scheduler->is_shared != 0U);
+    if (osal_lockstep_is_closed(scheduler)) {
+        return STATUS_CLOSED;
+    }
+    if ((life != OSAL_LOCKSTEP_ANY_LIFE) && !osal_lockstep_is_present(scheduler, participant)) {
+        scheduler->participants[participant].process = (int32_t)getpid();
+    }
+    lock(scheduler);
+    const bool is_resting      = lockstep_rest(scheduler, participant, life, wake_ns);
+    const uint32_t incarnation = scheduler->participants[participant].incarnation;
+    const uint32_t next        = is_resting ? pass_on(scheduler) : NOBODY;
+    unlock(scheduler);
+    if ((next != NOBODY) && (next != participant)) {
+        wake(scheduler, next);
+    }
+    if (!is_resting || !sleep_until_granted(scheduler, participant, incarnation)) {
+        obey_kill(scheduler, participant, life);
+        return STATUS_CLOSED;
+    }
+    lock(scheduler);
+    lockstep_take_grant(scheduler, participant, out_grant);
+    unlock(scheduler);
+    return STATUS_OK;
+}
+
+void osal_lockstep_done(osal_lockstep_t* scheduler, unsigned participant, uint64_t wake_ns)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (scheduler->is_shared == 0U));
+    const bool is_resting = lockstep_rest(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns);
+    FSW_ASSERT(is_resting); // Only the holder of the grant can be done.
+}
+
+status_t osal_lockstep_next(osal_lockstep_t* scheduler, unsigned* out_participant, osal_grant_t* out_grant)
+{
+    FSW_ASSERT((scheduler != NULL) && (out_participant != NULL) && (out_grant != NULL));
+    FSW_ASSERT((scheduler->is_shared == 0U) && (scheduler->running == NOBODY));
+    if (scheduler->is_closed != 0U) {
+        return STATUS_CLOSED;
+    }
+    lockstep_grant_next(scheduler);
+    if (scheduler->awaited != NOBODY) {
+        *out_participant = scheduler->awaited;
+        return STATUS_BUSY;
+    }
+    if (scheduler->running == NOBODY) {
+        return STATUS_EMPTY;
+    }
+    *out_participant = scheduler->running;
+    lockstep_take_grant(scheduler, scheduler->running, out_grant);
+    return STATUS_OK;
+}
+
+void osal_lockstep_deliver(osal_lockstep_t* scheduler, unsigned sender, unsigned receiver, uint32_t life,
+                           uint32_t messages, uint32_t octets)
+{
+    FSW_ASSERT((scheduler != NULL) && (sender < PARTICIPANTS) && (receiver < PARTICIPANTS));
+    lock(scheduler);
+    participant_t* const one = &scheduler->participants[receiver];
+    if ((one->state != OSAL_LOCKSTEP_ABSENT) && is_of_life(one, life)) {
+        const bool is_still_now = (receiver > sender) && lockstep_is_turn_to_come(scheduler, receiver);
+        lockstep_add_saturating(&one->messages, messages);
+        lockstep_add_saturating(&one->octets, octets);
+        const uint64_t told_ns = is_still_now ? scheduler->now_ns : lockstep_next_slot_ns(scheduler);
+        one->wake_ns           = lockstep_not_before_begin(
+                      one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, receiver), told_ns));
+    }
+    unlock_and_pass_on(scheduler); // Only when all were waiting for a delivery: this one came from outside.
+}
+
+uint64_t osal_lockstep_now_ns(const osal_lockstep_t* scheduler)
+{
+    FSW_ASSERT(scheduler != NULL);
+    return __atomic_load_n(&scheduler->now_ns, __ATOMIC_ACQUIRE);
+}
+
+bool osal_lockstep_is_present(const osal_lockstep_t* scheduler, unsigned participant)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    return __atomic_load_n(&scheduler->participants[participant].state, __ATOMIC_ACQUIRE) ==
+           (uint32_t)OSAL_LOCKSTEP_JOINED;
+}
+
+uint64_t osal_lockstep_begin_ns(osal_lockstep_t* scheduler, unsigned participant)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    const participant_t* const one = &scheduler->participants[participant];
+    lock(scheduler);
+    const uint64_t begin_ns = (one->state == OSAL_LOCKSTEP_JOINED) ? one->begin_ns : OSAL_LOCKSTEP_NEVER;
+    unlock(scheduler);
+    return begin_ns;
+}
+
+osal_lockstep_presence_t osal_lockstep_presence(const osal_lockstep_t* scheduler, unsigned participant,
+                                                uint32_t* out_life)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (out_life != NULL));
+    const participant_t* const one = &scheduler->participants[participant];
+    *out_life                      = __atomic_load_n(&one->life, __ATOMIC_ACQUIRE);
+    return (osal_lockstep_presence_t)__atomic_load_n(&one->state, __ATOMIC_ACQUIRE);
+}
+
+unsigned osal_lockstep_awaited(const osal_lockstep_t* scheduler)
+{
+    FSW_ASSERT(scheduler != NULL);
+    const uint32_t awaited = __atomic_load_n(&scheduler->awaited, __ATOMIC_ACQUIRE);
+    return (awaited != NOBODY) ? awaited : PARTICIPANTS;
+}
+
+void osal_lockstep_postpone(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t at_ns)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    participant_t* const one = &scheduler->participants[participant];
+    lock(scheduler);
+    if (is_of_life(one, life) && (one->state == OSAL_LOCKSTEP_EXPECTED) && (at_ns > one->begin_ns)) {
+        one->begin_ns = at_ns;
+    }
+    unlock_and_pass_on(scheduler);
+}
+
+unsigned osal_lockstep_holder(osal_lockstep_t* scheduler, uint32_t* out_grants)
+{
+    FSW_ASSERT((scheduler != NULL) && (out_grants != NULL));
+    lock(scheduler); // A watchdog calls this, and so detects a holder that is stopped inside.
+    const uint32_t running = scheduler->running;
+    *out_grants            = scheduler->grants;
+    unlock(scheduler);
+    return (running != NOBODY) ? running : PARTICIPANTS;
+}
+
+void osal_lockstep_set_stream_port(osal_lockstep_t* scheduler, unsigned participant, uint16_t port)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    participant_t* const one = &scheduler->participants[participant];
+    lock(scheduler);
+    if (one->stream_port != port) {
+        one->stream_server = 0U;
+        __atomic_store_n(&one->stream_port, port, __ATOMIC_RELEASE);
+    }
+    unlock(scheduler);
+}
+
+void osal_lockstep_serve_stream(osal_lockstep_t* scheduler, unsigned participant, uint16_t port,
+                                unsigned server)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (server < PARTICIPANTS));
+    participant_t* const one = &scheduler->participants[participant];
+    lock(scheduler);
+    if ((port != 0U) && (one->stream_port == port)) {
+        one->stream_server = server + 1U;
+        lockstep_rouse(scheduler, participant);
+    }
+    unlock(scheduler);
+}
+
+void osal_lockstep_cut_stream(osal_lockstep_t* scheduler, unsigned participant, uint16_t port)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    lock(scheduler);
+    if ((port != 0U) && (scheduler->participants[participant].stream_port == port)) {
+        lockstep_cut_stream(scheduler, participant);
+    }
+    unlock(scheduler);
+}
+
+uint16_t osal_lockstep_served_port(const osal_lockstep_t* scheduler, unsigned participant)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    const participant_t* const one = &scheduler->participants[participant];
+    return (__atomic_load_n(&one->stream_server, __ATOMIC_ACQUIRE) != 0U)
+               ? osal_lockstep_stream_port(scheduler, participant)
+               : 0U;
+}
+
+uint16_t osal_lockstep_stream_port(const osal_lockstep_t* scheduler, unsigned participant)
+{
+    FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
+    return (uint16_t)__atomic_load_n(&scheduler->participants[participant].stream_port, __ATOMIC_ACQUIRE);
+}

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+/// An application process: the sender of reports of one APID. It numbers them, counts them per message type
+/// and destination, stamps mission time and passes them to a port.
+///
+///     octet_writer_t writer = pus_tm_begin(process, 129U, 2U, PUS_USER_GROUND, now_ns);
+///     octet_write_u8(&writer, state);
+///     status_t status = pus_tm_post(process, &writer);
+///
+/// A packet gets its number when the port takes it, so a refused packet leaves no gap. pus_tm_send returns
+/// the refusal of the port; pus_tm_post keeps the report and sends it later (docs/services.md, "Reports").
+///
+/// Ownership  The caller places the process and its rings. Reports are built in its one buffer: one at a
+///            time; a begin discards an unfinished report, whose later send is refused (a report is never
+///            torn).
+/// Context    One loop.
+/// Time       O(size + PUS_MESSAGE_COUNTERS).
+#ifndef PUS_CORE_APP_PROCESS_H
+#define PUS_CORE_APP_PROCESS_H
+
+#include "base/capacities.h"
+#include "base/octets.h"
+#include "base/status.h"
+#include "pus/core/packet.h"
+#include "pus/core/traffic_class.h"
+
+#define PUS_MESSAGE_COUNTERS 128U ///< Pairs of message type and destination that are counted.
+#define PUS_KEPT_PREFIX 2U        ///< Additional octets for each report in a ring.
+/// The longest verification report, kept: request id, step, failure notice.
+#define PUS_FIRM_REPORT 48U
+#define PUS_FIRM_OF_REQUEST (8U * PUS_FIRM_REPORT) ///< All that a request reports until its end.
+/// Room that remains for requests under way when a new request is taken in: 16 requests under way with an end
+/// each, a walk over 10 states with a transition and a step each, 8 links that change twice.
+#define PUS_FIRM_STANDING ((16U + (10U * 2U) + (8U * 2U)) * PUS_FIRM_REPORT)
+#define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS ///< Each HIGH event is kept once at most, or its notice.
+#define PUS_FIRM_SIZE 5632U                  ///< Ring of FIRM reports [octets].
+#define PUS_PLAIN_SIZE 8192U                 ///< Ring of PLAIN reports [octets].
+/// An answer and the verification that follows it.
+#define PUS_ANSWER_ROOM (PUS_KEPT_PREFIX + PUS_PACKET_MAX + PUS_FIRM_OF_REQUEST)
+CAPACITY_CHECK(firm_ring_holds_what_may_come,
+               PUS_FIRM_SIZE >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS));
+CAPACITY_CHECK(high_event_has_its_head, CAPACITY_HIGH_EVENT_HEAD >= (PUS_KEPT_PREFIX + PUS_TM_MIN + 2U));
+CAPACITY_CHECK(plain_ring_holds_an_answer_and_others, PUS_PLAIN_SIZE >= (PUS_ANSWER_ROOM + 2048U));
+
+/// Where packets go. `send` copies the packet or refuses it; it may not call back into the process.
+typedef struct {
+    void* context;
+    /// STATUS_OK, or any other status: not taken, try again later.
+    status_t (*send)(void* context, const uint8_t* packet, size_t size);
+} pus_port_t;
+
+/// Where reports that may be longer than a packet are built and sent from: ST[13].
+typedef struct {
+    void* context;
+    size_t data_max; ///< Source data of the longest one [octets].
+    /// STATUS_OK, or STATUS_FULL: no buffer is free now.
+    status_t (*begin)(void* context, uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns,
+                      octet_writer_t* out_writer);
+    status_t (*post)(void* context, octet_writer_t* writer);
+} pus_long_port_t;
+
+/// Private: message type counter of one service, subtype and destination.
+typedef struct {
+    uint8_t service; // 0 = free entry.
+    uint8_t subtype;
+    uint16_t destination;
+    uint16_t count;
+} pus_message_counter_t;
+
+/// Private: reports that wait, oldest first, each behind its size.
+typedef struct {
+    uint8_t* octets;
+    size_t capacity;
+    size_t size;
+} pus_kept_t;
+
+/// Rings for one process.
+typedef struct {
+    uint8_t firm[PUS_FIRM_SIZE];
+    uint8_t plain[PUS_PLAIN_SIZE];
+} pus_rings_t;
+
+typedef struct { // All fields are private, except `counters`: read-only, for telemetry.
+    uint16_t apid;
+    uint16_t sequence;
+    uint64_t epoch_ns;
+    pus_port_t port;
+    pus_long_port_t longer; // `begin` is null: there is none.
+    pus_message_counter_t messages[PUS_MESSAGE_COUNTERS];
+    bool is_building;
+    pus_kept_t firm;
+    pus_kept_t plain;
+    uint8_t building[PUS_PACKET_MAX];
+    struct {
+        uint32_t sent;      ///< Reports the port took.
+        uint32_t refused;   ///< Sends the port refused.
+        uint32_t oversized; ///< Reports that did not fit a packet.
+        uint32_t kept;      ///< Reports that went to a ring.
+        uint32_t lost;      ///< Reports posted and lost: a full ring, or BULK that the port refused.
+        uint32_t lost_firm; ///< Of these, FIRM ones.
+        uint32_t discarded; ///< Reports begun and not sent, or sent without a begin.
+        uint32_t uncounted; ///< Reports sent with message type counter 0 because the table was full.
+    } counters;
+} pus_app_process_t;
+
+/// apid 1..2046; epoch_s: mission epoch [seconds since 1958-01-01 TAI], packet time = epoch + now_ns.
+void pus_app_process_init(pus_app_process_t* process, uint16_t apid, uint32_t epoch_s,
+                          const pus_port_t* port);
+
+/// From now on the process keeps reports that the port refuses. Call it before the first report.
+void pus_app_process_keep(pus_app_process_t* process, pus_rings_t* rings);
+/// The same with one ring of `size` octets for all classes, for ports that do not distinguish them.
+void pus_app_process_keep_in_order(pus_app_process_t* process, uint8_t* octets, size_t size);
+/// From now on the process has reports longer than a packet.
+void pus_app_process_lengthen(pus_app_process_t* process, const pus_long_port_t* port);
+
+/// Begin a report; the writer takes up to PUS_TM_DATA_MAX octets of source data.
+octet_writer_t pus_tm_begin(pus_app_process_t* process, uint8_t service, uint8_t subtype,
+                            uint16_t destination, uint64_t now_ns);
+/// Finish and send. STATUS_OK, STATUS_FULL (the port refused it, or a report before it), STATUS_TOO_LARGE
+/// (writer failed), STATUS_INVALID (nothing was begun). In every case the report is over.
+MUST_USE status_t pus_tm_send(pus_app_process_t* process, octet_writer_t* writer);
+/// Finish and send, or keep. STATUS_OK (sent or kept), STATUS_EXHAUSTED (no room to keep it, or BULK: lost,
+/// counted), STATUS_TOO_LARGE, STATUS_INVALID.
+status_t pus_tm_post(pus_app_process_t* process, octet_writer_t* writer);
+/// Send, or keep, a report that another process of the same APID has built: it gets this one's numbers and
+/// keeps its time. `packet` is whole, checksum included. Statuses of pus_tm_post but STATUS_INVALID.
+status_t pus_tm_forward(pus_app_process_t* process, const uint8_t* packet, size_t size);
+/// Source data of the longest report of the process [octets]: PUS_TM_DATA_MAX, or more with ST[13].
+size_t pus_tm_data_max(const pus_app_process_t* process);
+/// Begin a report of `size` octets of source data, at most pus_tm_data_max. STATUS_OK, STATUS_FULL (it is
+/// longer than a packet, and no buffer is free).
+MUST_USE status_t pus_tm_begin_sized(pus_app_process_t* process, uint8_t service, uint8_t subtype,
+                                     uint16_t destination, uint64_t now_ns, size_t size,
+                                     octet_writer_t* out_writer);
+/// Finish and send, or keep, a report begun so: statuses of pus_tm_post.
+status_t pus_tm_post_sized(pus_app_process_t* process, octet_writer_t* writer);
+/// Begin a report that may be larger than a packet in a buffer of the caller, independent of the one that is
+/// being built. capacity >= PUS_TM_MIN.
+octet_writer_t pus_tm_begin_large(const pus_app_process_t* process, uint8_t* octets, size_t capacity,
+                                  uint8_t service, uint8_t subtype, uint16_t destination, uint64_t now_ns);
+/// Finish it there; it is not sent. It is counted, and carries the sequence count of the next packet that is
+/// sent. STATUS_OK, STATUS_TOO_LARGE (writer failed, or longer than PUS_LARGE_MAX).
+MUST_USE status_t pus_tm_close_large(pus_app_process_t* process, octet_writer_t* writer, size_t* out_size);
+/// Discard the report begun.
+void pus_tm_cancel(pus_app_process_t* process);
+/// Try to send the reports in the rings; call once per step. STATUS_OK (nothing is left), STATUS_FULL.
+status_t pus_app_process_flush(pus_app_process_t* process);
+/// True if reports wait for the port.
+bool pus_app_process_is_waiting(const pus_app_process_t* process);
+/// True if a report or notice of a HIGH event waits for the port.
+bool pus_app_process_keeps_event(const pus_app_process_t* process, uint16_t event_id);
+/// True if a request may be taken in: its verification and one answer have room, whatever was begun before.
+bool pus_app_process_may_answer(const pus_app_process_t* process);
+/// True if there is room for a dispensable FIRM report in addition to all reports that may still be due.
+bool pus_app_process_has_firm_room(const pus_app_process_t* process);
+
+#endif // PUS_CORE_APP_PROCESS_H

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Octet strings of any size in chains of equal blocks: where services keep the requests they are given.
+///
+/// Ownership  The caller places blocks and slots; both outlive the chains. A chain is a value of its keeper.
+/// Context    One loop.
+/// Time       O(octets); no search for room.
+/// Errors     No room is a status; nothing else can fail.
+#ifndef PUS_CORE_BLOCK_CHAIN_H
+#define PUS_CORE_BLOCK_CHAIN_H
+
+#include "base/status.h"
+#include "base/pool.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define PUS_BLOCK_CHAIN_BLOCK 56U ///< Octets of a string that a block holds.
+
+typedef struct pus_block_chain_block { // Private.
+    struct pus_block_chain_block* next;
+    uint8_t octets[PUS_BLOCK_CHAIN_BLOCK];
+} pus_block_chain_block_t;
+
+/// Size of the storage array of `count` blocks [64-bit words].
+#define PUS_BLOCK_CHAIN_WORDS(count) POOL_STORAGE_WORDS(sizeof(pus_block_chain_block_t), count)
+/// Blocks that a string of `size` octets takes.
+#define PUS_BLOCK_CHAIN_BLOCKS(size) (((size) + (PUS_BLOCK_CHAIN_BLOCK - 1U)) / PUS_BLOCK_CHAIN_BLOCK)
+
+typedef struct { // Private, except pool.stats: read-only, for telemetry.
+    pool_t pool;
+} pus_block_chains_t;
+
+typedef struct { // Private, except `size`. All zero is the empty string.
+    pus_block_chain_block_t* first;
+    pus_block_chain_block_t* last;
+    uint32_t size; ///< [octets]
+} pus_block_chain_t;
+
+typedef struct { // Private, except `left`.
+    const pus_block_chain_block_t* block;
+    uint32_t offset; // In the block.
+    uint32_t left;   ///< Octets not read yet.
+} pus_block_chain_reader_t;
+
+/// storage: PUS_BLOCK_CHAIN_WORDS(block_count) words; block_count 1..65534.
+void pus_block_chains_init(pus_block_chains_t* chains, uint64_t* storage, pool_slot_t* slots,
+                           uint16_t block_count);
+/// Add octets at the end. STATUS_OK, STATUS_EXHAUSTED (not enough blocks: nothing changed).
+MUST_USE status_t pus_block_chain_append(pus_block_chains_t* chains, pus_block_chain_t* chain,
+                                         const uint8_t* octets, size_t size);
+/// Give the blocks back; the string is empty then.
+void pus_block_chain_free(pus_block_chains_t* chains, pus_block_chain_t* chain);
+/// Read from the beginning. The chain may not change meanwhile.
+pus_block_chain_reader_t pus_block_chain_reader(const pus_block_chain_t* chain);
+/// The next octets, `size` or as many as are left; returns how many.
+size_t pus_block_chain_read(pus_block_chain_reader_t* reader, uint8_t* out_octets, size_t size);
+/// Pass over `size` octets, or as many as are left.
+void pus_block_chain_skip(pus_block_chain_reader_t* reader, size_t size);
+
+#endif // PUS_CORE_BLOCK_CHAIN_H

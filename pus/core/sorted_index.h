@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Slots (indices of a table of the caller) in the order of their tags; equal tags in the order of their
+/// serial numbers. A treap: a binary tree by (tag, serial) that is a heap by a hash of the slot, so its depth
+/// stays logarithmic, whatever the order of arrival of the tags.
+///
+/// Ownership  The caller places the nodes; they outlive the order. A slot is in the order or not; the caller
+///            knows.
+/// Context    One loop.
+/// Time       Insert, remove, lower bound and next O(log count); first O(1). No recursion.
+#ifndef PUS_CORE_SORTED_INDEX_H
+#define PUS_CORE_SORTED_INDEX_H
+
+#include <stdint.h>
+
+#define PUS_SORTED_INDEX_NONE UINT16_MAX ///< No slot.
+
+typedef struct { // Private, except tag and serial: read-only.
+    uint64_t tag;
+    uint64_t serial;
+    uint16_t parent;
+    uint16_t children[2]; // Earlier, later.
+} pus_sorted_index_node_t;
+
+typedef struct { // Private.
+    pus_sorted_index_node_t* nodes;
+    uint16_t root;
+    uint16_t first;
+} pus_sorted_index_t;
+
+/// An empty order. `nodes` has one node for each slot, PUS_SORTED_INDEX_NONE at most.
+void pus_sorted_index_init(pus_sorted_index_t* order, pus_sorted_index_node_t* nodes);
+/// Put a slot that is not in the order.
+void pus_sorted_index_insert(pus_sorted_index_t* order, uint16_t slot, uint64_t tag, uint64_t serial);
+/// Take a slot out that is in the order.
+void pus_sorted_index_remove(pus_sorted_index_t* order, uint16_t slot);
+/// First slot; PUS_SORTED_INDEX_NONE if there is none.
+uint16_t pus_sorted_index_first(const pus_sorted_index_t* order);
+/// First slot at or after (tag, serial); PUS_SORTED_INDEX_NONE if there is none.
+uint16_t pus_sorted_index_from(const pus_sorted_index_t* order, uint64_t tag, uint64_t serial);
+/// The slot after a slot that is in the order; PUS_SORTED_INDEX_NONE after the last.
+uint16_t pus_sorted_index_next(const pus_sorted_index_t* order, uint16_t slot);
+
+#endif // PUS_CORE_SORTED_INDEX_H

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/app/fault_kill.h"
+
+#include "osal/include/osal/console.h"
+
+#include <ctype.h>
+#include <dirent.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define OPERATOR "operator"
+#define OPERATOR_VERB "script" ///< Of the ground segment's command line, whose program is an interpreter.
+#define VERB_AT 2U
+#define TEXT_OCTETS 512U
+
+/// Begin of a file of a process, with a NUL at its end. Returns its octets; 0: the process is gone.
+static size_t read_of(const char* id, const char* file, char out_text[TEXT_OCTETS])
+{
+    char path[64];
+    (void)snprintf(path, sizeof path, "/proc/%.20s/%.20s", id, file);
+    FILE* stream = fopen(path, "re");
+    if (stream == NULL) {
+        return 0U;
+    }
+    const size_t octets = fread(out_text, 1U, TEXT_OCTETS - 1U, stream);
+    out_text[octets]    = '\0';
+    (void)fclose(stream);
+    return octets;
+}
+
+/// "id (program) state parent ...", and a program's name may hold anything.
+static bool is_sibling(const char* id)
+{
+    char text[TEXT_OCTETS];
+    const size_t octets = read_of(id, "stat", text);
+    const char* after   = (octets > 0U) ? strrchr(text, ')') : NULL;
+    const bool is_whole = (after != NULL) && (strlen(after) > 4U);
+    return is_whole && (strtol(&after[4], NULL, 10) == (long)getppid());
+}
+
+static bool has_name(const char* id, const char* process)
+{
+    char text[TEXT_OCTETS];
+    const size_t octets = read_of(id, "cmdline", text);
+    if ((octets > 0U) && (strcmp(process, OPERATOR) == 0)) {
+        const char* word = text;
+        for (unsigned i = 0U; (i < VERB_AT) && (word < &text[octets]); i++) {
+            word += strlen(word) + 1U;
+        }
+        return (word < &text[octets]) && (strcmp(word, OPERATOR_VERB) == 0);
+    }
+    const char* slash = strrchr(text, '/');
+    return (octets > 0U) && (strcmp((slash != NULL) ? &slash[1] : text, process) == 0);
+}
+
+static void signal_process(const char* process, const char* verb, int signal_number)
+{
+    if (strcmp(process, "launcher") == 0) {
+        (void)kill(getppid(), signal_number);
+        return;
+    }
+    DIR* folder           = opendir("/proc");
+    bool is_found         = false;
+    struct dirent* number = (folder != NULL) ? readdir(folder) : NULL;
+    while ((number != NULL) && !is_found) {
+        const char* id = number->d_name;
+        is_found       = (isdigit((unsigned char)id[0]) != 0) && is_sibling(id) && has_name(id, process) &&
+                   (kill((pid_t)strtol(id, NULL, 10), signal_number) == 0);
+        number = readdir(folder);
+    }
+    if (folder != NULL) {
+        (void)closedir(folder);
+    }
+    if (!is_found) {
+        char line[TEXT_OCTETS];
+        (void)snprintf(line, sizeof line,
+                       "simulator: fault %.8s %.64s: no such process is running; run.json names them", verb,
+                       process);
+        osal_console_complain(line);
+    }
+}
+
+void fault_kill(const char* process)
+{
+    signal_process(process, "kill", SIGKILL);
+}
+
+void fault_suspend(const char* process)
+{
+    signal_process(process, "hang", SIGSTOP);
+}
+
+void fault_resume(const char* process)
+{
+    signal_process(process, "resume", SIGCONT);
+}

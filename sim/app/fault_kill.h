@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Death of a process of the run at an instant of simulated time: the scenario's `fault kill`.
+///
+/// In a scheduler the simulator holds the grant when it applies a fault, so no other process runs: a process
+/// killed then has done all of its work before that instant, and none after it.
+#ifndef SIM_APP_FAULT_KILL_H
+#define SIM_APP_FAULT_KILL_H
+
+/// Kill a process of this run (SIGKILL) by its name in run.json (supervisor, joystick, operator, simulator,
+/// image, ...) or as `launcher`. Does not return when the caller kills itself. A line on the console names a
+/// process that the run does not have.
+void fault_kill(const char* process);
+/// Suspend and resume a process in the same way (SIGSTOP, SIGCONT), if no scheduler can do it.
+void fault_suspend(const char* process);
+void fault_resume(const char* process);
+
+#endif // SIM_APP_FAULT_KILL_H

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/clock/cosimulation_port.h"
+
+#include "osal/include/osal/clock.h"
+#include "osal/include/osal/file.h"
+
+#include <inttypes.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+
+#define NS_PER_MS 1000000ULL
+#define SLICE_MS 50U   ///< How long a wait goes without looking whether the run has ended.
+#define ACCEPT_MS 500U ///< One round of cosimulation_port_serve.
+
+// --- Lines ---------------------------------------------------------------------------------------------
+
+/// Decimal number up to `max` at *text, ended by `end`; moves *text behind it.
+static bool take_number(const char** text, char end, uint64_t max, uint64_t* out_value)
+{
+    const char* at = *text;
+    uint64_t value = 0U;
+    while ((*at >= '0') && (*at <= '9')) {
+        const uint64_t digit = (uint64_t)(*at - '0');
+        if (value > ((max - digit) / 10U)) {
+            return false;
+        }
+        value = (value * 10U) + digit;
+        at++;
+    }
+    const bool is_good = (at != *text) && (*at == end);
+    *text              = at + ((end != '\0') ? 1 : 0);
+    *out_value         = value;
+    return is_good;
+}
+
+/// True if `word` stands at *text; moves *text behind it.
+static bool take_word(const char** text, const char* word)
+{
+    const size_t length = strlen(word);
+    if (strncmp(*text, word, length) != 0) {
+        return false;
+    }
+    *text += length;
+    return true;
+}
+
+static bool parse_join(const char* line, const char* participant, uint16_t* out_port)
+{
+    const char* at = line;
+    uint64_t port  = 0U;
+    if (!take_word(&at, "join ") || !take_word(&at, participant) || !take_word(&at, " ") ||
+        !take_number(&at, '\0', UINT16_MAX, &port)) {
+        return false;
+    }
+    *out_port = (uint16_t)port;
+    return true;
+}
+
+static bool parse_done(const char* line, uint64_t* out_wake_ns, uint32_t* out_octets, uint16_t* out_port)
+{
+    const char* at  = line;
+    uint64_t octets = 0U;
+    uint64_t port   = 0U;
+    if (!take_word(&at, "done ")) {
+        return false;
+    }
+    if (take_word(&at, "never ")) {
+        *out_wake_ns = OSAL_LOCKSTEP_NEVER;
+    } else if (!take_number(&at, ' ', UINT64_MAX, out_wake_ns)) {
+        return false;
+    } else {
+        // A time.
+    }
+    if (!take_number(&at, ' ', UINT32_MAX, &octets) || !take_number(&at, '\0', UINT16_MAX, &port)) {
+        return false;
+    }
+    *out_octets = (uint32_t)octets;
+    *out_port   = (uint16_t)port;
+    return true;
+}
+
+// --- The client ----------------------------------------------------------------------------------------
+
+static void let_go(cosimulation_port_t* cosimulation, uint32_t* reason)
+{
+    (*reason)++;
+    osal_socket_close(&cosimulation->client);
+    cosimulation->line_size   = 0U;
+    cosimulation->stream_port = 0U;
+}
+
+/// Move one whole line out of what was received, its end replaced by '\0'. False if there is none yet.
+static bool take_line(cosimulation_port_t* cosimulation, char* out_line)
+{
+    const char* const end = memchr(cosimulation->line, '\n', cosimulation->line_size);
+    if (end == NULL) {
+        return false;
+    }
+    const size_t length = (size_t)(end - cosimulation->line);
+    memcpy(out_line, cosimulation->line, length);
+    out_line[length] = '\0';
+    cosimulation->line_size -= length + 1U;
+    memmove(cosimulation->line, &cosimulation->line[length + 1U], cosimulation->line_size);
+    return strlen(out_line) == length; // With a '\0' inside it is no line of text.
+}
+
+/// Wait for a line. STATUS_OK, STATUS_TIMEOUT (the client is still there), STATUS_CLOSED (it was let go, or
+/// the run ended).
+static status_t wait_for_line(cosimulation_port_t* cosimulation, char* out_line, uint64_t until_ns)
+{
+    while (memchr(cosimulation->line, '\n', cosimulation->line_size) == NULL) {
+        size_t size = 0U;
+        if (cosimulation->line_size == COSIMULATION_PORT_LINE_BYTES) {
+            let_go(cosimulation, &cosimulation->count.malformed);
+            return STATUS_CLOSED;
+        }
+        const status_t status =
+            osal_stream_receive(&cosimulation->client, (uint8_t*)&cosimulation->line[cosimulation->line_size],
+                                COSIMULATION_PORT_LINE_BYTES - cosimulation->line_size, &size);
+        cosimulation->line_size += size;
+        if (status == STATUS_EMPTY) {
+            if (osal_lockstep_is_closed(cosimulation->scheduler)) {
+                osal_socket_close(&cosimulation->client);
+                return STATUS_CLOSED;
+            }
+            if (osal_clock_monotonic_ns() >= until_ns) {
+                return STATUS_TIMEOUT;
+            }
+            (void)!osal_socket_wait_readable(&cosimulation->client, SLICE_MS);
+        } else if (status != STATUS_OK) {
+            let_go(cosimulation, &cosimulation->count.vanished);
+            return STATUS_CLOSED;
+        } else {
+            // Received; look again.
+        }
+    }
+    if (!take_line(cosimulation, out_line)) {
+        let_go(cosimulation, &cosimulation->count.malformed);
+        return STATUS_CLOSED;
+    }
+    return STATUS_OK;
+}
+
+/// The same for as long as the co-simulation port has patience. False: the client was let go, or the run
+/// ended.
+static bool receive_line(cosimulation_port_t* cosimulation, char* out_line)
+{
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)cosimulation->patience_ms * NS_PER_MS);
+    const status_t status   = wait_for_line(cosimulation, out_line, until_ns);
+    if (status == STATUS_TIMEOUT) {
+        let_go(cosimulation, &cosimulation->count.silent);
+    }
+    return status == STATUS_OK;
+}
+
+/// A client has come. STATUS_OK: it joins in due form; STATUS_TIMEOUT: it has not said so yet and has time
+/// left; STATUS_CLOSED: it was let go, or the run ended.
+static status_t admit(cosimulation_port_t* cosimulation, uint64_t until_ns)
+{
+    char line[COSIMULATION_PORT_LINE_BYTES];
+    const uint64_t patience_ns = cosimulation->came_ns + ((uint64_t)cosimulation->patience_ms * NS_PER_MS);
+    const status_t status =
+        wait_for_line(cosimulation, line, (until_ns < patience_ns) ? until_ns : patience_ns);
+    if ((status == STATUS_TIMEOUT) && (osal_clock_monotonic_ns() >= patience_ns)) {
+        let_go(cosimulation, &cosimulation->count.silent);
+        return STATUS_CLOSED;
+    }
+    if (status != STATUS_OK) {
+        return status;
+    }
+    if (!parse_join(line, cosimulation->participant, &cosimulation->stream_port)) {
+        let_go(cosimulation, &cosimulation->count.malformed);
+        return STATUS_CLOSED;
+    }
+    cosimulation->count.joined++;
+    return STATUS_OK;
+}
+
+static uint32_t rest_ms(uint64_t until_ns)
+{
+    const uint64_t now_ns = osal_clock_monotonic_ns();
+    return (until_ns > now_ns) ? (uint32_t)((until_ns - now_ns + NS_PER_MS - 1U) / NS_PER_MS) : 0U;
+}
+
+// --- The contract --------------------------------------------------------------------------------------
+
+status_t cosimulation_port_open(cosimulation_port_t* cosimulation, const char* path, const char* participant,
+                                const osal_lockstep_t* scheduler, uint32_t patience_ms)
+{
+    *cosimulation = (cosimulation_port_t){.listener    = OSAL_SOCKET_CLOSED,
+                                          .client      = OSAL_SOCKET_CLOSED,
+                                          .scheduler   = scheduler,
+                                          .path        = path,
+                                          .participant = participant,
+                                          .patience_ms = patience_ms};
+    return osal_local_listen(&cosimulation->listener, path);
+}
+
+void cosimulation_port_close(cosimulation_port_t* cosimulation)
+{
+    osal_socket_close(&cosimulation->client);
+    if (osal_socket_is_open(&cosimulation->listener)) {
+        osal_socket_close(&cosimulation->listener);
+        (void)osal_file_remove(cosimulation->path);
+    }
+}
+
+/// Accept a waiting client, or wait for one. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
+static status_t let_in(cosimulation_port_t* cosimulation, uint64_t until_ns)
+{
+    osal_address_t peer;
+    const status_t status = osal_tcp_accept(&cosimulation->listener, &cosimulation->client, &peer);
+    if (status == STATUS_OK) {
+        cosimulation->line_size = 0U;
+        cosimulation->came_ns   = osal_clock_monotonic_ns();
+        return STATUS_OK;
+    }
+    if (status != STATUS_EMPTY) {
+        return STATUS_IO;
+    }
+    const uint32_t left_ms = rest_ms(until_ns);
+    (void)!osal_socket_wait_readable(&cosimulation->listener, (left_ms < SLICE_MS) ? left_ms : SLICE_MS);
+    return STATUS_TIMEOUT;
+}
+
+status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms)
+{
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
+    for (;;) {
+        status_t status =
+            osal_socket_is_open(&cosimulation->client) ? STATUS_OK : let_in(cosimulation, until_ns);
+        if (osal_lockstep_is_closed(cosimulation->scheduler)) {
+            osal_socket_close(&cosimulation->client);
+            return STATUS_CLOSED;
+        }
+        status = (status == STATUS_OK) ? admit(cosimulation, until_ns) : status;
+        if ((status == STATUS_OK) || (status == STATUS_IO)) {
+            return status;
+        }
+        if ((status == STATUS_TIMEOUT) && (rest_ms(until_ns) == 0U)) {
+            return STATUS_TIMEOUT;
+        }
+    }
+}
+
+status_t cosimulation_port_exchange(cosimulation_port_t* cosimulation, const osal_grant_t* grant,
+                                    uint16_t served_port, uint64_t* out_wake_ns, uint32_t* out_octets_sent)
+{
+    char line[COSIMULATION_PORT_LINE_BYTES];
+    size_t sent      = 0U;
+    const int length = snprintf(line, sizeof(line), "grant %" PRIu64 " %" PRIu32 " %" PRIu32 " %" PRIu16 "\n",
+                                grant->now_ns, grant->messages, grant->octets, served_port);
+    if (!osal_socket_is_open(&cosimulation->client)) {
+        return STATUS_CLOSED;
+    }
+    // One line is outstanding at most: if the socket does not take all of it, the client does not read.
+    if ((osal_stream_send(&cosimulation->client, (const uint8_t*)line, (size_t)length, &sent) != STATUS_OK) ||
+        (sent != (size_t)length)) {
+        let_go(cosimulation, &cosimulation->count.vanished);
+        return STATUS_CLOSED;
+    }
+    if (!receive_line(cosimulation, line)) {
+        return STATUS_CLOSED;
+    }
+    if (strcmp(line, "leave") == 0) {
+        let_go(cosimulation, &cosimulation->count.left);
+        return STATUS_CLOSED;
+    }
+    if (!parse_done(line, out_wake_ns, out_octets_sent, &cosimulation->stream_port)) {
+        let_go(cosimulation, &cosimulation->count.malformed);
+        return STATUS_CLOSED;
+    }
+    return STATUS_OK;
+}
+
+status_t cosimulation_port_turn(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler, unsigned order,
+                                unsigned receiver, const osal_grant_t* grant, uint64_t* out_wake_ns)
+{
+    uint32_t octets       = 0U;
+    const uint16_t served = osal_lockstep_served_port(scheduler, order);
+    if (cosimulation_port_exchange(cosimulation, grant, served, out_wake_ns, &octets) != STATUS_OK) {
+        const bool is_over = osal_lockstep_is_closed(scheduler);
+        osal_lockstep_end(scheduler, order, OSAL_LOCKSTEP_ANY_LIFE);
+        return is_over ? STATUS_CLOSED : STATUS_NOT_FOUND;
+    }
+    osal_lockstep_set_stream_port(scheduler, order, cosimulation->stream_port);
+    if (octets > 0U) {
+        osal_lockstep_deliver(scheduler, order, receiver, OSAL_LOCKSTEP_ANY_LIFE, 0U, octets);
+    }
+    return STATUS_OK;
+}
+
+status_t cosimulation_port_serve(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler,
+                                 unsigned order, unsigned receiver)
+{
+    osal_grant_t grant;
+    uint64_t wake_ns = 0U;
+    status_t status  = STATUS_TIMEOUT;
+    while (status == STATUS_TIMEOUT) {
+        status = cosimulation_port_accept(cosimulation, ACCEPT_MS);
+    }
+    if (status != STATUS_OK) {
+        return status;
+    }
+    osal_lockstep_set_stream_port(scheduler, order, cosimulation->stream_port);
+    status = osal_lockstep_wait(scheduler, order, OSAL_LOCKSTEP_ANY_LIFE, 0U, &grant);
+    while (status == STATUS_OK) {
+        status = cosimulation_port_turn(cosimulation, scheduler, order, receiver, &grant, &wake_ns);
+        if (status == STATUS_OK) {
+            status = osal_lockstep_wait(scheduler, order, OSAL_LOCKSTEP_ANY_LIFE, wake_ns, &grant);
+        }
+    }
+    osal_socket_close(&cosimulation->client);
+    // Its client has disconnected, or its place was ended otherwise.
+    const bool is_ended =
+        (status == STATUS_NOT_FOUND) || ((status == STATUS_CLOSED) && !osal_lockstep_is_closed(scheduler));
+    return is_ended ? STATUS_OK : status;
+}

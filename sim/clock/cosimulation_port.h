@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The scheduler's co-simulation port: a participant that cannot share memory (a script, a program of another
+/// byte order) takes part in stepped time by a local stream socket at a path, with lines of text:
+///
+///     client: join <participant> <local TCP port of its stream, or 0>
+///     port:   grant <time_ns> <messages> <octets> <port of its stream if it is served, or 0>
+///     client: done <wake_ns, or never> <octets sent to its stream> <local TCP port of its stream, or 0>
+///     client: leave                               (instead of done)
+///
+/// The client takes in exactly the messages and octets of its grant before it runs, and sends only while its
+/// stream is served. When a stream is no longer served, it has ended, whatever the socket says: the client
+/// closes it. A client that vanishes, sends another line, or is silent for longer than the patience loses its
+/// place; that is counted and never stops or fails the run.
+///
+/// Ownership  The caller places cosimulation_port_t; it borrows the scheduler and the texts given to _open.
+/// Context    One task (processes: a task that runs _serve) or the loop of the image program.
+#ifndef SIM_CLOCK_COSIMULATION_PORT_H
+#define SIM_CLOCK_COSIMULATION_PORT_H
+
+#include "base/status.h"
+#include "osal/include/osal/lockstep_scheduler.h"
+#include "osal/include/osal/socket.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define COSIMULATION_PORT_LINE_BYTES 128U
+
+typedef struct { // All fields are private, except stream_port and count: read-only.
+    osal_socket_t listener;
+    osal_socket_t client;
+    const osal_lockstep_t* scheduler;
+    const char* path;
+    const char* participant;
+    uint32_t patience_ms;
+    char line[COSIMULATION_PORT_LINE_BYTES]; ///< Received and not yet used.
+    size_t line_size;
+    uint64_t came_ns;     ///< When the client connected (wall-clock).
+    uint16_t stream_port; ///< Of the client inside; 0: it has no stream.
+    struct {
+        uint32_t joined;
+        uint32_t left;      ///< Said leave.
+        uint32_t vanished;  ///< Closed its end without `leave`.
+        uint32_t malformed; ///< Sent another line than expected.
+        uint32_t silent;    ///< Ran out of the co-simulation port's patience.
+    } count;
+} cosimulation_port_t;
+
+/// Listen at `path`. A client must name itself `participant`. Waits of the co-simulation port end with the
+/// run: when `scheduler` is closed. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED,
+/// STATUS_IO.
+MUST_USE status_t cosimulation_port_open(cosimulation_port_t* cosimulation, const char* path,
+                                         const char* participant, const osal_lockstep_t* scheduler,
+                                         uint32_t patience_ms);
+/// Let the client go, stop listening, remove the path.
+void cosimulation_port_close(cosimulation_port_t* cosimulation);
+
+/// Wait (wall-clock) for a client that joins in due form, at most timeout_ms. None may be inside; one that
+/// has come and not joined yet is waited for by the next call, as long as the co-simulation port has
+/// patience. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
+MUST_USE status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms);
+/// Send the grant to the client and wait for its answer; `served_port`: of osal_lockstep_served_port.
+/// STATUS_OK, STATUS_CLOSED (it left, was removed, or the run ended; it no longer takes part).
+MUST_USE status_t cosimulation_port_exchange(cosimulation_port_t* cosimulation, const osal_grant_t* grant,
+                                             uint16_t served_port, uint64_t* out_wake_ns,
+                                             uint32_t* out_octets_sent);
+/// The turn of the client, which is `order` of the scheduler and has been granted:
+/// cosimulation_port_exchange, and what the client says it sent is delivered to `receiver`. If the client is
+/// gone, its place in the scheduler is ended. STATUS_OK, STATUS_NOT_FOUND (the client is gone), STATUS_CLOSED
+/// (the run ended).
+MUST_USE status_t cosimulation_port_turn(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler,
+                                         unsigned order, unsigned receiver, const osal_grant_t* grant,
+                                         uint64_t* out_wake_ns);
+
+/// Process form: wait for a client, then take its turns (cosimulation_port_turn). STATUS_OK (the client is
+/// gone; may be called again), STATUS_CLOSED (the run ended), STATUS_IO.
+MUST_USE status_t cosimulation_port_serve(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler,
+                                          unsigned order, unsigned receiver);
+
+#endif // SIM_CLOCK_COSIMULATION_PORT_H

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/plant/motor_bench.h"
+
+#include "sim/plant/world.h"
+
+void motor_bench_init(motor_bench_t* bench, const plant_parameters_t* parameters, double contact_rad,
+                      double stiffness_nm_rad)
+{
+    *bench = (motor_bench_t){
+        .parameters = parameters, .contact_rad = contact_rad, .stiffness_nm_rad = stiffness_nm_rad};
+}
+
+void motor_bench_step(motor_bench_t* bench, bool brake, double motor_torque_nm, double h_s)
+{
+    const double beyond     = bench->rotor.position_rad - bench->contact_rad;
+    bench->output_torque_nm = (beyond > 0.0) ? bench->stiffness_nm_rad * beyond : 0.0;
+    (void)joint_rotor_step(bench->parameters, &bench->rotor, 0.0, brake, motor_torque_nm,
+                           bench->output_torque_nm, h_s);
+}

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A motor on its own: the rotor of a joint with friction, brake and end stops, whose output touches an
+/// elastic object at an angle. Sufficient for a gripper, a lamp's shutter, a drive on a table.
+///
+/// Ownership  The caller places motor_bench_t.
+/// Context    One task.
+/// Results    Bit-identical in every repeat.
+#ifndef SIM_PLANT_MOTOR_BENCH_H
+#define SIM_PLANT_MOTOR_BENCH_H
+
+#include "sim/plant/plant.h"
+
+#include <stdbool.h>
+
+typedef struct { // Read-only for others.
+    const plant_parameters_t* parameters;
+    plant_rotor_t rotor;
+    double contact_rad;      ///< Where the output meets something, in the positive direction.
+    double stiffness_nm_rad; ///< Of the elastic object; 0: none.
+    double output_torque_nm; ///< Gear torque on the output, as the drive's torque sensor measures it.
+} motor_bench_t;
+
+/// At rest at angle 0. The parameters outlive the bench.
+void motor_bench_init(motor_bench_t* bench, const plant_parameters_t* parameters, double contact_rad,
+                      double stiffness_nm_rad);
+/// Advance by h_s under the torque of the motor, with the brake on or off.
+void motor_bench_step(motor_bench_t* bench, bool brake, double motor_torque_nm, double h_s);
+
+#endif // SIM_PLANT_MOTOR_BENCH_H

@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: Apache-2.0
+// One random programme of participants is run three ways: by a plain model of the rules written here, by the
+// scheduler in one loop, and by the scheduler with a process per participant. The three sequences of grants
+// must be the same.
+#define _GNU_SOURCE
+#include "osal/include/osal/lockstep_scheduler.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+#define SLOT_NS 500U
+#define PARTICIPANTS 6U
+#define TRACE_MAX 600U
+#define DELIVERIES_MAX 3U
+
+typedef struct {
+    uint32_t participant;
+    uint32_t messages;
+    uint32_t octets;
+    uint64_t now_ns;
+} step_t;
+
+typedef struct { // Shared by the processes of a run. Written only within a grant.
+    uint32_t length;
+    uint32_t is_gone[PARTICIPANTS]; ///< Has ended, and may be started again.
+    step_t steps[TRACE_MAX];
+} trace_t;
+
+typedef struct {
+    uint64_t wake_ns;
+    unsigned delivery_count;
+    struct {
+        unsigned receiver;
+        uint32_t messages;
+        uint32_t octets;
+    } deliveries[DELIVERIES_MAX];
+    bool is_end;
+    unsigned restarted; ///< 0: nobody.
+} decision_t;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static uint64_t scramble(uint64_t value)
+{
+    value += 0x9E3779B97F4A7C15ULL;
+    value = (value ^ (value >> 30U)) * 0xBF58476D1CE4E5B9ULL;
+    value = (value ^ (value >> 27U)) * 0x94D049BB133111EBULL;
+    return value ^ (value >> 31U);
+}
+
+static uint64_t wake_for(uint64_t dice, unsigned participant, uint64_t now_ns)
+{
+    switch (dice % 8U) {
+    case 0U:
+        return 0U;
+    case 1U:
+        return now_ns;
+    case 2U:
+        return now_ns + (dice % 3000U); // Off the grid.
+    case 3U:
+        return (participant == 0U) ? (now_ns + SLOT_NS) : OSAL_LOCKSTEP_NEVER;
+    default:
+        return (((now_ns / SLOT_NS) + 1U + (dice % 3U)) * SLOT_NS);
+    }
+}
+
+/// What a participant does in a grant depends on what it was told in it, and on nothing else.
+static decision_t decide(uint64_t seed, const trace_t* trace, unsigned participant, const osal_grant_t* grant)
+{
+    uint64_t dice           = scramble(seed ^ ((uint64_t)participant << 56U) ^ grant->now_ns);
+    dice                    = scramble(dice ^ ((uint64_t)grant->messages << 32U) ^ grant->octets);
+    dice                    = scramble(dice ^ trace->length);
+    decision_t decision     = {.wake_ns = wake_for(dice >> 8U, participant, grant->now_ns)};
+    decision.delivery_count = (unsigned)((dice >> 16U) % (DELIVERIES_MAX + 1U));
+    for (unsigned i = 0U; i < decision.delivery_count; i++) {
+        dice                            = scramble(dice);
+        decision.deliveries[i].receiver = (unsigned)(dice % PARTICIPANTS);
+        decision.deliveries[i].messages = (uint32_t)((dice >> 8U) % 3U);
+        decision.deliveries[i].octets   = (uint32_t)((dice >> 16U) % 100U);
+    }
+    dice            = scramble(dice);
+    decision.is_end = (participant != 0U) && ((dice % 29U) == 0U);
+    if (participant == 0U) {
+        const unsigned candidate = 1U + (unsigned)((dice >> 8U) % (PARTICIPANTS - 1U));
+        decision.restarted       = (trace->is_gone[candidate] != 0U) ? candidate : 0U;
+    }
+    return decision;
+}
+
+static uint64_t first_wake(uint64_t seed, unsigned participant)
+{
+    return (scramble(seed + participant) % 5U) * SLOT_NS;
+}
+
+static void note(trace_t* trace, unsigned participant, const osal_grant_t* grant)
+{
+    trace->steps[trace->length] = (step_t){participant, grant->messages, grant->octets, grant->now_ns};
+    trace->length++;
+}
+
+// --- The rules once more, plainly ------------------------------------------------------------------------
+
+typedef struct {
+    bool is_here;
+    bool is_counting; ///< Expected or here.
+    bool is_joining;
+    uint64_t asked_ns;
+    uint64_t called_ns; ///< By a delivery.
+    uint32_t messages;
+    uint32_t octets;
+} place_t;
+
+typedef struct {
+    place_t places[PARTICIPANTS];
+    uint64_t now_ns;
+    int last;
+} model_t;
+
+static uint64_t model_slot_after(uint64_t now_ns)
+{
+    uint64_t slot_ns = 0U;
+    while (slot_ns <= now_ns) {
+        slot_ns += SLOT_NS;
+    }
+    return slot_ns;
+}
+
+static void model_join(model_t* model, unsigned participant, uint64_t wake_ns)
+{
+    place_t* const place = &model->places[participant];
+    place->is_here       = true;
+    place->is_joining    = true;
+    place->asked_ns      = wake_ns;
+}
+
+static void model_expect(model_t* model, unsigned participant)
+{
+    model->places[participant] =
+        (place_t){.is_counting = true, .asked_ns = OSAL_LOCKSTEP_NEVER, .called_ns = OSAL_LOCKSTEP_NEVER};
+}
+
+static void model_deliver(model_t* model, unsigned sender, unsigned receiver, uint32_t messages,
+                          uint32_t octets)
+{
+    place_t* const place   = &model->places[receiver];
+    const uint64_t call_ns = (receiver > sender) ? model->now_ns : model_slot_after(model->now_ns);
+    if (place->is_counting) {
+        place->messages += messages;
+        place->octets += octets;
+        place->called_ns = (call_ns < place->called_ns) ? call_ns : place->called_ns;
+    }
+}
+
+static unsigned model_next(model_t* model, osal_grant_t* out_grant)
+{
+    int best         = -1;
+    uint64_t best_ns = OSAL_LOCKSTEP_NEVER;
+    for (int i = 0; i < (int)PARTICIPANTS; i++) {
+        place_t* const place = &model->places[i];
+        uint64_t wake_ns     = (place->asked_ns < place->called_ns) ? place->asked_ns : place->called_ns;
+        if (place->is_joining && (wake_ns <= model->now_ns)) {
+            wake_ns          = (i > model->last) ? model->now_ns : model_slot_after(model->now_ns);
+            place->asked_ns  = wake_ns;
+            place->called_ns = OSAL_LOCKSTEP_NEVER;
+        }
+        place->is_joining = false;
+        if (place->is_here && (wake_ns < best_ns)) {
+            best    = i;
+            best_ns = wake_ns;
+        }
+    }
+    TEST_ASSERT_TRUE(best >= 0);
+    place_t* const place = &model->places[best];
+    model->now_ns        = best_ns;
+    model->last          = best;
+    *out_grant           = (osal_grant_t){best_ns, place->messages, place->octets};
+    place->messages      = 0U;
+    place->octets        = 0U;
+    place->called_ns     = OSAL_LOCKSTEP_NEVER;
+    return (unsigned)best;
+}
+
+static void run_model(uint64_t seed, uint32_t length, trace_t* trace)
+{
+    model_t model = {.last = -1};
+    osal_grant_t grant;
+    memset(trace, 0, sizeof(*trace));
+    for (unsigned i = 0U; i < PARTICIPANTS; i++) {
+        model_expect(&model, i);
+        model_join(&model, i, first_wake(seed, i));
+    }
+    while (trace->length < length) {
+        const unsigned participant = model_next(&model, &grant);
+        note(trace, participant, &grant);
+        const decision_t decision = decide(seed, trace, participant, &grant);
+        for (unsigned i = 0U; i < decision.delivery_count; i++) {
+            model_deliver(&model, participant, decision.deliveries[i].receiver,
+                          decision.deliveries[i].messages, decision.deliveries[i].octets);
+        }
+        if (decision.restarted != 0U) {
+            trace->is_gone[decision.restarted] = 0U;
+            model_expect(&model, decision.restarted);
+            model_join(&model, decision.restarted, first_wake(seed, decision.restarted));
+        }
+        if (decision.is_end) {
+            trace->is_gone[participant] = 1U;
+            model.places[participant] =
+                (place_t){.asked_ns = OSAL_LOCKSTEP_NEVER, .called_ns = OSAL_LOCKSTEP_NEVER};
+        } else {
+            const bool is_later                = (decision.wake_ns > model.now_ns);
+            model.places[participant].asked_ns = is_later ? decision.wake_ns : model_slot_after(model.now_ns);
+        }
+    }
+}
+
+// --- The scheduler in one loop ----------------------------------------------------------------------------
+
+static void act(osal_lockstep_t* scheduler, unsigned participant, const decision_t* decision)
+{
+    for (unsigned i = 0U; i < decision->delivery_count; i++) {
+        osal_lockstep_deliver(scheduler, participant, decision->deliveries[i].receiver,
+                              OSAL_LOCKSTEP_ANY_LIFE, decision->deliveries[i].messages,
+                              decision->deliveries[i].octets);
+    }
+    if (decision->restarted != 0U) {
+        osal_lockstep_expect(scheduler, decision->restarted, 1U, 0U);
+    }
+}
+
+static void run_loop(uint64_t seed, uint32_t length, trace_t* trace)
+{
+    static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, SLOT_NS, false);
+    osal_grant_t grant;
+    unsigned participant = 0U;
+    memset(trace, 0, sizeof(*trace));
+    for (unsigned i = 0U; i < PARTICIPANTS; i++) {
+        osal_lockstep_expect(scheduler, i, 1U, 0U);
+    }
+    for (unsigned i = 0U; i < PARTICIPANTS; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, osal_lockstep_next(scheduler, &participant, &grant));
+        osal_lockstep_done(scheduler, PARTICIPANTS - 1U - i, first_wake(seed, PARTICIPANTS - 1U - i));
+    }
+    while (trace->length < length) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_next(scheduler, &participant, &grant));
+        note(trace, participant, &grant);
+        const decision_t decision = decide(seed, trace, participant, &grant);
+        act(scheduler, participant, &decision);
+        if (decision.restarted != 0U) {
+            trace->is_gone[decision.restarted] = 0U;
+            osal_lockstep_done(scheduler, decision.restarted, first_wake(seed, decision.restarted));
+        }
+        if (decision.is_end) {
+            trace->is_gone[participant] = 1U;
+            osal_lockstep_end(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE);
+        } else {
+            osal_lockstep_done(scheduler, participant, decision.wake_ns);
+        }
+    }
+}
+
+// --- The scheduler with a process per participant ---------------------------------------------------------
+
+static void* shared_memory(size_t size)
+{
+    void* const memory = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    TEST_ASSERT_TRUE(memory != MAP_FAILED);
+    return memory;
+}
+
+static void live(uint64_t seed, uint32_t length, trace_t* trace, osal_lockstep_t* scheduler,
+                 unsigned participant, int launcher)
+{
+    uint64_t wake_ns = first_wake(seed, participant);
+    osal_grant_t grant;
+    (void)usleep((useconds_t)(scramble((uint64_t)getpid()) % 400U)); // Joins come in any order.
+    while (osal_lockstep_wait(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns, &grant) == STATUS_OK) {
+        if (trace->length == length) {
+            osal_lockstep_close(scheduler);
+            break;
+        }
+        note(trace, participant, &grant);
+        const decision_t decision = decide(seed, trace, participant, &grant);
+        act(scheduler, participant, &decision);
+        if (decision.restarted != 0U) {
+            const uint8_t order                = (uint8_t)decision.restarted;
+            trace->is_gone[decision.restarted] = 0U;
+            if (write(launcher, &order, 1U) != 1) {
+                _exit(1);
+            }
+        }
+        if (decision.is_end) {
+            trace->is_gone[participant] = 1U;
+            osal_lockstep_end(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE);
+            _exit(0);
+        }
+        wake_ns = decision.wake_ns;
+    }
+    _exit(0);
+}
+
+static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
+{
+    void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, SLOT_NS, true);
+    int request[2];
+    TEST_ASSERT_EQUAL(0, pipe(request));
+    memset(trace, 0, sizeof(*trace));
+    uint8_t order = 0U;
+    for (unsigned i = 0U; i < PARTICIPANTS; i++) {
+        osal_lockstep_expect(scheduler, i, 1U, 0U);
+    }
+    // The first six starts are asked for like every restart.
+    for (order = 0U; order < PARTICIPANTS; order++) {
+        TEST_ASSERT_EQUAL(1, write(request[1], &order, 1U));
+    }
+    for (int started = 1; read(request[0], &order, 1U) == 1; started++) {
+        if (fork() == 0) {
+            (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+            (void)close(request[0]);
+            if (order != 0U) {
+                (void)close(request[1]); // Only participant 0 has others restarted: with it, the pipe ends.
+            }
+            live(seed, length, trace, scheduler, order, request[1]);
+        }
+        if (started == (int)PARTICIPANTS) {
+            (void)close(request[1]);
+        }
+    }
+    (void)close(request[0]);
+    while (wait(NULL) > 0) {
+        // All of them.
+    }
+    (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
+}
+
+static void assert_same(const trace_t* expected, const trace_t* actual, uint64_t seed)
+{
+    char text[64];
+    TEST_ASSERT_EQUAL_UINT32(expected->length, actual->length);
+    for (uint32_t i = 0U; i < expected->length; i++) {
+        (void)snprintf(text, sizeof(text), "seed %llu step %u", (unsigned long long)seed, i);
+        TEST_ASSERT_EQUAL_UINT64_MESSAGE(expected->steps[i].now_ns, actual->steps[i].now_ns, text);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected->steps[i].participant, actual->steps[i].participant, text);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected->steps[i].messages, actual->steps[i].messages, text);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected->steps[i].octets, actual->steps[i].octets, text);
+    }
+}
+
+static void test_loop_follows_the_rules(void)
+{
+    static trace_t model;
+    static trace_t loop;
+    for (uint64_t seed = 1U; seed <= 500U; seed++) {
+        run_model(seed, TRACE_MAX, &model);
+        run_loop(seed, TRACE_MAX, &loop);
+        assert_same(&model, &loop, seed);
+    }
+}
+
+static void test_processes_give_the_sequence_of_the_loop(void)
+{
+    static trace_t loop;
+    trace_t* const processes = shared_memory(sizeof(trace_t));
+    for (uint64_t seed = 1U; seed <= 25U; seed++) {
+        run_loop(seed, TRACE_MAX, &loop);
+        run_processes(seed, TRACE_MAX, processes);
+        assert_same(&loop, processes, seed);
+    }
+    (void)munmap(processes, sizeof(trace_t));
+}
+
+static void test_time_never_goes_back_and_orders_rise_within_an_instant(void)
+{
+    static trace_t trace;
+    uint32_t restarts = 0U;
+    for (uint64_t seed = 1000U; seed < 1100U; seed++) {
+        run_loop(seed, TRACE_MAX, &trace);
+        for (uint32_t i = 1U; i < trace.length; i++) {
+            const step_t* const before = &trace.steps[i - 1U];
+            const step_t* const step   = &trace.steps[i];
+            TEST_ASSERT_TRUE(step->now_ns >= before->now_ns);
+            TEST_ASSERT_TRUE((step->now_ns > before->now_ns) || (step->participant > before->participant));
+        }
+        restarts += trace.is_gone[1];
+    }
+    TEST_ASSERT_TRUE(restarts > 0U); // The programmes do contain ends.
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_loop_follows_the_rules);
+    RUN_TEST(test_time_never_goes_back_and_orders_rise_within_an_instant);
+    RUN_TEST(test_processes_give_the_sequence_of_the_loop);
+    return UNITY_END();
+}

@@ -1,0 +1,541 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lives of participants: start, stop, death and hang at a defined simulated time, whenever in wall-clock time
+// the processes follow.
+#define _GNU_SOURCE
+#include "osal/include/osal/lockstep_scheduler.h"
+
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "test/support/assertion.h"
+#include "unity.h"
+
+#define SLOT_NS 500U
+#define FIRST 0U
+#define SECOND 1U
+#define THIRD 2U
+
+static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+static osal_lockstep_t* scheduler;
+
+void setUp(void)
+{
+    scheduler = osal_lockstep_create(storage, SLOT_NS, false);
+    osal_lockstep_done(scheduler, FIRST, 0U);
+}
+
+void tearDown(void)
+{
+}
+
+static osal_grant_t next_is(unsigned expected, uint64_t now_ns)
+{
+    unsigned participant = UINT32_MAX;
+    osal_grant_t grant   = {0U, 0U, 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_next(scheduler, &participant, &grant));
+    TEST_ASSERT_EQUAL_UINT(expected, participant);
+    TEST_ASSERT_EQUAL_UINT64(now_ns, grant.now_ns);
+    return grant;
+}
+
+static void awaited_is(unsigned expected)
+{
+    unsigned participant = UINT32_MAX;
+    osal_grant_t grant   = {0U, 0U, 0U};
+    TEST_ASSERT_EQUAL(STATUS_BUSY, osal_lockstep_next(scheduler, &participant, &grant));
+    TEST_ASSERT_EQUAL_UINT(expected, participant);
+}
+
+static osal_lockstep_presence_t presence(unsigned participant, uint32_t expected_life)
+{
+    uint32_t life                        = 0U;
+    const osal_lockstep_presence_t found = osal_lockstep_presence(scheduler, participant, &life);
+    TEST_ASSERT_EQUAL_UINT32(expected_life, life);
+    return found;
+}
+
+static void test_a_life_begins_at_its_instant_and_not_before(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_lockstep_expect(scheduler, SECOND, 3U, 2000U);
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 3U));
+    osal_lockstep_done(scheduler, FIRST, 1500U);
+    (void)next_is(FIRST, 1500U); // Time goes on until the instant.
+    osal_lockstep_deliver(scheduler, FIRST, SECOND, 3U, 2U, 5U);
+    osal_lockstep_done(scheduler, FIRST, 2000U);
+    awaited_is(SECOND); // The first of the order does not run at that instant either.
+    osal_lockstep_done(scheduler, SECOND, 0U);
+    (void)next_is(FIRST, 2000U);
+    osal_lockstep_done(scheduler, FIRST, 5000U);
+    const osal_grant_t grant = next_is(SECOND, 2000U);
+    TEST_ASSERT_EQUAL_UINT32(2U, grant.messages);
+    TEST_ASSERT_EQUAL_UINT32(5U, grant.octets);
+}
+
+static void test_who_joins_early_is_granted_no_earlier(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_lockstep_expect(scheduler, SECOND, 1U, 2000U);
+    osal_lockstep_done(scheduler, SECOND, 0U); // In wall-clock time it is quick.
+    osal_lockstep_deliver(scheduler, FIRST, SECOND, 1U, 1U, 0U);
+    osal_lockstep_done(scheduler, FIRST, 1000U);
+    (void)next_is(FIRST, 1000U);
+    osal_lockstep_done(scheduler, FIRST, 3000U);
+    TEST_ASSERT_EQUAL_UINT32(1U, next_is(SECOND, 2000U).messages);
+}
+
+static void test_nothing_is_counted_for_another_life(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_lockstep_expect(scheduler, SECOND, 1U, 0U);
+    osal_lockstep_done(scheduler, SECOND, 0U);
+    osal_lockstep_dismiss(scheduler, SECOND, 1U);
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(SECOND, 1U));
+    osal_lockstep_expect(scheduler, SECOND, 2U, 1000U);
+    osal_lockstep_deliver(scheduler, FIRST, SECOND, 1U, 7U, 7U); // Said to the first life.
+    osal_lockstep_end(scheduler, SECOND, 1U);                    // Its process is found dead only now.
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
+    osal_lockstep_dismiss(scheduler, SECOND, 1U);
+    osal_lockstep_kill(scheduler, SECOND, 1U);
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
+    osal_lockstep_expect(scheduler, SECOND, 3U, 0U); // One life at a time.
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
+    osal_lockstep_done(scheduler, FIRST, 4000U);
+    awaited_is(SECOND);
+    osal_lockstep_done(scheduler, SECOND, 0U);
+    TEST_ASSERT_EQUAL_UINT32(0U, next_is(SECOND, 1000U).messages);
+}
+
+static void test_a_start_that_fails_is_seen_at_its_instant(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_lockstep_expect(scheduler, SECOND, 2U, 2000U);
+    osal_lockstep_expect(scheduler, THIRD, 2U, 2000U);
+    osal_lockstep_done(scheduler, THIRD, 0U); // Joins, and dies before its first grant.
+    osal_lockstep_end(scheduler, SECOND, 2U);
+    osal_lockstep_end(scheduler, THIRD, 2U);
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_JOINED, presence(THIRD, 2U));
+    osal_lockstep_done(scheduler, FIRST, 1500U);
+    (void)next_is(FIRST, 1500U);
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
+    osal_lockstep_done(scheduler, FIRST, 2500U);
+    (void)next_is(FIRST, 2500U);
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(SECOND, 2U));
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(THIRD, 2U));
+}
+
+static void test_a_start_is_taken_back_at_once(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_lockstep_expect(scheduler, SECOND, 2U, 2000U);
+    osal_lockstep_dismiss(scheduler, SECOND, 2U);
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(SECOND, 2U));
+    osal_lockstep_done(scheduler, FIRST, 3000U);
+    (void)next_is(FIRST, 3000U);
+}
+
+static void test_what_was_due_in_a_hang_comes_after_it(void)
+{
+    osal_lockstep_done(scheduler, SECOND, 500U);
+    (void)next_is(FIRST, 0U);
+    osal_lockstep_suspend(scheduler, SECOND);
+    osal_lockstep_suspend(scheduler, THIRD); // Absent: no effect.
+    osal_lockstep_deliver(scheduler, FIRST, SECOND, OSAL_LOCKSTEP_ANY_LIFE, 3U, 0U);
+    osal_lockstep_done(scheduler, FIRST, 1000U);
+    (void)next_is(FIRST, 1000U);
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_JOINED, presence(SECOND, 0U));
+    osal_lockstep_resume(scheduler, SECOND);
+    osal_lockstep_resume(scheduler, THIRD);
+    osal_lockstep_done(scheduler, FIRST, 9000U);
+    TEST_ASSERT_EQUAL_UINT32(3U, next_is(SECOND, 1000U).messages); // Its turn was still to come.
+    osal_lockstep_suspend(scheduler, FIRST);
+    osal_lockstep_done(scheduler, SECOND, 10000U);
+    (void)next_is(SECOND, 10000U); // Past the time at which the first one wanted to wake.
+    osal_lockstep_resume(scheduler, FIRST);
+    osal_lockstep_done(scheduler, SECOND, 20000U);
+    (void)next_is(FIRST, 10500U); // Its turn had passed: in the next slot.
+}
+
+static void test_a_suspended_participant_ends_as_any_other(void)
+{
+    osal_lockstep_done(scheduler, SECOND, 500U);
+    (void)next_is(FIRST, 0U);
+    osal_lockstep_suspend(scheduler, SECOND);
+    osal_lockstep_kill(scheduler, SECOND, OSAL_LOCKSTEP_ANY_LIFE);
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(SECOND, 0U));
+    osal_lockstep_expect(scheduler, SECOND, 1U, 1000U);
+    osal_lockstep_done(scheduler, FIRST, 3000U);
+    awaited_is(SECOND);
+    osal_lockstep_done(scheduler, SECOND, 0U);
+    (void)next_is(SECOND, 1000U); // Not suspended any more.
+}
+
+static void test_a_life_hangs_from_its_beginning_on(void)
+{
+    (void)next_is(FIRST, 0U);
+    TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, osal_lockstep_begin_ns(scheduler, SECOND));
+    osal_lockstep_expect(scheduler, SECOND, 1U, 1000U);
+    TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, osal_lockstep_begin_ns(scheduler, SECOND));
+    osal_lockstep_done(scheduler, SECOND, 0U); // It has joined early.
+    TEST_ASSERT_EQUAL_UINT64(1000U, osal_lockstep_begin_ns(scheduler, SECOND));
+    osal_lockstep_suspend(scheduler, SECOND); // As if it had not: no effect.
+    osal_lockstep_done(scheduler, FIRST, 1000U);
+    (void)next_is(FIRST, 1000U);
+    osal_lockstep_done(scheduler, FIRST, 2000U);
+    (void)next_is(SECOND, 1000U);
+    osal_lockstep_kill(scheduler, SECOND, OSAL_LOCKSTEP_ANY_LIFE);
+    osal_lockstep_expect(scheduler, SECOND, 2U, 2000U);
+    osal_lockstep_done(scheduler, SECOND, 0U);
+    (void)next_is(FIRST, 2000U);
+    osal_lockstep_suspend(scheduler, SECOND);
+    osal_lockstep_done(scheduler, FIRST, 3000U);
+    (void)next_is(FIRST, 3000U); // The other one has had no grant yet.
+    TEST_ASSERT_EQUAL_UINT64(2000U, osal_lockstep_begin_ns(scheduler, SECOND));
+}
+
+static void test_the_holder_is_told(void)
+{
+    uint32_t before = 0U;
+    uint32_t after  = 0U;
+    TEST_ASSERT_EQUAL_UINT(OSAL_LOCKSTEP_PARTICIPANTS_MAX, osal_lockstep_holder(scheduler, &before));
+    (void)next_is(FIRST, 0U);
+    TEST_ASSERT_EQUAL_UINT(FIRST, osal_lockstep_holder(scheduler, &after));
+    TEST_ASSERT_EQUAL_UINT32(1U, after - before);
+}
+
+// ---- All places taken ----
+
+#define PLACES OSAL_LOCKSTEP_PARTICIPANTS_MAX
+
+/// Every place has a life 1, which has joined at 0 and wakes in each slot.
+static void take_all_places(void)
+{
+    for (unsigned i = 0U; i < PLACES; i++) {
+        osal_lockstep_expect(scheduler, i, 1U, 0U);
+    }
+    for (unsigned i = 1U; i < PLACES; i++) {
+        osal_lockstep_done(scheduler, i, 0U);
+    }
+}
+
+/// One slot, in which all but one (PLACES: all) have their turn in order, once.
+static void run_slot(uint64_t now_ns, unsigned without)
+{
+    for (unsigned i = 0U; i < PLACES; i++) {
+        if (i != without) {
+            (void)next_is(i, now_ns);
+            osal_lockstep_done(scheduler, i, now_ns + SLOT_NS);
+        }
+    }
+}
+
+/// A place that is taken is not given again: the life in it goes on as if nobody had asked.
+static void test_a_place_that_is_taken_is_refused(void)
+{
+    take_all_places();
+    run_slot(0U, PLACES);
+    for (unsigned i = 0U; i < PLACES; i++) {
+        (void)next_is(i, SLOT_NS);
+        for (unsigned k = 0U; k < PLACES; k++) { // In the middle of the slot, too.
+            osal_lockstep_expect(scheduler, k, 2U, SLOT_NS);
+            TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_JOINED, presence(k, (k == FIRST) ? 0U : 1U));
+        }
+        osal_lockstep_done(scheduler, i, 2U * SLOT_NS);
+    }
+    run_slot(2U * SLOT_NS, PLACES);
+    TEST_ASSERT_EQUAL(PLACES, osal_lockstep_awaited(scheduler)); // Nobody is waited for.
+}
+
+static void expect_one_too_many(void)
+{
+    osal_lockstep_expect(scheduler, PLACES, 1U, 0U);
+}
+
+static void deliver_to_one_too_many(void)
+{
+    osal_lockstep_deliver(scheduler, FIRST, PLACES, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
+}
+
+/// There is no further place: who asks for one has not read the limit.
+static void test_one_place_too_many_is_a_coding_error(void)
+{
+    take_all_places();
+    TEST_ASSERT_TRUE(assertion_fails(expect_one_too_many));
+    TEST_ASSERT_TRUE(assertion_fails(deliver_to_one_too_many));
+    run_slot(0U, PLACES);
+}
+
+/// Each in turn: the others keep order and time, nothing of the ended life is left to the next.
+static void test_a_place_that_was_freed_is_taken_again(void)
+{
+    take_all_places();
+    uint64_t now_ns = 0U;
+    for (unsigned i = 0U; i < PLACES; i++) {
+        run_slot(now_ns, PLACES);
+        osal_lockstep_deliver(scheduler, (i + 1U) % PLACES, i, OSAL_LOCKSTEP_ANY_LIFE, 5U, 7U);
+        osal_lockstep_end(scheduler, i, OSAL_LOCKSTEP_ANY_LIFE);
+        now_ns += SLOT_NS;
+        run_slot(now_ns, i);
+        now_ns += SLOT_NS;
+        osal_lockstep_expect(scheduler, i, 9U, now_ns);
+        awaited_is(i);
+        osal_lockstep_done(scheduler, i, now_ns);
+        for (unsigned k = 0U; k < PLACES; k++) {
+            const osal_grant_t grant = next_is(k, now_ns);
+            TEST_ASSERT_EQUAL_UINT32(0U, grant.messages + grant.octets);
+            osal_lockstep_done(scheduler, k, now_ns + SLOT_NS);
+        }
+        TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_JOINED, presence(i, 9U));
+        now_ns += SLOT_NS;
+    }
+    run_slot(now_ns, PLACES);
+}
+
+/// All but one are expected at one instant and fail before it: each ends there, and the one goes on.
+static void test_all_places_may_fail_to_begin_at_once(void)
+{
+    for (uint32_t life = 1U; life <= 3U; life++) {
+        const uint64_t begin_ns = 10U * life * SLOT_NS;
+        (void)next_is(FIRST, begin_ns - (10U * SLOT_NS));
+        for (unsigned i = 1U; i < PLACES; i++) {
+            osal_lockstep_expect(scheduler, i, life, begin_ns);
+            osal_lockstep_end(scheduler, i, life);
+            TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(i, life));
+        }
+        osal_lockstep_done(scheduler, FIRST, begin_ns);
+    }
+    (void)next_is(FIRST, 30U * SLOT_NS);
+    for (unsigned i = 1U; i < PLACES; i++) {
+        TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(i, 3U));
+    }
+    osal_lockstep_done(scheduler, FIRST, OSAL_LOCKSTEP_NEVER);
+    unsigned participant = 0U;
+    osal_grant_t grant   = {0U, 0U, 0U};
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_lockstep_next(scheduler, &participant, &grant));
+}
+
+// ---- Processes ----
+
+static osal_lockstep_t* shared_scheduler(void)
+{
+    void* const memory =
+        mmap(NULL, OSAL_LOCKSTEP_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    TEST_ASSERT_TRUE(memory != MAP_FAILED);
+    return osal_lockstep_create(memory, SLOT_NS, true);
+}
+
+/// A process that waits as life 1 of the second participant, and exits with 7 when it is told that it is
+/// over.
+static pid_t wait_as_second(void)
+{
+    const pid_t child = fork();
+    if (child == 0) {
+        osal_grant_t grant = {0U, 0U, 0U};
+        status_t status    = STATUS_OK;
+        while (status == STATUS_OK) {
+            status = osal_lockstep_wait(scheduler, SECOND, 1U, OSAL_LOCKSTEP_NEVER, &grant);
+        }
+        _exit((status == STATUS_CLOSED) ? 7 : 8);
+    }
+    while (!osal_lockstep_is_present(scheduler, SECOND)) {
+        (void)usleep(1000U);
+    }
+    return child;
+}
+
+static int ending_of(pid_t child)
+{
+    int status = 0;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &status, 0));
+    return status;
+}
+
+static void test_the_dismissed_ends_by_itself_and_the_killed_does_nothing_more(void)
+{
+    scheduler = shared_scheduler();
+    osal_lockstep_expect(scheduler, SECOND, 1U, 0U);
+    pid_t child = wait_as_second();
+    osal_lockstep_dismiss(scheduler, SECOND, 1U);
+    int status = ending_of(child);
+    TEST_ASSERT_TRUE(WIFEXITED(status) && (WEXITSTATUS(status) == 7));
+
+    scheduler = shared_scheduler();
+    osal_lockstep_expect(scheduler, SECOND, 1U, 0U);
+    child = wait_as_second();
+    osal_lockstep_kill(scheduler, SECOND, 1U);
+    status = ending_of(child);
+    TEST_ASSERT_TRUE(WIFSIGNALED(status) && (WTERMSIG(status) == SIGKILL));
+}
+
+static void test_who_comes_back_to_an_ended_life_is_turned_away(void)
+{
+    scheduler          = shared_scheduler();
+    osal_grant_t grant = {0U, 0U, 0U};
+    osal_lockstep_expect(scheduler, FIRST, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_wait(scheduler, FIRST, 1U, 0U, &grant));
+    osal_lockstep_suspend(scheduler, FIRST); // It holds the grant, and stands still.
+    uint32_t grants = 0U;
+    TEST_ASSERT_EQUAL_UINT(OSAL_LOCKSTEP_PARTICIPANTS_MAX, osal_lockstep_holder(scheduler, &grants));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_lockstep_wait(scheduler, FIRST, 1U, 0U, &grant));
+    osal_lockstep_end(scheduler, FIRST, 1U);
+    osal_lockstep_expect(scheduler, FIRST, 2U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_lockstep_wait(scheduler, FIRST, 1U, 0U, &grant));
+    TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(FIRST, 2U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_wait(scheduler, FIRST, 2U, 0U, &grant));
+}
+
+// ---- Streams ----
+
+/// THIRD has a stream to SECOND, which serves it; both rest.
+static void open_stream(void)
+{
+    (void)next_is(FIRST, 0U);
+    osal_lockstep_done(scheduler, SECOND, 0U);
+    osal_lockstep_set_stream_port(scheduler, THIRD, 4711U);
+    osal_lockstep_done(scheduler, THIRD, 0U);
+    osal_lockstep_done(scheduler, FIRST, 2000U);
+    (void)next_is(SECOND, 0U);
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_served_port(scheduler, THIRD));
+    osal_lockstep_serve_stream(scheduler, THIRD, 4712U, SECOND); // Another one.
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_served_port(scheduler, THIRD));
+    osal_lockstep_serve_stream(scheduler, THIRD, 4711U, SECOND);
+    TEST_ASSERT_EQUAL_UINT16(4711U, osal_lockstep_served_port(scheduler, THIRD));
+    osal_lockstep_done(scheduler, SECOND, 2000U);
+    (void)next_is(THIRD, 0U);
+    osal_lockstep_done(scheduler, THIRD, OSAL_LOCKSTEP_NEVER);
+}
+
+static void test_a_stream_ends_with_the_life_of_its_server(void)
+{
+    open_stream();
+    (void)next_is(FIRST, 2000U);
+    osal_lockstep_deliver(scheduler, FIRST, THIRD, OSAL_LOCKSTEP_ANY_LIFE, 1U, 7U);
+    osal_lockstep_kill(scheduler, SECOND, OSAL_LOCKSTEP_ANY_LIFE);
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_stream_port(scheduler, THIRD));
+    osal_lockstep_done(scheduler, FIRST, 5000U);
+    const osal_grant_t grant = next_is(THIRD, 2000U); // In the same instant: its turn was still to come.
+    TEST_ASSERT_EQUAL_UINT32(0U, grant.octets);       // What was under way is lost.
+    TEST_ASSERT_EQUAL_UINT32(1U, grant.messages);
+    osal_lockstep_set_stream_port(scheduler, THIRD, 4712U);
+    osal_lockstep_done(scheduler, THIRD, OSAL_LOCKSTEP_NEVER);
+    (void)next_is(FIRST, 5000U);
+    osal_lockstep_expect(scheduler, SECOND, 2U, 5000U);
+    osal_lockstep_end(scheduler, SECOND, 2U); // A life that serves nobody ends alone.
+    TEST_ASSERT_EQUAL_UINT16(4712U, osal_lockstep_stream_port(scheduler, THIRD));
+}
+
+static void test_a_server_that_cuts_a_stream_wakes_its_participant(void)
+{
+    open_stream();
+    (void)next_is(FIRST, 2000U);
+    osal_lockstep_done(scheduler, FIRST, 5000U);
+    (void)next_is(SECOND, 2000U);
+    osal_lockstep_cut_stream(scheduler, THIRD, 0U);
+    osal_lockstep_cut_stream(scheduler, THIRD, 4712U); // No such stream.
+    TEST_ASSERT_EQUAL_UINT16(4711U, osal_lockstep_served_port(scheduler, THIRD));
+    osal_lockstep_deliver(scheduler, SECOND, THIRD, OSAL_LOCKSTEP_ANY_LIFE, 0U, 7U);
+    osal_lockstep_cut_stream(scheduler, THIRD, 4711U);
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_served_port(scheduler, THIRD));
+    osal_lockstep_done(scheduler, SECOND, 4000U);
+    TEST_ASSERT_EQUAL_UINT32(0U, next_is(THIRD, 2000U).octets);
+    osal_lockstep_set_stream_port(scheduler, THIRD, 4712U);
+    osal_lockstep_done(scheduler, THIRD, OSAL_LOCKSTEP_NEVER);
+    (void)next_is(SECOND, 4000U);
+    osal_lockstep_serve_stream(scheduler, THIRD, 4712U, SECOND);
+    osal_lockstep_set_stream_port(scheduler, THIRD, 4712U); // The same: it goes on.
+    TEST_ASSERT_EQUAL_UINT16(4712U, osal_lockstep_served_port(scheduler, THIRD));
+    osal_lockstep_set_stream_port(scheduler, THIRD, 4713U);
+    TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_served_port(scheduler, THIRD));
+}
+
+/// A process that is inside the scheduler for most of its time.
+static pid_t hammer_as_second(uint32_t life)
+{
+    const pid_t child = fork();
+    if (child == 0) {
+        osal_grant_t grant = {0U, 0U, 0U};
+        if (osal_lockstep_wait(scheduler, SECOND, life, 0U, &grant) != STATUS_OK) {
+            _exit(8);
+        }
+        for (;;) {
+            osal_lockstep_deliver(scheduler, SECOND, FIRST, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
+        }
+    }
+    while (!osal_lockstep_is_present(scheduler, SECOND)) {
+        (void)usleep(1000U);
+    }
+    return child;
+}
+
+static void test_who_is_stopped_inside_is_killed_so_that_the_others_go_on(void)
+{
+    scheduler = shared_scheduler();
+    osal_lockstep_set_patience(scheduler, 2000000U);
+    osal_lockstep_expect(scheduler, SECOND, 1U, 0U);
+    const pid_t child = hammer_as_second(1U);
+    int status        = 0;
+    pid_t ended       = 0;
+    while (ended == 0) { // Until it was stopped inside; outside it disturbs nobody, and goes on.
+        TEST_ASSERT_EQUAL(0, kill(child, SIGSTOP));
+        uint32_t grants = 0U;
+        (void)osal_lockstep_holder(scheduler, &grants);
+        TEST_ASSERT_EQUAL(0, kill(child, SIGCONT));
+        (void)usleep(100U);
+        ended = waitpid(child, &status, WNOHANG);
+    }
+    TEST_ASSERT_EQUAL(child, ended);
+    TEST_ASSERT_TRUE(WIFSIGNALED(status) && (WTERMSIG(status) == SIGKILL));
+    osal_lockstep_end(scheduler, SECOND, 1U);
+    osal_grant_t grant = {0U, 0U, 0U};
+    osal_lockstep_expect(scheduler, SECOND, 2U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_wait(scheduler, SECOND, 2U, 0U, &grant));
+}
+
+static void test_who_has_no_life_of_its_own_is_waited_for(void)
+{
+    scheduler = shared_scheduler();
+    osal_lockstep_set_patience(scheduler, 2000000U);
+    const pid_t child = hammer_as_second(OSAL_LOCKSTEP_ANY_LIFE);
+    for (unsigned i = 0U; i < 50U; i++) {
+        TEST_ASSERT_EQUAL(0, kill(child, SIGSTOP));
+        const pid_t helper = fork();
+        if (helper == 0) {
+            (void)usleep(20000U);
+            _exit(kill(child, SIGCONT));
+        }
+        uint32_t grants = 0U;
+        (void)osal_lockstep_holder(scheduler, &grants);
+        TEST_ASSERT_EQUAL(0, ending_of(helper));
+    }
+    TEST_ASSERT_EQUAL(0, waitpid(child, NULL, WNOHANG));
+    TEST_ASSERT_EQUAL(0, kill(child, SIGKILL));
+    TEST_ASSERT_TRUE(WIFSIGNALED(ending_of(child)));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_life_begins_at_its_instant_and_not_before);
+    RUN_TEST(test_who_joins_early_is_granted_no_earlier);
+    RUN_TEST(test_nothing_is_counted_for_another_life);
+    RUN_TEST(test_a_start_that_fails_is_seen_at_its_instant);
+    RUN_TEST(test_a_start_is_taken_back_at_once);
+    RUN_TEST(test_what_was_due_in_a_hang_comes_after_it);
+    RUN_TEST(test_a_suspended_participant_ends_as_any_other);
+    RUN_TEST(test_a_life_hangs_from_its_beginning_on);
+    RUN_TEST(test_the_holder_is_told);
+    RUN_TEST(test_a_place_that_is_taken_is_refused);
+    RUN_TEST(test_one_place_too_many_is_a_coding_error);
+    RUN_TEST(test_a_place_that_was_freed_is_taken_again);
+    RUN_TEST(test_all_places_may_fail_to_begin_at_once);
+    RUN_TEST(test_the_dismissed_ends_by_itself_and_the_killed_does_nothing_more);
+    RUN_TEST(test_who_comes_back_to_an_ended_life_is_turned_away);
+    RUN_TEST(test_a_stream_ends_with_the_life_of_its_server);
+    RUN_TEST(test_a_server_that_cuts_a_stream_wakes_its_participant);
+    RUN_TEST(test_who_is_stopped_inside_is_killed_so_that_the_others_go_on);
+    RUN_TEST(test_who_has_no_life_of_its_own_is_waited_for);
+    return UNITY_END();
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Whether a ring of octets agrees with itself, for tests and fuzz targets.
+#ifndef TEST_SUPPORT_CONSISTENT_MESSAGE_RING_H
+#define TEST_SUPPORT_CONSISTENT_MESSAGE_RING_H
+
+#include "fsw/framework/message/message_ring.h"
+
+#include <string.h>
+
+/// Lengths in the ring add up to `used`, and there are `blocks` of them.
+static inline bool octet_ring_is_consistent(const message_ring_t* ring)
+{
+    size_t walked   = 0U;
+    uint32_t blocks = 0U;
+    while ((walked < ring->used) && (blocks < ring->blocks)) {
+        uint8_t octets[sizeof(uint32_t)];
+        uint32_t length = 0U;
+        for (size_t i = 0U; i < sizeof octets; i++) {
+            octets[i] = ring->storage[(ring->head + walked + i) % ring->capacity];
+        }
+        (void)memcpy(&length, octets, sizeof length);
+        walked += sizeof octets + length;
+        blocks++;
+    }
+    return (walked == ring->used) && (blocks == ring->blocks) && (ring->used <= ring->capacity);
+}
+
+#endif // TEST_SUPPORT_CONSISTENT_MESSAGE_RING_H

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "test/support/fixture_lines.h"
+
+#include "unity.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define LINES_SIZE 262144U
+
+static char lines[LINES_SIZE];
+static size_t length;
+static size_t looked;
+
+void fixture_line(const char* format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    const int added = vsnprintf(&lines[length], LINES_SIZE - length, format, arguments);
+    va_end(arguments);
+    TEST_ASSERT_TRUE((added >= 0) && ((length + (size_t)added + 2U) < LINES_SIZE));
+    length += (size_t)added;
+    lines[length++] = '\n';
+    lines[length]   = '\0';
+}
+
+const char* fixture_look(void)
+{
+    const char* const text = &lines[looked];
+    looked                 = length;
+    return text;
+}
+
+void fixture_forget(void)
+{
+    length   = 0U;
+    looked   = 0U;
+    lines[0] = '\0';
+}
+
+bool fixture_has(const char* start)
+{
+    const size_t size = strlen(start);
+    for (const char* line = &lines[looked]; line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        if (strncmp(line, start, size) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void fixture_expect_at(const char* expected, unsigned line)
+{
+    const char* const found = fixture_look();
+    if (strcmp(expected, found) != 0) {
+        (void)printf("expected:\n%s\nfound:\n%s\n", expected, found);
+        UNITY_TEST_FAIL(line, "other lines than expected");
+    }
+}

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// While the port refuses, requests are taken in as long as all that they report has room, and none is lost.
+#include "pus/core/tailoring.h"
+#include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void setUp(void)
+{
+    fixture_open(NULL);
+    fixture_forget();
+}
+
+void tearDown(void)
+{
+    fixture_close();
+}
+
+static unsigned count_lines(const char* const lines, const char* const text)
+{
+    unsigned found = 0U;
+    for (const char* at = strstr(lines, text); at != NULL; at = strstr(at + 1, text)) {
+        found++;
+    }
+    return found;
+}
+
+static uint32_t reports_lost(void)
+{
+    subsystem_health_t health;
+    subsystem_health(&fixture.subsystem, &health);
+    return health.reports_lost;
+}
+
+/// Requests of one kind until no more is taken in; how many were.
+static unsigned fill(const uint8_t service, const uint8_t subtype, const void* const data, const size_t size)
+{
+    unsigned taken = 0U;
+    while (subsystem_may_accept(&fixture.subsystem) && (taken < 1000U)) {
+        (void)fixture_command(service, subtype, data, size);
+        taken++;
+    }
+    return taken;
+}
+
+static void what_is_taken_in_is_answered_to_its_end(void)
+{
+    for (unsigned round = 0U; round < 3U; round++) { // The room is given back.
+        fixture.is_port_closed = true;
+        const unsigned taken   = fill(PUS_SERVICE_TEST, 1U, NULL, 0U);
+        TEST_ASSERT_TRUE((taken >= 8U) && (taken < 1000U));
+        fixture.is_port_closed = false;
+        TEST_ASSERT_TRUE(subsystem_may_accept(&fixture.subsystem));
+        const char* const lines = fixture_look();
+        TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.1 #"));
+        TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.3 #"));
+        TEST_ASSERT_EQUAL(taken, count_lines(lines, "17.2"));
+        TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.7 #"));
+    }
+    TEST_ASSERT_EQUAL(0U, reports_lost());
+}
+
+static void a_high_event_and_its_transition_have_room_behind_them(void)
+{
+    (void)fixture_state(STATE_PRE_OPERATIONAL);
+    fixture_run(40U);
+    fixture_forget();
+    fixture.is_port_closed = true;
+    for (unsigned i = 0U; i < 10000U; i++) {
+        (void)subsystem_raise(&fixture.subsystem, FIXTURE_NOTE, NULL, 0U);
+    }
+    (void)fill(PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)subsystem_raise(&fixture.subsystem, FIXTURE_BROKEN, (const uint8_t*)"\0\7", 2U);
+    fixture.is_port_closed = false;
+    fixture_run(1U);
+    const char* const lines = fixture_look();
+    TEST_ASSERT_NOT_NULL(strstr(lines, "5.4 event 1 aux 0007"));
+    TEST_ASSERT_NOT_NULL(strstr(lines, "129.2 "));
+    TEST_ASSERT_TRUE(strstr(lines, "5.4 event 1") < strstr(lines, "5.2 event 3"));
+    TEST_ASSERT_EQUAL(0U, fixture.subsystem.process.counters.lost_firm);
+}
+
+static void while_an_answer_is_unfinished_nothing_is_taken_in(void)
+{
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
+    fixture.is_port_closed = true;
+    const uint16_t list    = fixture_command(PUS_SERVICE_HOUSEKEEPING, 9U, "\1\0\x64", 3U); // Of a set.
+    TEST_ASSERT_TRUE(pus_dispatcher_is_answering(&fixture.subsystem.dispatcher));
+    TEST_ASSERT_FALSE(subsystem_may_accept(&fixture.subsystem));
+    const uint64_t wake_ns = subsystem_step(&fixture.subsystem, fixture.now_ns);
+    TEST_ASSERT_TRUE(wake_ns <=
+                     (fixture.now_ns + subsystem_period_ns(&fixture.subsystem))); // It tries again.
+    fixture.is_port_closed = false;
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(subsystem_may_accept(&fixture.subsystem));
+    char line[32];
+    (void)snprintf(line, sizeof line, "1.1 #%u\n", list);
+    TEST_ASSERT_EQUAL(1U, count_lines(fixture_look(), line));
+    TEST_ASSERT_EQUAL(0U, reports_lost());
+}
+
+static void events_that_wait_keep_no_request_out(void)
+{
+    fixture.is_port_closed = true;
+    for (unsigned i = 0U; i < 10000U; i++) {
+        (void)subsystem_raise(&fixture.subsystem, FIXTURE_NOTE, NULL, 0U);
+    }
+    TEST_ASSERT_TRUE(subsystem_may_accept(&fixture.subsystem));
+}
+
+static void of_many_refused_instructions_the_first_and_their_number_are_told(void)
+{
+    uint8_t ids[1U + (2U * PUS_COUNT_MAX)] = {PUS_COUNT_MAX};
+    ids[2]                                 = FIXTURE_NOTE; // One that is known.
+    for (unsigned i = 1U; i < PUS_COUNT_MAX; i++) {
+        ids[1U + (2U * i)] = 0x7FU;
+    }
+    fixture.is_port_closed = true;
+    const unsigned taken   = fill(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids);
+    TEST_ASSERT_TRUE(taken >= 1U);
+    fixture.is_port_closed = false;
+    fixture_run(1U);
+    const char* const lines = fixture_look();
+    TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.8 #"));
+    TEST_ASSERT_EQUAL(taken, count_lines(lines, " 0407 FE\n"));
+    const unsigned told = count_lines(lines, "1.4 #");
+    TEST_ASSERT_TRUE((told >= taken) && (told < 254U));
+    TEST_ASSERT_EQUAL((254U * taken) - told, reports_lost());
+    fixture_forget();
+    (void)fixture_command(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids); // All of them, where the port takes them.
+    TEST_ASSERT_EQUAL(254U, count_lines(fixture_look(), "1.4 #"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(what_is_taken_in_is_answered_to_its_end);
+    RUN_TEST(a_high_event_and_its_transition_have_room_behind_them);
+    RUN_TEST(while_an_answer_is_unfinished_nothing_is_taken_in);
+    RUN_TEST(events_that_wait_keep_no_request_out);
+    RUN_TEST(of_many_refused_instructions_the_first_and_their_number_are_told);
+    return UNITY_END();
+}

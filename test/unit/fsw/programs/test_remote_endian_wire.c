@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a proxy and its remote-endian program say to each other: contents as octets, whatever the order of
+// octets here, and everything that is no such message refused.
+#include "fsw/programs/remote_endian_wire.h"
+
+#include <string.h>
+#include <unistd.h>
+
+#include "unity.h"
+
+#define PATIENCE_MS 10000U
+
+static remote_endian_wire_t one;
+static remote_endian_wire_t other;
+
+void setUp(void)
+{
+    one   = (remote_endian_wire_t){.received = 0U};
+    other = (remote_endian_wire_t){.received = 0U};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_local_pair(&one.socket, &other.socket));
+}
+
+void tearDown(void)
+{
+    osal_socket_close(&one.socket);
+    osal_socket_close(&other.socket);
+}
+
+static run_state_t sample_run(void)
+{
+    run_state_t run   = {.identity          = "hirosco-1",
+                         .is_stepped        = true,
+                         .node_count        = 1U,
+                         .node_ipv4         = {OSAL_IPV4_LOOPBACK},
+                         .link_methods      = 4U,
+                         .mission_path      = "descriptors/missions/rokviss.xml",
+                         .folder            = "runs/x",
+                         .storage           = "runs/x/storage",
+                         .ground_descriptor = -1,
+                         .component_count   = 2U};
+    run.components[0] = (run_component_t){
+        .apid = 1U, .name = "SUPERVISOR", .message_descriptor = 7, .message_port = 40001U, .life = 1U};
+    run.components[1] = (run_component_t){.apid               = 16U,
+                                          .name               = "MANIPULATOR",
+                                          .message_descriptor = 8,
+                                          .message_port       = 40002U,
+                                          .life               = 3U,
+                                          .link_floor         = 5U};
+    for (unsigned i = 0U; i < RUN_LINKS_MAX; i++) {
+        run.link_descriptors[i] = -1;
+    }
+    run.link_descriptors[1] = 12;
+    run.link_ports[1]       = 40100U;
+    return run;
+}
+
+static void a_run_is_told(void)
+{
+    const run_state_t run = sample_run();
+    static run_state_t heard;
+    unsigned component    = 0U;
+    octet_reader_t reader = octet_reader(NULL, 0U);
+    octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_RUN);
+    remote_endian_write_run(&writer, &run, 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &writer));
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_RUN, PATIENCE_MS, &reader));
+    TEST_ASSERT_TRUE(remote_endian_read_run(&reader, &heard, &component));
+    TEST_ASSERT_EQUAL_UINT(1U, component);
+    TEST_ASSERT_TRUE(heard.is_stepped);
+    TEST_ASSERT_EQUAL_STRING(run.identity, heard.identity);
+    TEST_ASSERT_EQUAL_STRING(run.mission_path, heard.mission_path);
+    TEST_ASSERT_EQUAL_STRING(run.folder, heard.folder);
+    TEST_ASSERT_EQUAL_STRING(run.storage, heard.storage);
+    TEST_ASSERT_EQUAL_HEX8(4U, heard.link_methods);
+    TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, heard.node_ipv4[0]);
+    TEST_ASSERT_EQUAL_UINT16(2U, heard.component_count);
+    TEST_ASSERT_EQUAL_STRING("MANIPULATOR", heard.components[1].name);
+    TEST_ASSERT_EQUAL_UINT16(16U, heard.components[1].apid);
+    TEST_ASSERT_EQUAL_INT(8, heard.components[1].message_descriptor);
+    TEST_ASSERT_EQUAL_UINT16(40002U, heard.components[1].message_port);
+    TEST_ASSERT_EQUAL_UINT32(3U, heard.components[1].life);
+    TEST_ASSERT_EQUAL_UINT32(5U, heard.components[1].link_floor);
+    TEST_ASSERT_EQUAL_INT_ARRAY(run.link_descriptors, heard.link_descriptors, RUN_LINKS_MAX);
+    TEST_ASSERT_EQUAL_UINT16(40100U, heard.link_ports[1]);
+}
+
+static void a_run_cut_short_or_out_of_bounds_is_refused(void)
+{
+    run_state_t run = sample_run();
+    static run_state_t heard;
+    unsigned component    = 0U;
+    octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_RUN);
+    remote_endian_write_run(&writer, &run, 1U);
+    const size_t size = writer.position - 5U;
+    for (size_t cut = 0U; cut < size; cut++) {
+        octet_reader_t reader = octet_reader(&one.octets[5], cut);
+        TEST_ASSERT_FALSE(remote_endian_read_run(&reader, &heard, &component));
+    }
+    octet_reader_t longer = octet_reader(&one.octets[5], size + 1U);
+    TEST_ASSERT_FALSE(remote_endian_read_run(&longer, &heard, &component));
+    // Identity, mission path and folders lie before the component's index, each after its length.
+    const size_t index =
+        5U + 8U + strlen(run.identity) + strlen(run.mission_path) + strlen(run.folder) + strlen(run.storage);
+    octets_put_u32(&one.octets[index], 2U);
+    octet_reader_t beyond = octet_reader(&one.octets[5], size);
+    TEST_ASSERT_FALSE(remote_endian_read_run(&beyond, &heard, &component));
+}
+
+static void numbers_are_big_endian(void)
+{
+    static run_state_t other_run;
+    other_run                       = sample_run();
+    static const uint8_t expected[] = {0x00, 0x00, 0x00, 0x21, 0x03, 0x01, 0x02, 0x03, 0x04, 0x05,
+                                       0x06, 0x07, 0x08, 0x00, 0x00, 0x00, 0x09, 0x0A, 0x0B, 0x0C,
+                                       0x0D, 0x00, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00,
+                                       0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x07};
+    const osal_grant_t grant        = {0x0102030405060708U, 9U, 0x0A0B0C0DU};
+    octet_writer_t writer           = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
+    octet_reader_t reader           = octet_reader(NULL, 0U);
+    osal_grant_t heard              = {0U, 0U, 0U};
+    run_state_t run                 = sample_run();
+    run.components[0].life          = 1U;
+    run.components[1].life          = 3U;
+    run.components[1].link_floor    = 7U;
+    remote_endian_write_grant(&writer, &grant, &run);
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &writer));
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, PATIENCE_MS, &reader));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, other.octets, sizeof expected);
+    TEST_ASSERT_TRUE(remote_endian_read_grant(&reader, &heard, &other_run));
+    TEST_ASSERT_EQUAL_UINT32(3U, other_run.components[1].life);
+    TEST_ASSERT_EQUAL_UINT32(7U, other_run.components[1].link_floor);
+    TEST_ASSERT_EQUAL_HEX64(grant.now_ns, heard.now_ns);
+    TEST_ASSERT_EQUAL_UINT32(9U, heard.messages);
+    TEST_ASSERT_EQUAL_HEX32(grant.octets, heard.octets);
+}
+
+static void what_was_done_is_told(void)
+{
+    remote_endian_done_t done = {.wake_ns = OSAL_LOCKSTEP_NEVER, .opened = 5U, .is_lossy = true};
+    remote_endian_done_t heard;
+    done.deliveries.lives[1]    = 4U;
+    done.deliveries.messages[1] = 2U;
+    done.deliveries.octets[15]  = 300U;
+    octet_writer_t writer       = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
+    remote_endian_write_done(&writer, &done);
+    octet_reader_t reader = octet_reader(&one.octets[5], writer.position - 5U);
+    TEST_ASSERT_TRUE(remote_endian_read_done(&reader, &heard));
+    TEST_ASSERT_EQUAL_HEX64(done.wake_ns, heard.wake_ns);
+    TEST_ASSERT_EQUAL_HEX32(5U, heard.opened);
+    TEST_ASSERT_TRUE(heard.is_lossy);
+    TEST_ASSERT_EQUAL_UINT32(4U, heard.deliveries.lives[1]);
+    TEST_ASSERT_EQUAL_UINT32(2U, heard.deliveries.messages[1]);
+    TEST_ASSERT_EQUAL_UINT32(300U, heard.deliveries.octets[15]);
+    octet_reader_t cut = octet_reader(&one.octets[5], writer.position - 6U);
+    TEST_ASSERT_FALSE(remote_endian_read_done(&cut, &heard));
+}
+
+static void receive_refuses(const uint8_t* const octets, const size_t size, const status_t expected)
+{
+    size_t sent = 0U;
+    octet_reader_t reader;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_send(&one.socket, octets, size, &sent));
+    TEST_ASSERT_EQUAL(size, sent);
+    TEST_ASSERT_EQUAL(expected, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, 0U, &reader));
+}
+
+static void what_is_no_message_is_refused(void)
+{
+    static const uint8_t empty[]      = {0U, 0U, 0U, 0U};
+    static const uint8_t huge[]       = {0xFFU, 0xFFU, 0xFFU, 0xFFU};
+    static const uint8_t other_kind[] = {0U, 0U, 0U, 1U, REMOTE_ENDIAN_DONE};
+    receive_refuses(empty, sizeof empty, STATUS_INVALID);
+    tearDown();
+    setUp();
+    receive_refuses(huge, sizeof huge, STATUS_INVALID);
+    tearDown();
+    setUp();
+    receive_refuses(other_kind, sizeof other_kind, STATUS_INVALID);
+}
+
+static void a_message_may_come_in_pieces(void)
+{
+    static const uint8_t octets[] = {0U, 0U, 0U, 2U, REMOTE_ENDIAN_GRANT, 0x5AU};
+    octet_reader_t reader         = octet_reader(NULL, 0U);
+    for (size_t i = 0U; i < (sizeof octets - 1U); i++) {
+        receive_refuses(&octets[i], 1U, STATUS_TIMEOUT);
+    }
+    size_t sent = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_send(&one.socket, &octets[5], 1U, &sent));
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, PATIENCE_MS, &reader));
+    TEST_ASSERT_EQUAL_HEX8(0x5AU, octet_read_u8(&reader));
+    TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
+}
+
+static void an_end_that_is_gone_is_noticed(void)
+{
+    octet_reader_t reader;
+    octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
+    osal_socket_close(&other.socket);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, remote_endian_receive(&one, REMOTE_ENDIAN_DONE, PATIENCE_MS, &reader));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, remote_endian_send(&one, &writer));
+}
+
+static void a_message_that_does_not_fit_is_not_sent(void)
+{
+    octet_reader_t reader;
+    octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
+    TEST_ASSERT_NULL(octet_write_space(&writer, REMOTE_ENDIAN_MESSAGE_MAX));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, remote_endian_send(&one, &writer));
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, 0U, &reader));
+}
+
+/// A bus of this process, both ends.
+static void open_bus(char* const address, const char* const name, osal_can_t* const node,
+                     osal_can_t* const wire)
+{
+    char digits[16];
+    long number  = (long)getpid();
+    size_t count = 0U;
+    for (; number > 0; number /= 10) {
+        digits[count++] = (char)('0' + (number % 10));
+    }
+    digits[count] = '\0';
+    (void)strcpy(address, "shm:hirosco-test.");
+    (void)strcat(address, digits);
+    (void)strcat(address, name);
+    (void)osal_can_destroy(address);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(node, address, OSAL_CAN_NODE));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(wire, address, OSAL_CAN_WIRE));
+}
+
+static void full_buses_are_handed_over(void)
+{
+    static remote_endian_buses_t from;
+    static remote_endian_buses_t to;
+    osal_can_t senders[2];
+    osal_can_t receivers[2];
+    char addresses[4][64];
+    from = (remote_endian_buses_t){.open = 0x81U};
+    to   = (remote_endian_buses_t){.open = 0x81U};
+    open_bus(addresses[0], ".a", &senders[0], &from.ends[0]);
+    open_bus(addresses[1], ".b", &senders[1], &from.ends[7]);
+    open_bus(addresses[2], ".c", &to.ends[0], &receivers[0]);
+    open_bus(addresses[3], ".d", &to.ends[7], &receivers[1]);
+    osal_can_frame_t frame = {
+        .time_ns = 0x1122334455667788U, .length = OSAL_CAN_DATA_MAX, .flags = OSAL_CAN_FLAG_FD};
+    for (unsigned i = 0U; i < (2U * OSAL_CAN_RING_FRAMES); i++) {
+        frame.id      = i;
+        frame.data[0] = (uint8_t)(i & 0xFFU);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&senders[i % 2U], &frame));
+    }
+    octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
+    remote_endian_write_frames(&writer, &from);
+    TEST_ASSERT_FALSE(writer.failed);
+    octet_reader_t reader = octet_reader(&one.octets[5], writer.position - 5U);
+    TEST_ASSERT_TRUE(remote_endian_read_frames(&reader, &to));
+    TEST_ASSERT_EQUAL_UINT32(0U, to.refused);
+    for (unsigned i = 0U; i < (2U * OSAL_CAN_RING_FRAMES); i++) {
+        osal_can_frame_t got;
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&receivers[i % 2U], &got));
+        TEST_ASSERT_EQUAL_UINT32(i, got.id);
+        TEST_ASSERT_EQUAL_HEX64(frame.time_ns, got.time_ns);
+        TEST_ASSERT_EQUAL_UINT8(OSAL_CAN_FLAG_FD, got.flags);
+        TEST_ASSERT_EQUAL_UINT8(OSAL_CAN_DATA_MAX, got.length);
+        TEST_ASSERT_EQUAL_HEX8(i & 0xFFU, got.data[0]);
+    }
+    to.open               = 0x01U; // A frame for a bus that is not open.
+    octet_reader_t closed = octet_reader(&one.octets[5], writer.position - 5U);
+    TEST_ASSERT_FALSE(remote_endian_read_frames(&closed, &to));
+    for (unsigned i = 0U; i < 4U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_destroy(addresses[i]));
+    }
+    osal_can_close(&senders[0]);
+    osal_can_close(&senders[1]);
+    osal_can_close(&receivers[0]);
+    osal_can_close(&receivers[1]);
+    osal_can_close(&from.ends[0]);
+    osal_can_close(&from.ends[7]);
+    osal_can_close(&to.ends[0]);
+    osal_can_close(&to.ends[7]);
+}
+
+static void frames_that_are_none_are_refused(void)
+{
+    static remote_endian_buses_t buses; // None is open.
+    static const uint8_t nothing[]  = {0xFFU};
+    static const uint8_t trailing[] = {0xFFU, 0U};
+    static const uint8_t no_bus[]   = {8U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0xFFU};
+    octet_reader_t reader           = octet_reader(nothing, sizeof nothing);
+    TEST_ASSERT_TRUE(remote_endian_read_frames(&reader, &buses));
+    reader = octet_reader(trailing, sizeof trailing);
+    TEST_ASSERT_FALSE(remote_endian_read_frames(&reader, &buses));
+    reader = octet_reader(no_bus, sizeof no_bus);
+    TEST_ASSERT_FALSE(remote_endian_read_frames(&reader, &buses));
+    reader = octet_reader(no_bus, 0U);
+    TEST_ASSERT_FALSE(remote_endian_read_frames(&reader, &buses));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_run_is_told);
+    RUN_TEST(a_run_cut_short_or_out_of_bounds_is_refused);
+    RUN_TEST(numbers_are_big_endian);
+    RUN_TEST(what_was_done_is_told);
+    RUN_TEST(what_is_no_message_is_refused);
+    RUN_TEST(a_message_may_come_in_pieces);
+    RUN_TEST(an_end_that_is_gone_is_noticed);
+    RUN_TEST(a_message_that_does_not_fit_is_not_sent);
+    RUN_TEST(full_buses_are_handed_over);
+    RUN_TEST(frames_that_are_none_are_refused);
+    return UNITY_END();
+}

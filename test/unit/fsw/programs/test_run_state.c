@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names that a run notes so that its launcher can remove them.
+#include "fsw/programs/run_state.h"
+
+#include "osal/include/osal/task.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define COMPONENTS 4U
+#define NAMES_EACH 8U
+
+typedef struct {
+    osal_task_t task;
+    unsigned number;
+    unsigned noted;
+} subsystem_t;
+
+static run_state_t block;
+
+void setUp(void)
+{
+    (void)memset(&block, 0, sizeof block);
+}
+
+void tearDown(void)
+{
+}
+
+static bool is_noted(const char* name)
+{
+    for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {
+        if (strcmp(block.flows[i].name, name) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void a_name_is_noted_once(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.camera"));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.camera"));
+    TEST_ASSERT_EQUAL_STRING("/run.flow.camera", block.flows[0].name);
+    TEST_ASSERT_EQUAL_STRING("", block.flows[1].name);
+}
+
+static void what_does_not_fit_is_refused(void)
+{
+    char name[RUN_NAME_MAX + 1U];
+    (void)memset(name, 'x', RUN_NAME_MAX);
+    name[RUN_NAME_MAX] = '\0';
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, run_state_note_flow(&block, name));
+    name[RUN_NAME_MAX - 1U] = '\0';
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, name));
+    for (unsigned i = 1U; i < RUN_FLOWS_MAX; i++) {
+        (void)snprintf(name, sizeof name, "/run.flow.%u", i);
+        TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, name));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, run_state_note_flow(&block, "/run.flow.more"));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.1"));
+}
+
+static void note_names(void* context)
+{
+    subsystem_t* const self = context;
+    for (unsigned i = 0U; i < NAMES_EACH; i++) {
+        char name[RUN_NAME_MAX];
+        (void)snprintf(name, sizeof name, "/run.flow.%u.%u", self->number, i);
+        self->noted += (run_state_note_flow(&block, name) == STATUS_OK) ? 1U : 0U;
+    }
+}
+
+static void components_note_theirs_at_a_time(void)
+{
+    static subsystem_t components[COMPONENTS];
+    for (unsigned i = 0U; i < COMPONENTS; i++) {
+        components[i] = (subsystem_t){.number = i};
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&components[i].task, note_names, &components[i], 0));
+    }
+    for (unsigned i = 0U; i < COMPONENTS; i++) {
+        osal_task_join(&components[i].task);
+        TEST_ASSERT_EQUAL_UINT(NAMES_EACH, components[i].noted);
+    }
+    for (unsigned i = 0U; i < (COMPONENTS * NAMES_EACH); i++) {
+        char name[RUN_NAME_MAX];
+        (void)snprintf(name, sizeof name, "/run.flow.%u.%u", i / NAMES_EACH, i % NAMES_EACH);
+        TEST_ASSERT_TRUE_MESSAGE(is_noted(name), name);
+    }
+}
+
+static void lateness_is_counted_in_classes(void)
+{
+    static const uint64_t late_ns[]              = {0U,       99999U,    100000U,    999999U,
+                                                    1000000U, 10000000U, 100000000U, 5000000000U};
+    static const uint32_t expected[RUN_LATENESS] = {2U, 2U, 1U, 1U, 2U};
+    run_state_beat(&block, 1U, 500U, 1000U);
+    TEST_ASSERT_EQUAL_UINT64(500U, run_state_last_beat(&block, 1U).step_ns);
+    TEST_ASSERT_EQUAL_UINT64(1000U, run_state_last_beat(&block, 1U).wake_ns);
+    run_state_wake(&block, 1U, 999U); // By a message.
+    for (size_t i = 0U; i < (sizeof late_ns / sizeof late_ns[0]); i++) {
+        run_state_wake(&block, 1U, 1000U + late_ns[i]);
+    }
+    TEST_ASSERT_EQUAL_UINT32_ARRAY(expected, block.beats[1].late, RUN_LATENESS);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_name_is_noted_once);
+    RUN_TEST(what_does_not_fit_is_refused);
+    RUN_TEST(components_note_theirs_at_a_time);
+    RUN_TEST(lateness_is_counted_in_classes);
+    return UNITY_END();
+}

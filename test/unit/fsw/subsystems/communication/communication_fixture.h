@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A test fixture for communication: the real subsystem with a real listening port on loopback, ground
+/// clients with blocking sockets of their own, and a supervisor that keeps what it is sent.
+#ifndef TEST_UNIT_FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_FIXTURE_H
+#define TEST_UNIT_FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_FIXTURE_H
+
+#include "fsw/subsystems/communication/communication.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define FIXTURE_CLIENTS 8U
+#define FIXTURE_PACKETS 4096U
+
+typedef struct {
+    uint16_t source;
+    uint16_t sequence;
+    size_t size;
+} fixture_request_t;
+
+typedef struct {
+    subsystem_t component;
+    communication_t communication;
+    subsystem_descriptor_t descriptor;
+    osal_socket_t listener;
+    osal_address_t address;
+    uint64_t now_ns;
+    osal_socket_t clients[FIXTURE_CLIENTS];
+    uint16_t ports[FIXTURE_CLIENTS];             ///< Of the clients' own ends.
+    fixture_request_t requests[FIXTURE_PACKETS]; ///< That went up.
+    unsigned request_count;
+    unsigned events[32]; ///< Reports of events, by id.
+    bool is_uplink_full;
+    unsigned uplink_room; ///< Requests it takes before it is full; 0: no limit.
+    uint16_t participant;
+    unsigned served; ///< Times that the participant was told so.
+    unsigned cut;
+    unsigned intrusions;
+    uint32_t sent[FIXTURE_CLIENTS]; ///< As the hook was told.
+} fixture_t;
+
+extern fixture_t fixture;
+
+/// Communication with its port, in OFFLINE.
+void fixture_open(void);
+/// The same, configured: it listens.
+void fixture_open_up(void);
+void fixture_close(void);
+/// Take in, step, send out: what its program does at each wake.
+void fixture_step(void);
+void fixture_run(unsigned steps);
+/// Step until the supervisor has so many requests, or the test fails.
+void fixture_run_until_requests(unsigned count);
+
+void fixture_connect(unsigned client);
+void fixture_disconnect(unsigned client);
+void fixture_write(unsigned client, const uint8_t* octets, size_t size);
+/// Telecommand of a user with so many octets of data.
+void fixture_write_request(unsigned client, uint16_t user, uint16_t sequence, size_t data);
+size_t fixture_request(uint8_t packet[PUS_PACKET_MAX], uint16_t user, uint16_t sequence, size_t data);
+/// True if communication has closed the connection.
+bool fixture_is_ended(unsigned client);
+/// Read what has arrived, at most `capacity` octets, waiting a moment for the first.
+size_t fixture_read(unsigned client, uint8_t* octets, size_t capacity);
+
+/// A report for a user (0: all), with its number, as it comes from the supervisor.
+void fixture_report(uint16_t destination, uint8_t service, uint8_t subtype, uint32_t number, size_t data);
+/// Next report that a client receives: its number. UINT32_MAX if there is none within a moment.
+uint32_t fixture_next_report(unsigned client);
+
+#endif // TEST_UNIT_FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_FIXTURE_H

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A test fixture for the supervisor as a whole: a mission of its own, fake members on ring carriers that
+/// answer by themselves or keep silent, fake processes, and simulated time. What reaches a member or the
+/// ground is written down as one line of text each:
+///
+///     "G 1.2 #5 0110 103"          a report to the ground: of APID 1 where none is given, else "G/16 ..."
+///     "G time 2"                   a spacecraft time packet of a report every 2^2 s
+///     "16 TC 129.1 05 from 8001"   a request that reached a member, with its data
+///
+/// Periodic status and housekeeping are left out. fixture_expect checks all lines since the last look.
+#ifndef TEST_UNIT_FSW_SUPERVISOR_SUPERVISOR_FIXTURE_H
+#define TEST_UNIT_FSW_SUPERVISOR_SUPERVISOR_FIXTURE_H
+
+#include "fsw/framework/message/ring_carrier.h"
+#include "fsw/supervisor/supervisor.h"
+#include "test/support/fixture_lines.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define FIXTURE_MEMBERS 4U
+#define FIXTURE_GROUND 0U ///< Index of `communication`; ARM, HAND and LONE follow.
+#define FIXTURE_ARM 1U
+#define FIXTURE_HAND 2U
+#define FIXTURE_LONE 3U
+#define ARM 16U
+#define HAND 17U
+#define LONE 18U
+#define LINK_ARM_STATE 1U  ///< ARM port 1 -> HAND port 2.
+#define LINK_HAND_POS 2U   ///< HAND port 1 -> ARM port 2.
+#define LINK_LONE_STATE 3U ///< ARM port 1 -> LONE port 3: a second reader.
+#define MODE_SAFE 0U
+#define MODE_NOMINAL 1U
+#define FIXTURE_USER 1U
+#define FIXTURE_TICK_NS 10000000ULL
+
+typedef struct {
+    uint16_t apid;
+    message_endpoint_t endpoint;
+    message_place_t inbox[2];
+    pus_app_process_t process;
+    state_t state;
+    state_phase_t phase;
+    uint16_t configuration;
+    uint32_t start_count;
+    uint32_t open_links; ///< Bit n: it says that link n + 1 is open.
+    unsigned heartbeats; ///< Reports of the supervisor that reached it.
+    bool is_running;
+    bool is_silent;        ///< Sends no status.
+    bool is_deaf;          ///< Takes nothing in.
+    bool is_passive;       ///< Takes in, but answers nothing.
+    uint8_t refuses_links; ///< Reason of TM[130,5]; 0: accepts.
+    bool ignores_links;    ///< Answers no request of service 130.
+    bool fails_to_open;
+    uint64_t interface_offset; ///< Its descriptor's hashes are other than the supervisor's by so much.
+    uint64_t configuration_offset;
+} fixture_member_t;
+
+typedef struct {
+    supervisor_t supervisor;
+    message_ring_carrier_t hub;
+    message_endpoint_t endpoint; // Of the supervisor.
+    message_place_t inbox[8];
+    fixture_member_t members[FIXTURE_MEMBERS];
+    uint64_t now_ns;
+    uint64_t next_status_ns;
+    uint16_t source; ///< Of the next telecommands.
+    uint8_t ack;     ///< Of the next telecommands.
+    bool is_stop_requested;
+    bool is_finished;
+    status_t start_result;
+    uint32_t link_floor; ///< Of the last start.
+    uint64_t boot_ns;
+    unsigned kills;
+    uint16_t
+        late_apid; ///< A member that has promised to step at promise_ns; the others have promised nothing.
+    uint64_t promise_ns;
+    unsigned starts;
+    unsigned stops;
+} fixture_t;
+
+extern fixture_t fixture;
+/// Gives the next supervisors what the fixture itself has none of: stores, files, optional services; null:
+/// nobody.
+extern void (*fixture_configure)(supervisor_config_t* config);
+
+/// Supervisor at time 0, all processes running, nobody heard yet.
+void fixture_open(void);
+/// The same after the autostart of supervisor and communication; lines forgotten.
+void fixture_open_up(void);
+void fixture_close(void);
+/// Text of a file in the folder of the packet log.
+const char* fixture_log_file(const char* name);
+const char* fixture_folder(void);
+
+/// One tick: the supervisor steps, then the members take in and answer.
+void fixture_tick(void);
+void fixture_run(unsigned ticks);
+/// The same without time passing.
+void fixture_step(void);
+
+/// Telecommand of the ground; returns its sequence count (#n).
+uint16_t fixture_tc(uint16_t apid, uint8_t service, uint8_t subtype, const void* data, size_t size);
+uint16_t fixture_request_state(uint16_t apid, state_t target);
+/// A member takes nothing in any more, and requests have used up its credit; lines forgotten.
+void fixture_fill(unsigned member);
+/// Octets from a member's mailbox as they are.
+void fixture_send(unsigned member, const uint8_t* octets, size_t size);
+/// Report of a member to all ground users.
+void fixture_report(unsigned member, uint8_t service, uint8_t subtype, const void* data, size_t size);
+/// Event of a member: severity 1..4.
+void fixture_event(unsigned member, uint8_t severity, uint16_t event);
+/// Verification report about request number n of user 1 to this member.
+void fixture_verify(unsigned member, uint8_t subtype, uint16_t number);
+/// TM[130,10] of a member.
+void fixture_link_changed(unsigned member, uint16_t link, uint8_t previous, uint8_t state);
+/// Put a member into a state, as if it had told so; phase and configuration to match.
+void fixture_place(unsigned member, state_t state);
+/// Both members in PRE_OPERATIONAL with links negotiated and open, then in a state; lines forgotten.
+void fixture_link_up(state_t state);
+/// TC[130,3] for a link of the mission to the supervisor.
+uint16_t fixture_request_link(uint16_t link);
+uint16_t fixture_open_link(uint16_t link);
+uint16_t fixture_close_link(uint16_t link);
+
+/// Line of a packet that reached a member.
+void fixture_line_of_packet(fixture_member_t* member, const uint8_t* packet, size_t size);
+
+#endif // TEST_UNIT_FSW_SUPERVISOR_SUPERVISOR_FIXTURE_H

@@ -1,0 +1,535 @@
+// SPDX-License-Identifier: Apache-2.0
+#define _DEFAULT_SOURCE // MAP_ANONYMOUS.
+#include "fsw/supervisor/checkpoint.h"
+
+#include "fsw/framework/subsystem/state_machine.h"
+#include "fsw/supervisor/recommission.h"
+#include "unity.h"
+
+#include <signal.h>
+#include <stddef.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#define NOW 5000000000ULL
+
+static mission_descriptor_t mission;
+static checkpoint_t checkpoint;
+static checkpoint_state_t state;
+static checkpoint_state_t found;
+static checkpoint_limits_t limits;
+static bool is_older;
+static uint8_t storage[4][100];
+static message_ring_t waiting[2];
+static message_ring_t taken[2];
+static checkpoint_rings_t rings;
+static checkpoint_rings_t taken_rings;
+
+/// A mission of two subsystems, the supervisor and a link; what the checks ask of it is there.
+static void make_mission(void)
+{
+    mission                       = (mission_descriptor_t){.interface_hash  = 0x0102030405060708U,
+                                                           .subsystem_count = 3U,
+                                                           .mode_count      = 2U,
+                                                           .link_count      = 1U,
+                                                           .plan_count      = 1U,
+                                                           .action_count    = 2U};
+    static const uint16_t apids[] = {16U, 17U, 1U};
+    for (unsigned i = 0U; i < 3U; i++) {
+        mission.subsystems[i].apid = apids[i];
+    }
+    mission.modes[1].id = 1U;
+    mission.links[0]    = (mission_link_t){
+           .number = 1U, .producer_apid = 16U, .producer_port = 1U, .consumer_apid = 17U, .consumer_port = 2U};
+    mission.plans[0] = (mission_plan_t){.action_count = 2U};
+}
+
+/// Something in every table.
+static void make_state(void)
+{
+    const checkpoint_edge_t edge = {1U, 16U, 1U, 17U, 2U, 0U};
+    (void)memset(&state, 0, sizeof state);
+    state.interface_hash = mission.interface_hash;
+    state.now_ns         = NOW - 1U;
+    state.log_number     = 77U;
+    state.lives          = 1U;
+    state.message_life   = 1U;
+    state.mode           = 1U;
+    state.member_count   = 3U;
+    state.channel_count  = 1U;
+    state.accepted_count = 1U;
+    state.open_count     = 1U;
+    for (unsigned i = 0U; i < 3U; i++) {
+        state.members[i] = (checkpoint_member_t){.apid = mission.subsystems[i].apid, .process = 1U};
+    }
+    state.accepted[0]        = edge;
+    state.open[0]            = edge;
+    state.sessions[0]        = (checkpoint_session_t){.edge = edge, .step = 1U};
+    state.plans[0]           = (checkpoint_plan_t){.is_used      = 1U,
+                                                   .plan         = 1U,
+                                                   .apid         = 16U,
+                                                   .severity     = 4U,
+                                                   .lost         = 2U,
+                                                   .member_count = 2U,
+                                                   .members      = {16U, 17U}};
+    state.passed[0]          = (checkpoint_request_t){.apid = 16U, .token = {.ack = 9U, .source = 1U}};
+    state.own[3]             = (checkpoint_request_t){.apid = 1U, .token = {.ack = 8U, .source = 1U}};
+    state.counts.messages[0] = (pus_message_count_t){1U, 7U, 1U, 12U};
+    state.counts.requests[0] = (pus_request_count_t){16U, 5U};
+    state.channels[0]        = (message_position_t){.peer_life = 1U,
+                                                    .peer      = 16U,
+                                                    .sent      = 40U,
+                                                    .credited  = 38U,
+                                                    .under_way = 90U,
+                                                    .expected  = 7U,
+                                                    .taken     = 7U};
+    state.channels[0].sizes[38U % MESSAGE_WINDOW] = 50U;
+    state.channels[0].sizes[39U % MESSAGE_WINDOW] = 40U;
+    state.rings[0]                                = (checkpoint_ring_t){.used = 20U, .blocks = 2U};
+}
+
+void setUp(void)
+{
+    make_mission();
+    make_state();
+    limits = (checkpoint_limits_t){&mission, NOW};
+    for (size_t i = 0U; i < 2U; i++) {
+        message_ring_init(&waiting[i], storage[i], sizeof storage[i]);
+        message_ring_init(&taken[i], storage[2U + i], sizeof storage[2U + i]);
+    }
+    rings       = (checkpoint_rings_t){{&waiting[0], NULL, &waiting[1]}};
+    taken_rings = (checkpoint_rings_t){{&taken[0], NULL, &taken[1]}};
+    (void)memset(&checkpoint, 0, sizeof checkpoint);
+}
+
+void tearDown(void)
+{
+}
+
+static status_t adopt(void)
+{
+    return supervisor_checkpoint_adopt(&checkpoint, &limits, &found, &taken_rings, &is_older);
+}
+
+static void memory_that_was_never_written_is_nobodys(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, adopt());
+}
+
+static void the_last_commit_is_adopted(void)
+{
+    for (uint64_t i = 1U; i <= 5U; i++) {
+        state.log_number = i;
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings);
+        TEST_ASSERT_EQUAL(STATUS_OK, adopt());
+        TEST_ASSERT_FALSE(is_older);
+        TEST_ASSERT_EQUAL_MEMORY(&state, &found, sizeof state);
+    }
+}
+
+// Whatever octet changes where it lies, the bank is refused, and the one before it serves.
+static void any_octet_that_changes_refuses_its_bank(void)
+{
+    for (size_t at = 0U; at < offsetof(checkpoint_bank_t, octets); at++) {
+        checkpoint.banks[0].generation = 0U;
+        checkpoint.banks[1].generation = 0U;
+        state.log_number               = 1U;
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // Into one bank,
+        state.log_number = 2U;
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // into the other.
+        const size_t newer = (checkpoint.banks[0].generation > checkpoint.banks[1].generation) ? 0U : 1U;
+        ((uint8_t*)&checkpoint.banks[newer])[at] ^= 0x5AU;
+        TEST_ASSERT_EQUAL(STATUS_OK, adopt());
+        TEST_ASSERT_EQUAL_UINT64(1U, found.log_number);
+        TEST_ASSERT_TRUE(is_older);
+        state.log_number = 3U;
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // It goes on from there.
+        TEST_ASSERT_EQUAL(STATUS_OK, adopt());
+        TEST_ASSERT_EQUAL_UINT64(3U, found.log_number);
+    }
+}
+
+static void two_damaged_banks_are_told(void)
+{
+    supervisor_checkpoint_commit(&checkpoint, &state, &rings);
+    supervisor_checkpoint_commit(&checkpoint, &state, &rings);
+    checkpoint.banks[0].state.mode ^= 1U;
+    checkpoint.banks[1].state.mode ^= 1U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, adopt());
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, adopt()); // Nothing is left to be believed.
+}
+
+// The writer ends after each octet of a commit.
+static void a_commit_that_was_cut_short_leaves_the_one_before(void)
+{
+    static checkpoint_t before;
+    static checkpoint_t after;
+    state.log_number = 1U;
+    supervisor_checkpoint_commit(&checkpoint, &state, &rings);
+    before           = checkpoint;
+    state.log_number = 2U;
+    state.mode       = 0U;
+    supervisor_checkpoint_commit(&checkpoint, &state, &rings);
+    after              = checkpoint;
+    const size_t newer = (after.banks[0].generation == 2U) ? 0U : 1U;
+    const size_t first = offsetof(checkpoint_bank_t, state);
+    for (size_t octets = 0U; octets <= sizeof state; octets += 7U) {
+        checkpoint = before;
+        (void)memcpy((uint8_t*)&checkpoint.banks[newer] + first, &after.banks[newer].state, octets);
+        checkpoint.banks[newer].generation = 0U;
+        TEST_ASSERT_EQUAL(STATUS_OK, adopt());
+        TEST_ASSERT_EQUAL_UINT64(1U, found.log_number);
+        TEST_ASSERT_FALSE(is_older); // What was never finished is no loss.
+    }
+}
+
+/// Commits states whose words all tell the same number, until it is killed.
+static void commit_for_ever(checkpoint_t* const shared)
+{
+    for (uint64_t i = 1U;; i++) {
+        state.log_number  = i;
+        state.shutdown_ns = i;
+        state.link_epoch  = (uint32_t)i;
+        supervisor_checkpoint_commit(shared, &state, &rings);
+    }
+}
+
+static void a_writer_that_is_killed_anywhere_leaves_a_whole_state(void)
+{
+    checkpoint_t* const shared =
+        mmap(NULL, sizeof *shared, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    TEST_ASSERT_TRUE(shared != MAP_FAILED);
+    for (long i = 0; i < 50; i++) {
+        const pid_t writer = fork();
+        if (writer == 0) {
+            commit_for_ever(shared);
+        }
+        const struct timespec wait = {0, 1000000L + (i * 7919L)};
+        (void)nanosleep(&wait, NULL);
+        (void)kill(writer, SIGKILL);
+        int result = 0;
+        TEST_ASSERT_EQUAL(writer, waitpid(writer, &result, 0));
+        const status_t status = supervisor_checkpoint_adopt(shared, &limits, &found, &taken_rings, &is_older);
+        if (status == STATUS_NOT_FOUND) {
+            continue; // It had not begun.
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, status);
+        TEST_ASSERT_FALSE(is_older);
+        TEST_ASSERT_EQUAL_UINT64(found.log_number, found.shutdown_ns);
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)found.log_number, found.link_epoch);
+    }
+    (void)munmap(shared, sizeof *shared);
+}
+
+// ---- Fields ----
+
+static void expect_flaw(checkpoint_flaw_t flaw)
+{
+    TEST_ASSERT_EQUAL(flaw, supervisor_checkpoint_check(&state, &limits));
+    make_state();
+    TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
+}
+
+#define REFUSED(flaw, field, value)                                                                          \
+    do {                                                                                                     \
+        state.field = (value);                                                                               \
+        expect_flaw(flaw);                                                                                   \
+    } while (0)
+
+static void a_head_that_cannot_be_is_refused(void)
+{
+    TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
+    REFUSED(CHECKPOINT_MISSION, interface_hash, 1U);
+    REFUSED(CHECKPOINT_TIME, now_ns, NOW + 1U);
+    REFUSED(CHECKPOINT_COUNTS, lives, 0U);
+    REFUSED(CHECKPOINT_COUNTS, message_life, 0U);
+    REFUSED(CHECKPOINT_COUNTS, member_count, 2U);
+    REFUSED(CHECKPOINT_COUNTS, channel_count, MESSAGE_PEERS_MAX + 1U);
+    REFUSED(CHECKPOINT_COUNTS, accepted_count, LINK_GRAPH_EDGES + 1U);
+    REFUSED(CHECKPOINT_COUNTS, open_count, LINK_GRAPH_EDGES + 1U);
+    REFUSED(CHECKPOINT_COUNTS, autostart_step, 2U);
+    REFUSED(CHECKPOINT_MODE, mode, 2U);
+    REFUSED(CHECKPOINT_LOG, log_number, 0U);
+    REFUSED(CHECKPOINT_LOG, log_written, 77U);
+    REFUSED(CHECKPOINT_LOG, log_strategy, 4U);
+    REFUSED(CHECKPOINT_LOG, is_log_failure_told, 2U);
+    REFUSED(CHECKPOINT_SHUTDOWN, shutdown_step, 6U);
+    REFUSED(CHECKPOINT_SHUTDOWN, shutdown_ns, NOW);
+    REFUSED(CHECKPOINT_SHUTDOWN, orbit_since_ns, NOW);
+    REFUSED(CHECKPOINT_SHUTDOWN, has_shutdown_token, 2U);
+    REFUSED(CHECKPOINT_SHUTDOWN, shutdown_token.ack, 16U);
+}
+
+static void a_member_that_cannot_be_is_refused(void)
+{
+    REFUSED(CHECKPOINT_MEMBER, members[1].apid, 16U);
+    REFUSED(CHECKPOINT_MEMBER, members[0].process, 3U);
+    REFUSED(CHECKPOINT_MEMBER, members[0].state, STATE_COUNT);
+    REFUSED(CHECKPOINT_MEMBER, members[0].ordered, STATE_COUNT);
+    REFUSED(CHECKPOINT_MEMBER, members[0].phase, PHASE_UNSECURED + 1);
+    REFUSED(CHECKPOINT_MEMBER, members[0].is_heard, 2U);
+    REFUSED(CHECKPOINT_MEMBER, members[0].is_order_owed, 2U);
+    REFUSED(CHECKPOINT_MEMBER, members[0].is_interface_foreign, 2U);
+    REFUSED(CHECKPOINT_MEMBER, members[0].is_restarted, 2U);
+    REFUSED(CHECKPOINT_MEMBER, members[1].rested, STATE_COUNT);
+    REFUSED(CHECKPOINT_MEMBER, members[1].error_ns, NOW);
+    REFUSED(CHECKPOINT_MEMBER, members[1].run_since_ns, NOW);
+    REFUSED(CHECKPOINT_MEMBER, members[1].is_run_active, 2U);
+    REFUSED(CHECKPOINT_MEMBER, members[1].is_run_walking, 2U);
+    REFUSED(CHECKPOINT_MEMBER, members[1].run_target, STATE_COUNT);
+    REFUSED(CHECKPOINT_MEMBER, members[1].run_ordered, STATE_COUNT + 1);
+    REFUSED(CHECKPOINT_MEMBER, members[1].run_seen, STATE_COUNT + 1);
+    REFUSED(CHECKPOINT_MEMBER, members[1].run_seen_phase, PHASE_UNSECURED + 1);
+    REFUSED(CHECKPOINT_MEMBER, members[2].heard_ns, NOW);
+    REFUSED(CHECKPOINT_MEMBER, members[2].started_ns, NOW);
+}
+
+static void a_link_that_the_mission_does_not_have_is_refused(void)
+{
+    REFUSED(CHECKPOINT_LINK, accepted[0].link, 2U);
+    REFUSED(CHECKPOINT_LINK, accepted[0].producer_apid, 17U);
+    REFUSED(CHECKPOINT_LINK, open[0].consumer_port, 9U);
+    REFUSED(CHECKPOINT_LINK, open[0].is_stale, 2U);
+    REFUSED(CHECKPOINT_LINK, renewals[MISSION_LINKS_MAX - 1U], RECOMMISSION_RENEWALS + 1U);
+    REFUSED(CHECKPOINT_LINK, renewed, 2U);
+    state.open_count = 2U; // Twice the same.
+    state.open[1]    = state.open[0];
+    expect_flaw(CHECKPOINT_LINK);
+    REFUSED(CHECKPOINT_SESSION, sessions[0].step, 6U);
+    REFUSED(CHECKPOINT_SESSION, sessions[0].edge.link, 0U);
+    REFUSED(CHECKPOINT_SESSION, sessions[0].token.ack, 255U);
+    REFUSED(CHECKPOINT_SESSION, sessions[0].deadline_ns, UINT64_MAX);
+}
+
+static void a_plan_that_the_mission_does_not_have_is_refused(void)
+{
+    state.plans[0].plan        = CHECKPOINT_NO_PLAN; // Built in.
+    state.plans[0].next_action = 0U;
+    expect_flaw(CHECKPOINT_SOUND);
+    REFUSED(CHECKPOINT_PLAN, plans[0].plan, 2U);
+    REFUSED(CHECKPOINT_PLAN, plans[0].is_used, 2U);
+    REFUSED(CHECKPOINT_PLAN, plans[0].next_action, 3U);
+    REFUSED(CHECKPOINT_PLAN, plans[0].apid, 99U);
+    REFUSED(CHECKPOINT_PLAN, plans[0].lost, 4U); // Of two members.
+    REFUSED(CHECKPOINT_PLAN, plans[0].severity, 0U);
+    REFUSED(CHECKPOINT_PLAN, plans[0].severity, 5U);
+    REFUSED(CHECKPOINT_PLAN, plans[0].member_count, 0U);
+    REFUSED(CHECKPOINT_PLAN, plans[0].member_count, LINK_GRAPH_MEMBERS + 1U);
+    REFUSED(CHECKPOINT_PLAN, plans[0].members[1], 99U);
+    REFUSED(CHECKPOINT_PLAN, plans[0].start_ns, NOW);
+}
+
+static void what_numbers_packets_is_checked(void)
+{
+    REFUSED(CHECKPOINT_REQUEST, passed[0].apid, 99U);
+    REFUSED(CHECKPOINT_REQUEST, passed[0].since_ns, NOW);
+    REFUSED(CHECKPOINT_REQUEST, passed[0].stage, 4U);
+    REFUSED(CHECKPOINT_REQUEST, own[3].token.ack, 16U);
+    REFUSED(CHECKPOINT_NUMBERS, counts.sequence, 16384U);
+    REFUSED(CHECKPOINT_NUMBERS, counts.requests[0].apid, 2047U);
+    REFUSED(CHECKPOINT_NUMBERS, counts.requests[0].sequence, 16384U);
+    REFUSED(CHECKPOINT_CHANNEL, channels[0].peer, 99U);
+    REFUSED(CHECKPOINT_CHANNEL, channels[0].sent, 38U + MESSAGE_WINDOW + 1U);
+    REFUSED(CHECKPOINT_CHANNEL, channels[0].under_way, 91U);
+    REFUSED(CHECKPOINT_CHANNEL, channels[0].told, 8U);
+    REFUSED(CHECKPOINT_CHANNEL, channels[0].expected, 8U + MESSAGE_WINDOW);
+    REFUSED(CHECKPOINT_CHANNEL, channels[0].untold, MESSAGE_WINDOW_OCTETS + 1U);
+    REFUSED(CHECKPOINT_RING, rings[0].used, CHECKPOINT_OCTETS + 1U);
+    REFUSED(CHECKPOINT_RING, rings[0].blocks, 0U);
+    REFUSED(CHECKPOINT_RING, rings[1].blocks, 1U);
+}
+
+static void put(message_ring_t* ring, const char* text)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, message_ring_put(ring, (const uint8_t*)text, strlen(text)));
+}
+
+static void expect_block(message_ring_t* ring, const char* text)
+{
+    uint8_t octets[64];
+    size_t size = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, message_ring_take(ring, octets, sizeof octets, &size));
+    TEST_ASSERT_EQUAL(strlen(text), size);
+    TEST_ASSERT_EQUAL_MEMORY(text, octets, size);
+}
+
+static void what_waits_in_rings_goes_over_in_order(void)
+{
+    uint8_t block[64];
+    size_t size = 0U;
+    put(&waiting[0], "a block that is taken before, so that the next ones wrap around ......");
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, message_ring_take(&waiting[0], block, sizeof block, &size));
+    put(&waiting[0], "one");
+    put(&waiting[0], "a second one that wraps around the end");
+    put(&waiting[1], "three");
+    supervisor_checkpoint_commit(&checkpoint, &state, &rings);
+    TEST_ASSERT_EQUAL(2U, waiting[0].blocks); // They stay where they are.
+    TEST_ASSERT_EQUAL(STATUS_OK, adopt());
+    expect_block(&taken[0], "one");
+    expect_block(&taken[0], "a second one that wraps around the end");
+    expect_block(&taken[1], "three");
+    TEST_ASSERT_EQUAL(0U, taken[0].blocks + taken[1].blocks);
+}
+
+static void an_octet_of_a_ring_that_changes_refuses_its_bank(void)
+{
+    put(&waiting[0], "one");
+    supervisor_checkpoint_commit(&checkpoint, &state, &rings);
+    checkpoint.banks[0].octets[5] ^= 1U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, adopt());
+    TEST_ASSERT_EQUAL(0U, taken[0].blocks);
+}
+
+// Free entries of a table may hold anything.
+static void what_a_free_entry_holds_means_nothing(void)
+{
+    (void)memset(&state.sessions[7], 0xFF, sizeof state.sessions[7]);
+    state.sessions[7].step = 0U;
+    (void)memset(&state.plans[7], 0xFF, sizeof state.plans[7]);
+    state.plans[7].is_used = 0U;
+    (void)memset(&state.passed[9], 0xFF, sizeof state.passed[9]);
+    state.passed[9].apid = 0U;
+    TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
+}
+
+// Octets that a writer in disorder has committed: judged, whatever they are.
+static void any_octets_are_judged(void)
+{
+    uint32_t seed = 1U;
+    for (unsigned round = 0U; round < 3000U; round++) {
+        make_state();
+        for (unsigned i = 0U; i < 3U; i++) {
+            seed                                            = (seed * 1664525U) + 1013904223U;
+            ((uint8_t*)&state)[(seed >> 8U) % sizeof state] = (uint8_t)(seed >> 3U);
+        }
+        checkpoint.banks[0].generation = 0U;
+        checkpoint.banks[1].generation = 0U;
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings);
+        const bool is_sound = (supervisor_checkpoint_check(&state, &limits) == CHECKPOINT_SOUND);
+        TEST_ASSERT_EQUAL(is_sound ? STATUS_OK : STATUS_INVALID, adopt());
+    }
+}
+
+// ---- Annexes ----
+
+#define ANNEX (&checkpoint.arrivals)
+
+static void commit(void)
+{
+    supervisor_checkpoint_commit(&checkpoint, &state, &rings);
+}
+
+static void add(const char* head, const char* rest)
+{
+    TEST_ASSERT_TRUE(supervisor_checkpoint_add(&checkpoint, ANNEX, (const uint8_t*)head, strlen(head),
+                                               (const uint8_t*)rest, strlen(rest)));
+}
+
+/// The blocks, each with a comma behind it, in their order or the other way round.
+static const char* blocks(bool is_backwards)
+{
+    static char content[200];
+    size_t length        = 0U;
+    size_t place         = 0U;
+    size_t size          = 0U;
+    const uint8_t* block = NULL;
+    do {
+        block = is_backwards ? supervisor_checkpoint_before(&checkpoint, ANNEX, &place, &size)
+                             : supervisor_checkpoint_next(&checkpoint, ANNEX, &place, &size);
+        if (block != NULL) {
+            (void)memcpy(&content[length], block, size);
+            length += size;
+            content[length] = ',';
+            length++;
+        }
+    } while (block != NULL);
+    content[length] = '\0';
+    return content;
+}
+
+static void an_annex_belongs_to_the_last_commit(void)
+{
+    commit();
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    add("ab", "c");
+    add("", "");
+    add("d", "");
+    TEST_ASSERT_EQUAL_STRING("abc,,d,", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("d,,abc,", blocks(true));
+    commit();
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+    add("e", "");
+    TEST_ASSERT_EQUAL_STRING("e,", blocks(false));
+}
+
+static void an_annex_that_is_full_takes_no_more(void)
+{
+    static uint8_t octets[65536];
+    commit();
+    unsigned count = 0U;
+    while (supervisor_checkpoint_add(&checkpoint, ANNEX, octets, sizeof octets, NULL, 0U)) {
+        count++;
+    }
+    TEST_ASSERT_EQUAL(CHECKPOINT_ANNEX_OCTETS / (sizeof octets + 8U), count);
+    const size_t left = CHECKPOINT_ANNEX_OCTETS - (count * (sizeof octets + 8U));
+    TEST_ASSERT_FALSE(supervisor_checkpoint_add(&checkpoint, ANNEX, octets, left - 7U, NULL, 0U));
+    TEST_ASSERT_TRUE(supervisor_checkpoint_add(&checkpoint, ANNEX, octets, left - 8U, NULL, 0U));
+    TEST_ASSERT_FALSE(supervisor_checkpoint_add(&checkpoint, ANNEX, octets, 0U, NULL, 0U));
+}
+
+static void a_damaged_annex_is_read_without_harm(void)
+{
+    commit();
+    add("abc", "");
+    add("def", "");
+    checkpoint.arrivals.octets[0] ^= 0xFFU;  // Size before the first block,
+    checkpoint.arrivals.octets[18] ^= 0xFFU; // and behind the last.
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+    checkpoint.arrivals.used.count = 7U;
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+    checkpoint.arrivals.used.count = CHECKPOINT_ANNEX_OCTETS + 1U;
+    TEST_ASSERT_EQUAL_STRING("", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+}
+
+static void what_was_performed_is_noted_for_one_commit(void)
+{
+    commit();
+    TEST_ASSERT_EQUAL(0U, supervisor_checkpoint_performed(&checkpoint));
+    supervisor_checkpoint_note_performed(&checkpoint, 1U);
+    supervisor_checkpoint_note_performed(&checkpoint, 2U);
+    TEST_ASSERT_EQUAL(2U, supervisor_checkpoint_performed(&checkpoint));
+    commit();
+    TEST_ASSERT_EQUAL(0U, supervisor_checkpoint_performed(&checkpoint));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(memory_that_was_never_written_is_nobodys);
+    RUN_TEST(the_last_commit_is_adopted);
+    RUN_TEST(any_octet_that_changes_refuses_its_bank);
+    RUN_TEST(two_damaged_banks_are_told);
+    RUN_TEST(a_commit_that_was_cut_short_leaves_the_one_before);
+    RUN_TEST(a_writer_that_is_killed_anywhere_leaves_a_whole_state);
+    RUN_TEST(a_head_that_cannot_be_is_refused);
+    RUN_TEST(a_member_that_cannot_be_is_refused);
+    RUN_TEST(a_link_that_the_mission_does_not_have_is_refused);
+    RUN_TEST(a_plan_that_the_mission_does_not_have_is_refused);
+    RUN_TEST(what_numbers_packets_is_checked);
+    RUN_TEST(what_waits_in_rings_goes_over_in_order);
+    RUN_TEST(an_octet_of_a_ring_that_changes_refuses_its_bank);
+    RUN_TEST(what_a_free_entry_holds_means_nothing);
+    RUN_TEST(any_octets_are_judged);
+    RUN_TEST(an_annex_belongs_to_the_last_commit);
+    RUN_TEST(an_annex_that_is_full_takes_no_more);
+    RUN_TEST(a_damaged_annex_is_read_without_harm);
+    RUN_TEST(what_was_performed_is_noted_for_one_commit);
+    return UNITY_END();
+}

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pus/core/request_format.h"
+
+#include "generated/pus/st11_request_formats.h"
+#include "generated/pus/st12_request_formats.h"
+#include "generated/pus/st14_request_formats.h"
+#include "generated/pus/st18_request_formats.h"
+#include "generated/pus/st23_request_formats.h"
+#include "unity.h"
+
+#include <string.h>
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static bool has_format(const uint8_t* const program, const uint8_t* const octets, const size_t size)
+{
+    octet_reader_t reader = octet_reader(octets, size);
+    return pus_request_format_walk(program, &reader) && octet_reader_is_done(&reader);
+}
+
+/// The whole is accepted; every part of it and one octet more are not.
+static void expect_exact(const uint8_t* const program, const uint8_t* const octets, const size_t size)
+{
+    uint8_t longer[256] = {0};
+    TEST_ASSERT_TRUE(size < sizeof longer);
+    memcpy(longer, octets, size);
+    TEST_ASSERT_TRUE(has_format(program, longer, size));
+    TEST_ASSERT_FALSE(has_format(program, longer, size + 1U));
+    for (size_t i = 0U; i < size; i++) {
+        TEST_ASSERT_FALSE_MESSAGE(has_format(program, octets, i), "a part was taken for the whole");
+    }
+}
+#define EXPECT_EXACT(program, ...)                                                                           \
+    expect_exact(program, (const uint8_t[]){__VA_ARGS__}, sizeof((const uint8_t[]){__VA_ARGS__}))
+#define EXPECT_WRONG(program, ...)                                                                           \
+    TEST_ASSERT_FALSE(                                                                                       \
+        has_format(program, (const uint8_t[]){__VA_ARGS__}, sizeof((const uint8_t[]){__VA_ARGS__})))
+
+static void no_fields_take_no_octets(void)
+{
+    TEST_ASSERT_TRUE(has_format(PUS_REQUEST_FORMAT_11_1, NULL, 0U));
+    EXPECT_WRONG(PUS_REQUEST_FORMAT_11_1, 0U);
+}
+
+static void counts_repeat_their_groups(void)
+{
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_12_1, 1U, 0U, 7U);
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_12_1, 3U, 0U, 7U, 0U, 8U, 0U, 9U);
+    EXPECT_WRONG(PUS_REQUEST_FORMAT_12_1, 0U); // At least one.
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_12_8, 0U); // All.
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_12_8, 2U, 0U, 1U, 0U, 2U);
+}
+
+static void counts_lie_within_counts(void)
+{
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_14_1, 1U, 0U, 16U, 0U);
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_14_1, 2U, 0U, 16U, 2U, 3U, 2U, 25U, 26U, 5U, 0U, 0U, 17U, 1U, 1U, 1U, 7U);
+    EXPECT_WRONG(PUS_REQUEST_FORMAT_14_1, 0U);
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_14_2, 0U);
+}
+
+static void selectors_choose(void)
+{
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_11_11, 0U, 0U, 0U);
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_11_11, 2U, 0x1FU, 1U, 2U, 3U, 4U, 5U, 6U, 7U, 1U, 9U, 0U);
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_11_11, 1U, 0x1FU, 1U, 2U, 3U, 4U, 5U, 6U, 7U, 0x1FU, 1U, 2U, 3U, 4U, 5U,
+                 6U, 7U, 0U, 2U, 1U, 2U);
+    EXPECT_WRONG(PUS_REQUEST_FORMAT_11_11, 4U, 0U, 0U);
+}
+
+static void values_have_the_layout_of_their_id(void)
+{
+    // One definition: UINT16 validity, DOUBLE monitored, each check type in turn.
+    const uint8_t head[] = {1U,    0U,    1U, 2U, 9U, 0U, 3U, 2U, 1U, 0U, 2U,
+                            0xFFU, 0xFFU, 0U, 1U, 0U, 0U, 0U, 1U, 0U, 1U};
+    for (uint8_t type = 0U; type <= 2U; type++) {
+        uint8_t octets[64] = {0};
+        memcpy(octets, head, sizeof head);
+        octets[sizeof head] = type;
+        const size_t size   = sizeof head + 1U + ((type == 0U) ? 18U : ((type == 1U) ? 20U : 22U));
+        expect_exact(PUS_REQUEST_FORMAT_12_5, octets, size);
+    }
+    EXPECT_WRONG(PUS_REQUEST_FORMAT_12_5, 1U, 0U, 1U, 2U, 9U, 0U, 3U, 2U, 24U, 0U, 2U, 0U, 0U, 0U, 0U,
+                 0U); // Structures have none.
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_18_7, 'A', 'B', 0U, 0U, 0U, 0U, 0U, 0U, 2U, 1U, 0U, 5U, 10U, 1U);
+    EXPECT_WRONG(PUS_REQUEST_FORMAT_18_7, 'A', 'B', 0U, 0U, 0U, 0U, 0U, 0U, 1U, 11U, 0U, 5U);
+}
+
+static void texts_bring_their_length(void)
+{
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_23_2, 0U, 1U, '/', 0U, 2U, 'a', 'b');
+    EXPECT_EXACT(PUS_REQUEST_FORMAT_23_2, 0U, 0U, 0U, 0U);
+}
+
+static void requests_within_requests_bring_their_length(void)
+{
+    const uint8_t request[] = {0x18U, 16U, 0xC0U, 0U, 0U, 6U, 0x2FU, 17U, 1U, 0U, 1U, 0xAAU, 0xBBU};
+    uint8_t octets[64]      = {1U, 1U, 0U, 0x1FU};
+    memcpy(&octets[11], request, sizeof request);
+    expect_exact(PUS_REQUEST_FORMAT_11_4, octets, 11U + sizeof request);
+    octets[11 + 5] = 5U; // Shorter than any request.
+    TEST_ASSERT_FALSE(has_format(PUS_REQUEST_FORMAT_11_4, octets, 11U + sizeof request));
+    octets[11 + 4] = 0xFFU; // Longer than any.
+    TEST_ASSERT_FALSE(has_format(PUS_REQUEST_FORMAT_11_4, octets, sizeof octets));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(no_fields_take_no_octets);
+    RUN_TEST(counts_repeat_their_groups);
+    RUN_TEST(counts_lie_within_counts);
+    RUN_TEST(selectors_choose);
+    RUN_TEST(values_have_the_layout_of_their_id);
+    RUN_TEST(texts_bring_their_length);
+    RUN_TEST(requests_within_requests_bring_their_length);
+    return UNITY_END();
+}

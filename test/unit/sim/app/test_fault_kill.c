@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// A process kills another one of the same parent by its name, and nobody else.
+#include "sim/app/fault_kill.h"
+#include "unity.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static int mouth[2]; ///< What victims wait for.
+
+void setUp(void)
+{
+    TEST_ASSERT_EQUAL_INT(0, pipe(mouth));
+}
+
+void tearDown(void)
+{
+    (void)close(mouth[0]);
+    (void)close(mouth[1]);
+}
+
+/// A child that waits for what never comes, under a name and with another word of its own. It bears them on
+/// return.
+static pid_t start(const char* name, const char* word)
+{
+    int begun[2];
+    char octet = 0;
+    TEST_ASSERT_EQUAL_INT(0, pipe(begun));
+    TEST_ASSERT_EQUAL_INT(0, fcntl(begun[1], F_SETFD, FD_CLOEXEC));
+    const pid_t id = fork();
+    if (id == 0) {
+        (void)dup2(mouth[0], STDIN_FILENO);
+        (void)execl("/bin/cat", name, "-", word, (char*)NULL);
+        _exit(127);
+    }
+    (void)close(begun[1]);
+    TEST_ASSERT_EQUAL_INT(0, (int)read(begun[0], &octet, 1U)); // Its end was closed by the exec.
+    (void)close(begun[0]);
+    return id;
+}
+
+/// Another child of ours asks for the death.
+static void kill_by_sibling(const char* name)
+{
+    int how        = 0;
+    const pid_t id = fork();
+    if (id == 0) {
+        fault_kill(name);
+        _exit(0);
+    }
+    TEST_ASSERT_EQUAL_INT(id, waitpid(id, &how, 0));
+    TEST_ASSERT_TRUE(WIFEXITED(how));
+}
+
+static bool is_alive(pid_t id)
+{
+    return waitpid(id, NULL, WNOHANG) == 0;
+}
+
+static void expect_killed(pid_t id)
+{
+    int how = 0;
+    TEST_ASSERT_EQUAL_INT(id, waitpid(id, &how, 0));
+    TEST_ASSERT_TRUE(WIFSIGNALED(how));
+    TEST_ASSERT_EQUAL_INT(SIGKILL, WTERMSIG(how));
+}
+
+static void test_a_sibling_is_found_by_its_program(void)
+{
+    const pid_t other    = start("/some/where/joystick2", "joystick");
+    const pid_t joystick = start("/some/where/joystick", "-");
+    kill_by_sibling("joystick");
+    expect_killed(joystick);
+    TEST_ASSERT_TRUE(is_alive(other));
+    kill_by_sibling("joystick2");
+    expect_killed(other);
+}
+
+static void test_the_operator_is_an_interpreter_with_a_script(void)
+{
+    const pid_t other     = start("python", "events");
+    const pid_t operator_ = start("python", "script");
+    kill_by_sibling("operator");
+    expect_killed(operator_);
+    TEST_ASSERT_TRUE(is_alive(other));
+    kill_by_sibling("python");
+    expect_killed(other);
+}
+
+static void test_nobody_dies_for_a_name_that_is_not_there(void)
+{
+    const pid_t other = start("supervisor", "-");
+    kill_by_sibling("manipulator");
+    kill_by_sibling("");
+    fault_kill("supervisor"); // A child of ours, not of our parent.
+    TEST_ASSERT_TRUE(is_alive(other));
+    kill_by_sibling("supervisor");
+    expect_killed(other);
+}
+
+static void test_the_launcher_is_the_parent(void)
+{
+    const pid_t launcher = fork();
+    if (launcher == 0) {
+        if (fork() == 0) {
+            fault_kill("launcher");
+            _exit(0);
+        }
+        for (;;) {
+            (void)pause();
+        }
+    }
+    expect_killed(launcher);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_sibling_is_found_by_its_program);
+    RUN_TEST(test_the_operator_is_an_interpreter_with_a_script);
+    RUN_TEST(test_nobody_dies_for_a_name_that_is_not_there);
+    RUN_TEST(test_the_launcher_is_the_parent);
+    return UNITY_END();
+}

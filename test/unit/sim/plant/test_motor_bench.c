@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// A motor on a bench: free, against something elastic, and with its brake on.
+#include "sim/parameters/rokviss.h"
+#include "sim/plant/motor_bench.h"
+#include "test/support/bounds.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#define STEP_S 0.000125
+
+static motor_bench_t bench;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void push(double torque_nm, bool brake, double time_s)
+{
+    for (double at = 0.0; at < time_s; at += STEP_S) {
+        motor_bench_step(&bench, brake, torque_nm, STEP_S);
+    }
+}
+
+static void a_torque_below_friction_moves_nothing(void)
+{
+    motor_bench_init(&bench, &rokviss_plant, 0.5, 400.0);
+    push(0.5 * rokviss_plant.coulomb_nm, false, 1.0);
+    EXPECT_WITHIN(0.0, 0.0, bench.rotor.position_rad);
+    EXPECT_WITHIN(0.0, 0.0, bench.output_torque_nm);
+}
+
+static void a_free_rotor_accelerates_as_newton_says(void)
+{
+    motor_bench_init(&bench, &rokviss_plant, 0.5, 400.0);
+    push(10.0, false, 0.1);
+    // Between no friction at all and stiction for all the time.
+    const double most  = 10.0 * 0.1 / rokviss_plant.rotor_inertia_kgm2;
+    const double least = (10.0 - rokviss_plant.stiction_nm - rokviss_plant.viscous_nms_rad * most) * 0.1 /
+                         rokviss_plant.rotor_inertia_kgm2;
+    TEST_ASSERT_TRUE(bench.rotor.velocity_rad_s < most);
+    TEST_ASSERT_TRUE(bench.rotor.velocity_rad_s > least);
+}
+
+static void pushed_against_something_elastic_it_rests_in_balance(void)
+{
+    motor_bench_init(&bench, &rokviss_plant, 0.5, 400.0);
+    push(8.0, false, 20.0);
+    EXPECT_WITHIN(0.0, 1e-9, bench.rotor.velocity_rad_s);
+    TEST_ASSERT_TRUE(bench.rotor.position_rad > 0.5);
+    // Motor and output differ by no more than what dry friction holds.
+    EXPECT_WITHIN(8.0, rokviss_plant.stiction_nm + 1e-9, bench.output_torque_nm);
+    EXPECT_WITHIN(400.0 * (bench.rotor.position_rad - 0.5), 1e-9, bench.output_torque_nm);
+}
+
+static void nothing_is_in_the_way_without_stiffness(void)
+{
+    motor_bench_init(&bench, &rokviss_plant, 0.5, 0.0);
+    push(8.0, false, 5.0);
+    TEST_ASSERT_TRUE(bench.rotor.position_rad > rokviss_plant.range_rad); // At the end stop.
+    EXPECT_WITHIN(0.0, 0.0, bench.output_torque_nm);
+}
+
+static void the_brake_holds_a_squeezed_load(void)
+{
+    motor_bench_init(&bench, &rokviss_plant, 0.5, 400.0);
+    push(8.0, false, 20.0);
+    const double squeezed = bench.rotor.position_rad;
+    push(0.0, true, 5.0);
+    EXPECT_WITHIN(squeezed, 0.0, bench.rotor.position_rad);
+    push(0.0, false, 5.0);
+    TEST_ASSERT_TRUE(bench.rotor.position_rad < squeezed); // Let go, it gives way.
+}
+
+static void the_same_pushes_give_the_same_bits(void)
+{
+    double position[2];
+    for (unsigned i = 0U; i < 2U; i++) {
+        motor_bench_init(&bench, &rokviss_plant, 0.1, 300.0);
+        push(9.0, false, 0.7);
+        push(-7.0, false, 0.7);
+        position[i] = bench.rotor.position_rad;
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&position[0], &position[1], sizeof position[0]);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_torque_below_friction_moves_nothing);
+    RUN_TEST(a_free_rotor_accelerates_as_newton_says);
+    RUN_TEST(pushed_against_something_elastic_it_rests_in_balance);
+    RUN_TEST(nothing_is_in_the_way_without_stiffness);
+    RUN_TEST(the_brake_holds_a_squeezed_load);
+    RUN_TEST(the_same_pushes_give_the_same_bits);
+    return UNITY_END();
+}
