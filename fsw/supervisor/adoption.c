@@ -2,7 +2,7 @@
 // Takeover by the next supervisor if one dies. At the end of each step all data that others rely on is
 // committed to the checkpoint. Only committed outputs are performed (output_commit.c, undo.h, packet_log.h),
 // and frames that arrive later are kept in an annex: whenever a supervisor dies, the next one continues
-// without a packet lost or doubled.
+// without losing or doubling a packet.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -17,8 +17,8 @@ CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(all_counters_have_room,
                sizeof(supervisor_counters_t) <= (CHECKPOINT_COUNTERS * sizeof(uint32_t)));
 
-#define LOG_RING 2U    ///< Of the rings; before it the backlog to ground and released requests.
-#define FIRST_INBOX 4U ///< After it the outputs, then the frames of each peer.
+#define LOG_RING 2U    ///< Indices of rings: before this one the backlog to ground and released requests.
+#define FIRST_INBOX 4U ///< After FIRST_INBOX the outputs, then the frames of each peer.
 
 static checkpoint_rings_t rings_of(supervisor_t* const supervisor)
 {
@@ -402,7 +402,7 @@ static void take_messages(supervisor_t* const supervisor, const checkpoint_state
     for (; frame != NULL;
          frame = supervisor_checkpoint_next(checkpoint, &checkpoint->arrivals, &place, &size)) {
         const status_t status = message_deliver(endpoint, frame, size);
-        (void)status; // It had room before.
+        (void)status; // The ring had room for it before.
     }
 }
 
@@ -451,7 +451,7 @@ void supervisor_adoption_begin(supervisor_t* const supervisor)
     for (size_t i = 0U; (i < MESSAGE_PEERS_MAX) && supervisor->config.is_endpoint_kept; i++) {
         rings.list[FIRST_INBOX + i] = NULL;
     }
-    rings.list[LOG_RING]  = NULL; // The packet log takes its own.
+    rings.list[LOG_RING]  = NULL; // The packet log adopts its own ring.
     bool is_older         = false;
     const status_t status = supervisor_checkpoint_adopt(supervisor->config.checkpoint, &limits,
                                                         &supervisor->kept, &rings, &is_older);
@@ -516,7 +516,7 @@ void supervisor_adoption_reopen(supervisor_t* const supervisor)
     if (supervisor->checkpoint_damage != ADOPTION_NOTHING) {
         return;
     }
-    ask_members(supervisor); // The peers may expect other numbers: these requests can be lost.
+    ask_members(supervisor); // The peers may expect other sequence numbers: these requests can be lost.
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         message_probe(supervisor->config.endpoint, supervisor->mission->subsystems[i].apid);
     }

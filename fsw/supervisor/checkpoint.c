@@ -44,7 +44,7 @@ static size_t waiting_octets(const checkpoint_state_t* const state)
     return sum;
 }
 
-/// Every changed word is detected, also the generation. Octets of rings: CHECKPOINT_OCTETS at most.
+/// Every changed word is detected, the generation included. Octets of rings: CHECKPOINT_OCTETS at most.
 static uint64_t sum_of(const checkpoint_bank_t* const bank, const uint64_t generation)
 {
     const uint64_t sum =
@@ -66,7 +66,8 @@ void supervisor_checkpoint_commit(checkpoint_t* const checkpoint, checkpoint_sta
     checkpoint_bank_t* const bank = &checkpoint->banks[(first <= second) ? 0U : 1U];
     const uint64_t generation     = ((first <= second) ? second : first) + 1U;
     size_t place                  = 0U;
-    __atomic_store_n(&bank->generation, 0U, __ATOMIC_SEQ_CST); // Invalid until the end.
+    // The bank is invalid until its generation is stored.
+    __atomic_store_n(&bank->generation, 0U, __ATOMIC_SEQ_CST);
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
     for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) {
         const message_ring_t* const ring = rings->list[i];
@@ -85,7 +86,7 @@ static bool is_bank_sound(const checkpoint_bank_t* const bank, const checkpoint_
 {
     const uint64_t generation = generation_of(bank);
     size_t octets             = 0U;
-    for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) { // Before the sum reads them.
+    for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) { // The fields must be written before the sum reads them.
         if (bank->state.rings[i].used > (CHECKPOINT_OCTETS - octets)) {
             return false;
         }
@@ -168,13 +169,14 @@ static void set_count(const checkpoint_t* const checkpoint, checkpoint_mark_t* c
 {
     const uint64_t generation = generation_of(newest(checkpoint));
     if (mark->generation != generation) {
-        __atomic_store_n(&mark->count, 0U, __ATOMIC_SEQ_CST); // While it belongs to an earlier commit.
+        // The annex is changed while it still belongs to an earlier commit.
+        __atomic_store_n(&mark->count, 0U, __ATOMIC_SEQ_CST);
         __atomic_store_n(&mark->generation, generation, __ATOMIC_SEQ_CST);
     }
     __atomic_store_n(&mark->count, count, __ATOMIC_RELEASE);
 }
 
-/// Octets of the blocks of an annex; whatever its content, they lie within it.
+/// Sizes that an annex states are not trusted: all blocks lie within it, whatever its content.
 static size_t used_of(const checkpoint_t* const checkpoint, const checkpoint_annex_t* const annex)
 {
     const uint64_t used = count_of(checkpoint, &annex->used);
@@ -206,7 +208,8 @@ bool supervisor_checkpoint_add(const checkpoint_t* const checkpoint, checkpoint_
         (void)memcpy(&block[sizeof length + head_size], octets, size);
     }
     (void)memcpy(&block[sizeof length + length], (const uint8_t*)&length, sizeof length);
-    set_count(checkpoint, &annex->used, place + length + ANNEX_FRAME); // From here on it counts.
+    // From this store on the bank is valid.
+    set_count(checkpoint, &annex->used, place + length + ANNEX_FRAME);
     return true;
 }
 
@@ -284,7 +287,7 @@ static bool is_shutdown_sound(const checkpoint_state_t* const state)
            is_token_sound(&state->shutdown_token);
 }
 
-/// Checks the fields of a recommissioning under way, or of the one that starts if the member dies now.
+/// Check the fields of a recommissioning that is under way, or would start if the member died now.
 static bool is_run_sound(const checkpoint_member_t* const member, const uint64_t now_ns)
 {
     return (member->rested < (uint8_t)STATE_COUNT) && (member->error_ns <= now_ns) &&
@@ -313,7 +316,7 @@ static bool are_members_sound(const checkpoint_state_t* const state, const check
     return true;
 }
 
-/// A link is one of the mission, by its number and both ends.
+/// A link must be one of the mission, by its number and both ends.
 static bool is_edge_sound(const checkpoint_edge_t* const edge, const checkpoint_limits_t* const limits)
 {
     const mission_link_t* const link = descriptor_mission_find_link(
@@ -439,7 +442,7 @@ checkpoint_flaw_t supervisor_checkpoint_check(const checkpoint_state_t* const st
         return CHECKPOINT_TIME;
     }
     if (!are_counts_sound(state, limits)) {
-        return CHECKPOINT_COUNTS; // Before any table is looked at.
+        return CHECKPOINT_COUNTS; // Check the counts before any table is read.
     }
     const mission_descriptor_t* const mission = limits->mission;
     const struct {

@@ -217,8 +217,8 @@ typedef enum {
 } checkpoint_flaw_t;
 
 typedef struct {                         // A bank is checked against these.
-    const mission_descriptor_t* mission; ///< Checkpoint of another mission are refused.
-    uint64_t now_ns;                     ///< No time in a bank is later.
+    const mission_descriptor_t* mission; ///< A checkpoint of another mission is refused.
+    uint64_t now_ns;                     ///< A bank with a later time is refused.
 } checkpoint_limits_t;
 
 typedef struct { // Rings that outlive the process; null: there is none.

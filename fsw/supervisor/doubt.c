@@ -5,7 +5,8 @@
 // reports arrive in order.
 #include "fsw/supervisor/supervisor_internal.h"
 
-#define DOUBT_AFTER_NS 1500000000ULL ///< Of silence: a running subsystem reports its status once a second.
+/// Silence after which the state is in doubt: a running subsystem reports its status once a second.
+#define DOUBT_AFTER_NS 1500000000ULL
 #define ASK_AGAIN_NS 1000000000ULL
 
 bool supervisor_doubt_is_about(const registry_entry_t* const entry)

@@ -15,7 +15,7 @@
 
 #define ORDER_STANDS_NS 1000000000ULL ///< After this time an order without an answer is repeated.
 
-typedef struct { // What happened, and to whom.
+typedef struct { // An event and the subsystem it concerns.
     descriptor_severity_t severity;
     uint16_t apid; ///< The subsystem that failed; SUPERVISOR_APID for an event that concerns no other.
     uint16_t event_id;
@@ -88,7 +88,8 @@ static bool is_downwards(const state_t from, const state_t to)
     }
 }
 
-/// True if an order has been given. Only the shutdown takes the supervisor itself to a lower state.
+/// Order a subsystem to a lower state. True if an order was given. Only the shutdown takes the supervisor
+/// itself to a lower state.
 static bool order_down(supervisor_t* const supervisor, const uint16_t apid, const state_t state,
                        const pus_cause_t cause)
 {
@@ -104,8 +105,8 @@ static bool order_down(supervisor_t* const supervisor, const uint16_t apid, cons
 
 // ---- Layer 1 ----
 
-/// All members of the network to ERROR_OPERATIONAL. The failed one goes there by itself, unless it is the
-/// supervisor that found the failure. Returns how many were ordered to.
+/// Order all members of the network to ERROR_OPERATIONAL. The failed one goes there by itself, unless the
+/// supervisor found the failure. Returns how many orders were given.
 static uint16_t secure_network(supervisor_t* const supervisor, const failure_t* const failure,
                                const uint16_t* const members, const uint16_t count)
 {
@@ -357,7 +358,7 @@ static bool is_noted(const supervisor_t* const supervisor, const own_event_t* co
 void supervisor_error_own_event(supervisor_t* const supervisor, const pus_tm_t* const tm,
                                 const pus_event_occurrence_t* const occurrence)
 {
-    const bool is_handled = (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) || // Where they are raised.
+    const bool is_handled = (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) || // Handled where raised.
                             (occurrence->event == SUPERVISOR_EVENT_PROCESS_HUNG) ||
                             (occurrence->event == SUPERVISOR_EVENT_SUBSYSTEM_SILENT);
     const own_event_t event = {.event_id = occurrence->event,

@@ -91,7 +91,7 @@ static uint8_t* block_of(ground_backlog_t* const backlog, const uint8_t* const p
         return block;
     }
     uint8_t* const copy = supervisor_ground_backlog_take(backlog, size);
-    FSW_ASSERT(copy != NULL); // There is one.
+    FSW_ASSERT(copy != NULL); // The caller has checked that one is free.
     (void)memcpy(copy, packet, size);
     return copy;
 }
@@ -181,7 +181,8 @@ void supervisor_ground_backlog_sent(ground_backlog_t* const backlog, const groun
     line->octets -= entry->size;
     supervisor_ground_backlog_give(backlog, entry->block);
     entry->block = NULL;
-    while ((line->span > 0U) && (line->entries[line->head].block == NULL)) { // Those that left earlier, too.
+    while ((line->span > 0U) && (line->entries[line->head].block == NULL)) {
+        // Reports sent earlier are removed, too.
         line->head = (uint16_t)((line->head + 1U) % line->capacity);
         line->span--;
     }

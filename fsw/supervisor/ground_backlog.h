@@ -23,8 +23,8 @@
 #define GROUND_FIRM_OCTETS 32768U
 #define GROUND_PLAIN_OCTETS 16384U
 #define GROUND_BULK_OCTETS 16384U
-/// With less room for FIRM or for PLAIN reports no request is taken in: octets, and reports that fit the
-/// smallest blocks.
+/// With less room for FIRM or for PLAIN reports no request is taken in: octets, and the number of smallest
+/// reports.
 #define GROUND_INTAKE 8192U
 #define GROUND_INTAKE_REPORTS 128U
 #define GROUND_FIRM_REPORTS 512U
@@ -51,7 +51,7 @@ typedef struct { // Private.
     ground_entry_t* entries;
     uint16_t capacity;
     uint16_t head;
-    uint16_t span; // From the head to the last one; some in between may have been sent.
+    uint16_t span; // From the first waiting report to the last one; some in between may have been sent.
     uint32_t limit;
     uint32_t octets;
 } ground_line_t;

@@ -86,7 +86,7 @@ static void count_dropped(supervisor_t* const supervisor, const pus_class_t clas
 
 void supervisor_ground_tell(supervisor_t* const supervisor)
 {
-    if (supervisor->is_ground_news) { // Not from inside of what is being sent.
+    if (supervisor->is_ground_news) { // Not while a report is being sent.
         supervisor->is_ground_news = false;
         (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_GROUND_BEHIND, NULL, 0U);
     }
@@ -96,11 +96,11 @@ static void wait_for_ground(supervisor_t* const supervisor, const uint16_t apid,
                             const size_t size, uint8_t* const block)
 {
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, apid);
-    FSW_ASSERT(entry != NULL); // Routing knows the sender.
+    FSW_ASSERT(entry != NULL); // Routing has checked that the sender is known.
     const uint8_t source = (uint8_t)(entry - supervisor->registry);
     if (supervisor_ground_backlog_put(&supervisor->ground_backlog, source, packet, size, block) !=
         STATUS_OK) {
-        count_dropped(supervisor, pus_class_of(packet, size)); // It is in the log.
+        count_dropped(supervisor, pus_class_of(packet, size)); // The packet is in the log.
     }
 }
 
@@ -156,7 +156,7 @@ status_t supervisor_router_send_time(void* const context, const uint8_t* const p
     supervisor_t* const supervisor = (supervisor_t*)context;
     if (supervisor_ground_is_waiting(supervisor) ||
         (message_send_plain(supervisor->config.endpoint, COMMUNICATION_APID, packet, size) != STATUS_OK)) {
-        return STATUS_FULL; // What waits already goes first.
+        return STATUS_FULL; // Reports that already wait go first.
     }
     supervisor_router_log(supervisor, packet, size);
     return STATUS_OK;
@@ -165,6 +165,6 @@ status_t supervisor_router_send_time(void* const context, const uint8_t* const p
 status_t supervisor_router_send_stored(void* const context, const uint8_t virtual_channel,
                                        const uint8_t* const packet, const size_t size)
 {
-    (void)virtual_channel; // There is one way to ground.
+    (void)virtual_channel; // There is one connection to ground.
     return supervisor_router_send_time(context, packet, size);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Graph of the real-time links that are open: an edge a link, a real-time network a connected component.
+/// Graph of the open real-time links: each link is an edge, each connected component a real-time network.
 ///
 /// Ownership  The caller places it.
 /// Context    One loop.
@@ -21,7 +21,7 @@ typedef struct {
     uint16_t producer_port;
     uint16_t consumer_apid;
     uint16_t consumer_port;
-    bool is_stale; ///< The consumer says so.
+    bool is_stale; ///< As the consumer reported it.
 } link_edge_t;
 
 typedef struct {

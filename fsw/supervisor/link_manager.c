@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Manager of real-time links: negotiates between two members on request, opens both ends with one epoch, and
-// keeps the graph of what is open. Link ids are the mission's link numbers.
+// keeps the graph of open links. Link ids are the mission's link numbers.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -127,7 +127,7 @@ static bool is_going_offline(supervisor_t* const supervisor, const uint16_t apid
     return (member->state == STATE_OFFLINE) || (member->state >= STATE_POST_OPERATIONAL);
 }
 
-/// Order the close that waits, if the end has not closed by itself.
+/// Order the pending close if the end has not closed by itself.
 static void close_now(supervisor_t* const supervisor, const uint16_t link)
 {
     const uint16_t apid = supervisor->closings[link - 1U];
@@ -473,7 +473,7 @@ static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
     }
 }
 
-/// Accept reports about a link only from its two members.
+/// Reports about a link are accepted only from its two members.
 static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
                            const pus_link_transition_t* const transition)
 {
@@ -498,7 +498,7 @@ static void compare_link(supervisor_t* const supervisor, const uint16_t apid, co
 {
     const link_edge_t* const edge = supervisor_link_graph_find(&supervisor->graph, link);
     if (session_of_link(supervisor, link) != NULL) {
-        return; // It is changing.
+        return; // A transition of the link is under way.
     }
     if (edge == NULL) {
         if (is_told_open) {

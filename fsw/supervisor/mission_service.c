@@ -102,7 +102,7 @@ static bool list_subsystem(void* const context, const uint16_t index, pus_subsys
     return true;
 }
 
-/// Is the edge the first of its network, in the order of opening?
+/// True if the edge is the first of its network, in the order of opening.
 static bool is_first_of_network(const link_graph_t* const graph, const uint16_t index, const uint16_t network)
 {
     for (uint16_t i = 0U; i < index; i++) {

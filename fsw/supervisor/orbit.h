@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where the spacecraft is along its orbit, as ST[22] counts: a circular orbit whose first ascending node is
-/// at mission time 0. When the period changes, the position continues from its present value. A spacecraft
+/// Position of the spacecraft along its orbit, as ST[22] counts: a circular orbit whose first ascending node
+/// is at mission time 0. When the period changes, the position continues from its present value. A spacecraft
 /// with a navigation subsystem reads its parameter instead.
 #ifndef FSW_SUPERVISOR_ORBIT_H
 #define FSW_SUPERVISOR_ORBIT_H
@@ -9,7 +9,7 @@
 
 typedef struct { // Private; all zeros: the first node is at time 0.
     uint32_t period_ms;
-    uint64_t since_ns; ///< When this period began,
+    uint64_t since_ns; ///< When the present period began,
     uint64_t position; ///< and the position at that time.
 } orbit_t;
 

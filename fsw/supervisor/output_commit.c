@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Effects of a step of the supervisor on others: frames to subsystems, and orders to their processes. They
-// are part of the commit and performed after it. If a supervisor dies before the commit, the step had no
-// output and the next supervisor repeats it; if it dies later, the next one performs the remaining outputs.
-// One output may be performed twice, because it was performed but not noted: the receiver drops a frame with
-// a known sequence number, and a repeated order changes nothing.
+// Outputs of a step of the supervisor: frames to subsystems, and orders to their processes. They are part of
+// the commit and performed after it. If a supervisor dies before the commit, the step had no output and the
+// next supervisor repeats it; if it dies later, the next one performs the remaining outputs. One output may
+// be performed twice, because it was performed but not noted: the receiver drops a frame with a known
+// sequence number, and a repeated order changes nothing.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-#define NOBODY 0U ///< In place of a frame's receiver: it is an order.
+#define NOBODY 0U ///< Stands for the receiver of a frame: the output is an order to a process.
 #define HEAD_OCTETS 2U
 #define ORDER_OCTETS 15U
 
@@ -47,7 +47,7 @@ static void give(supervisor_t* const supervisor, const order_t order, const uint
     octet_write_u32(&writer, link_floor);
     octet_write_u64(&writer, boot_ns);
     const status_t status = keep_frame(supervisor, NOBODY, octets, writer.position);
-    FSW_ASSERT(status == STATUS_OK); // Windows bound the frames; the room beyond them is for orders.
+    FSW_ASSERT(status == STATUS_OK); // Windows bound the number of frames; the remaining room is for orders.
 }
 
 void supervisor_output_commit_start(supervisor_t* const supervisor, registry_entry_t* const entry)
@@ -88,12 +88,12 @@ static void carry_out(supervisor_t* const supervisor, const uint8_t* const octet
     const uint64_t boot_ns                      = octet_read_u64(&reader);
     registry_entry_t* const entry               = supervisor_registry_find(supervisor, apid);
     if (entry == NULL) {
-        return; // Octets of a damaged commit.
+        return; // Only a damaged commit names it.
     }
     entry->presumed = PRESUMED_NOTHING;
     if (order == (uint8_t)ORDER_START) {
         const status_t status = platform->start(platform->context, apid, link_floor, boot_ns);
-        if ((status != STATUS_OK) && (status != STATUS_EXISTS)) { // Already done by the previous supervisor.
+        if ((status != STATUS_OK) && (status != STATUS_EXISTS)) { // The previous supervisor has performed it.
             supervisor_registry_start_failed(supervisor, entry);
         }
     } else if (order == (uint8_t)ORDER_STOP) {
@@ -125,7 +125,7 @@ bool supervisor_output_commit_perform(supervisor_t* const supervisor)
     (void)memset(is_full, 0, sizeof is_full);
     for (uint32_t i = 0U; i < count; i++) {
         status_t status = message_ring_take_parts(ring, head, sizeof head, frame, sizeof frame, &size);
-        FSW_ASSERT((status == STATUS_OK) && (size >= sizeof head)); // Each entry has a head.
+        FSW_ASSERT((status == STATUS_OK) && (size >= sizeof head)); // Each entry begins with its head.
         size -= sizeof head;
         const uint16_t to                   = octets_u16_at(head);
         const registry_entry_t* const entry = supervisor_registry_find(supervisor, to);
@@ -136,7 +136,7 @@ bool supervisor_output_commit_perform(supervisor_t* const supervisor)
             status  = message_ring_put_parts(ring, head, sizeof head, frame, size);
             is_left = (status == STATUS_OK);
         } else {
-            // It has left.
+            // The output was performed.
         }
         supervisor->performed += is_left ? 0U : 1U;
         if (supervisor->config.checkpoint != NULL) {

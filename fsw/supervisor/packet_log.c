@@ -14,7 +14,7 @@
 #define LENGTH_OCTETS 4U
 #define RECORD_HEADER 17U
 #define RECORD_MAX (RECORD_HEADER + PUS_PACKET_MAX)
-#define RECORD_SHORT (RECORD_HEADER + PUS_TC_MIN) ///< With the shortest packet.
+#define RECORD_SHORT (RECORD_HEADER + PUS_TC_MIN) ///< Record of the shortest packet.
 #define LINE_MAX_CHARACTERS (64U + (2U * PUS_PACKET_MAX))
 #define DIRECTION_TC 0U
 #define DIRECTION_TM 1U
@@ -24,7 +24,7 @@
 #define PAUSE_LAST_NS 32000000000ULL
 #define HEALTHY_NS 60000000000ULL ///< After this time without a failure the first pause applies again.
 #define LOOK_NS 1000000000ULL     ///< Between checks that the file still has its name.
-#define SLOW_NS 1000000000ULL     ///< If a write takes longer, the ring is in force.
+#define SLOW_NS 1000000000ULL     ///< If a write takes longer, the ring takes over.
 
 CAPACITY_CHECK(ring_holds_what_a_mission_may_ask_for,
                PACKET_LOG_RING_OCTETS >= (CAPACITY_RING_RECORDS * (LENGTH_OCTETS + RECORD_SHORT)));
@@ -50,7 +50,7 @@ static void add_line(text_t* const text, const uint8_t* const record, const size
     text_add_unsigned(text, number);
     text_add_character(text, ' ');
     if (direction == DIRECTION_GAP) {
-        text_add_unsigned(text, time_ns); // The last number.
+        text_add_unsigned(text, time_ns); // Number of the last record.
         text_add(text, " GAP");
     } else {
         text_add_seconds(text, time_ns);
@@ -114,7 +114,7 @@ static status_t write_piece(packet_log_t* const log)
     return status;
 }
 
-/// Everything that may wait for the disk. Called by the writer, or by the supervisor's loop without one.
+/// All that may wait for the disk. Called by the writer, or, without one, by the supervisor's loop.
 static void do_job(packet_log_t* const log)
 {
     packet_log_job_t* const job = &log->job;
@@ -159,7 +159,7 @@ static void drop_oldest(packet_log_t* const log)
     FSW_ASSERT(status == STATUS_OK);
 }
 
-/// From now on the ring is in force; the file may still take the waiting records.
+/// The ring takes over from now on; the file may still take the waiting records.
 static void stand_in(packet_log_t* const log)
 {
     log->strategy     = PACKET_LOG_RING;
@@ -167,7 +167,7 @@ static void stand_in(packet_log_t* const log)
     log->file_first   = log->first_number;
 }
 
-/// The file is closed, and opened again after a pause.
+/// Close the file, and open it again after a pause.
 static void fall_back(packet_log_t* const log)
 {
     const bool was_healthy =
@@ -264,7 +264,8 @@ static void finish_job(packet_log_t* const log)
     if (job.kind == PACKET_LOG_WRITE) {
         finish_write(log);
     }
-    if ((log->wanted == PACKET_LOG_RING) && (job.strategy != PACKET_LOG_RING)) { // Selected meanwhile.
+    if ((log->wanted == PACKET_LOG_RING) && (job.strategy != PACKET_LOG_RING)) {
+        // A strategy was selected meanwhile.
         close_file(log);
     } else if (job.status != STATUS_OK) {
         fall_back(log);
@@ -275,7 +276,7 @@ static void finish_job(packet_log_t* const log)
     }
 }
 
-/// True while the writer has the job. If it needs too long, the ring is in force.
+/// True while the writer has the job. If it needs too long, the ring takes over.
 static bool is_busy(packet_log_t* const log)
 {
     if (log->job.kind == PACKET_LOG_NO_JOB) {
@@ -338,7 +339,7 @@ static void end_writer(packet_log_t* const log)
     log->has_writer = false;
 }
 
-/// What the file is to do next.
+/// Choose the next job of the file.
 static packet_log_job_kind_t next_job(const packet_log_t* const log)
 {
     if (log->wanted == PACKET_LOG_RING) {
@@ -401,11 +402,12 @@ static void make_room(packet_log_t* const log, const size_t size)
     } else if (is_full) {
         flush(log);
     } else {
-        // There is room, or the oldest record is removed.
+        // There is room, or the oldest records are removed below.
     }
     while (!has_room(log, size)) {
         drop_oldest(log);
-        log->failures += (log->wanted == PACKET_LOG_RING) ? 0U : 1U; // Else that is how a ring is.
+        // A selected ring loses old records by design.
+        log->failures += (log->wanted == PACKET_LOG_RING) ? 0U : 1U;
     }
 }
 
@@ -484,7 +486,7 @@ status_t supervisor_packet_log_open_after(packet_log_t* const log, const char* c
     log->ring_records   = ring_records;
     for (unsigned i = 0U; i < (unsigned)PACKET_LOG_STRATEGIES; i++) {
         log->is_cut[i] = (past->ring != NULL);
-        log->whole[i]  = (past->ring != NULL) ? past->sizes[i] : UINT64_MAX; // Until it is opened.
+        log->whole[i]  = (past->ring != NULL) ? past->sizes[i] : UINT64_MAX; // Unknown until it is opened.
     }
     message_ring_init(&log->ring, log->ring_storage, sizeof log->ring_storage);
     if (past->ring_octets > 0U) {

@@ -37,11 +37,11 @@ typedef enum { // Numbers are those on the wire.
     PACKET_LOG_STRATEGIES = 4
 } packet_log_strategy_t;
 
-typedef enum { // What the file is asked for.
+typedef enum { // Job for the file.
     PACKET_LOG_NO_JOB = 0,
     PACKET_LOG_OPEN,
     PACKET_LOG_WRITE,
-    PACKET_LOG_LOOK ///< Does it still have its name?
+    PACKET_LOG_LOOK ///< Check that the file still has its name.
 } packet_log_job_kind_t;
 
 typedef struct { // Private: one job for the file. The writer has it, the file and the piece while it is busy.
@@ -51,21 +51,24 @@ typedef struct { // Private: one job for the file. The writer has it, the file a
     uint64_t first_number; // Records of the piece,
     uint64_t last_number;
     size_t octets;
-    bool is_rest;     // and no other record waited when it was made.
-    uint64_t size;    // Of the file: whole records, before and after.
-    bool is_cut;      // It may end with a part of a record: cut it off first. After: it could not be cut off.
-    status_t status;  // After.
-    uint64_t took_ns; // After: wall-clock time.
+    bool is_rest;  // and no other record waited when it was made.
+    uint64_t size; // Of the file: whole records, before and after.
+    // Before: the file may end with a part of a record, which is cut off first. After: it could not be cut
+    // off.
+    bool is_cut;
+    status_t status;  // Result of the job.
+    uint64_t took_ns; // Result of the job: wall-clock time.
 } packet_log_job_t;
 
 typedef struct {                    // All fields are private, except the first seven: read-only.
-    packet_log_strategy_t strategy; ///< In force.
-    packet_log_strategy_t wanted;   ///< Selected; `strategy` differs while its file cannot be written.
-    uint64_t next_number;           ///< Number of the next record, from 1.
-    uint64_t first_number;          ///< First record that the strategy in force has.
-    uint64_t written_number;        ///< Last record that was handed to the operating system.
-    uint32_t failures;              ///< Records that no strategy could keep.
-    uint64_t slowest_ns;            ///< Longest write [ns of wall-clock time]; never in a packet.
+    packet_log_strategy_t strategy; ///< Strategy in force.
+    /// Strategy selected; `strategy` differs while its file cannot be written.
+    packet_log_strategy_t wanted;
+    uint64_t next_number;    ///< Number of the next record, from 1.
+    uint64_t first_number;   ///< First record that the strategy in force has.
+    uint64_t written_number; ///< Last record that was handed to the operating system.
+    uint32_t failures;       ///< Records that no strategy could keep.
+    uint64_t slowest_ns;     ///< Longest write [ns of wall-clock time]; never in a packet.
     char folder[PACKET_LOG_PATH];
     uint32_t ring_records; // At most, while the ring is in force.
     osal_file_t file;

@@ -39,7 +39,7 @@ static size_t place_for(const pending_table_t* const table, const uint16_t apid,
                 return i;
             }
         } else {
-            // Under way.
+            // The request is under way.
         }
     }
     return (free < PENDING_MAX) ? free : refused;
@@ -77,7 +77,7 @@ static uint8_t last_success(const uint8_t ack)
     return ((ack & (PUS_ACK_START | PUS_ACK_PROGRESS)) != 0U) ? 3U : 1U;
 }
 
-/// After a report that does not end the request.
+/// The entry continues after a report that does not end the request.
 static pending_stage_t next_stage(const pending_stage_t stage, const uint8_t subtype)
 {
     if (stage == PENDING_STARTED) {

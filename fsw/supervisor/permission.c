@@ -46,7 +46,7 @@ static selector_t selector_of(const supervisor_t* const supervisor, const pus_tc
     } else if (tc->service == PUS_SERVICE_MISSION) {
         selector.number = octet_read_u8(&reader);
     } else {
-        // Nothing to select.
+        // The request selects nothing.
     }
     return selector;
 }
@@ -89,7 +89,7 @@ static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_
                            : pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-/// G1: electrical power for the state asked for.
+/// G1: electrical power for the requested state.
 static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
 {
     const uint32_t needed_w    = supervisor_registry_power_w(supervisor, apid, state);
@@ -98,7 +98,8 @@ static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t 
         return pus_failure(PUS_FAILURE_NONE, 0U);
     }
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        if (supervisor_doubt_is_about(&supervisor->registry[i])) { // It may need less by now.
+        if (supervisor_doubt_is_about(&supervisor->registry[i])) {
+            // The new configuration may need less power.
             return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, supervisor->registry[i].mission->apid);
         }
     }
@@ -112,7 +113,7 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
     const state_t wanted           = (state_t)tc->data[0];
     FSW_ASSERT(target != NULL);
     if (((unsigned)wanted >= (unsigned)STATE_COUNT) || (wanted == STATE_ERROR_OPERATIONAL)) {
-        return pus_failure(PUS_FAILURE_NONE, 0U); // The addressee refuses an invalid one.
+        return pus_failure(PUS_FAILURE_NONE, 0U); // The addressee itself refuses an invalid value.
     }
     const bool is_up = (wanted > target->state) && (target->state <= STATE_OPERATIONAL);
     if (!is_up) {
@@ -149,7 +150,7 @@ pus_failure_t supervisor_permission_of(supervisor_t* const supervisor, const pus
     if (supervisor_permission_check(supervisor->mission, &request, &rule) != STATUS_OK) {
         if (supervisor_doubt_is_about(target)) {
             return pus_failure(PUS_FAILURE_STATE_IN_DOUBT,
-                               tc->apid); // In its true state it may be permitted.
+                               tc->apid); // The request may be permitted in the true state.
         }
         return pus_failure(PUS_FAILURE_PERMISSION,
                            ((uint32_t)supervisor->mode << 8U) | (uint32_t)target->state);

@@ -7,7 +7,7 @@
 
 #include "fsw/framework/descriptor/mission_descriptor.h"
 
-typedef struct { // What a telecommand asks for, as the supervisor knows it.
+typedef struct { // What a telecommand requests, as the supervisor knows it.
     uint8_t service;
     uint8_t subtype;
     const char* select; ///< Function name (TC[8,1]) without padding; otherwise NULL.
@@ -21,12 +21,12 @@ typedef struct { // What a telecommand asks for, as the supervisor knows it.
 #define PERMISSION_RULE_NONE (-1)   ///< Denied: nothing allows it.
 #define PERMISSION_RULE_ALWAYS (-2) ///< Allowed by the built-in set.
 
-/// Deny by default. Always allowed, whatever mode and state: ST[17]; requests that only report what is there
-/// (3,9 11,17 20,1 and so on: the catalogue of messages gives each an answer; those that read memories or
-/// devices, or reset or abort what they report, are not among them); requests downwards (129,1 to a lower
-/// rest state among 0, 3, 4, 5, or to 0) and to ERROR_OPERATIONAL; closing a link (130,7); shutting the
-/// mission down (131,5).
-/// Pure; O(rules). STATUS_OK or STATUS_FORBIDDEN; *out_rule = index in `rules`, or one of the above.
+/// Deny by default. Always allowed, in every mode and state: ST[17]; requests that only report data (3,9
+/// 11,17 20,1 and so on: the catalogue of messages gives each an answer; those that read memories or devices,
+/// or reset or abort what they report, are not among them); requests for a lower state (129,1 to a lower rest
+/// state among 0, 3, 4, 5, or to 0) and for ERROR_OPERATIONAL; closing a link (130,7); shutting the mission
+/// down (131,5). Pure; O(rules). STATUS_OK or STATUS_FORBIDDEN; *out_rule = index in `rules`, or one of the
+/// above.
 MUST_USE status_t supervisor_permission_check(const mission_descriptor_t* mission,
                                               const permission_request_t* request, int* out_rule);
 

@@ -85,7 +85,8 @@ static plan_run_t* free_run(plan_runner_t* const runner)
     while ((place < PLAN_RUNS) && runner->runs[place].is_used) {
         place++;
     }
-    FSW_ASSERT(place < PLAN_RUNS); // Each run has a subsystem of its own, and the failed one has none.
+    // There is a free place: each run has a subsystem of its own, and the failed one has no run.
+    FSW_ASSERT(place < PLAN_RUNS);
     return &runner->runs[place];
 }
 
@@ -108,7 +109,7 @@ plan_verdict_t supervisor_plan_runner_start(plan_runner_t* const runner, const p
         add_members(runner, present, wanted);
         return PLAN_JOINED;
     }
-    FSW_ASSERT(present->severity > wanted->severity); // Runs of lower severity have ended.
+    FSW_ASSERT(present->severity > wanted->severity); // Runs of lower severity have ended before.
     return PLAN_OUTRANKED;
 }
 

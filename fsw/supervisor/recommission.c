@@ -23,7 +23,8 @@ static void begin_member(supervisor_t* const supervisor, registry_entry_t* const
     if (!entry->mission->is_recommissioned || has_failed || (!was_up && !run->is_active)) {
         return;
     }
-    const state_t target         = run->is_active ? run->target : entry->rested; // Died again on its way.
+    // The process died again during its recommissioning.
+    const state_t target         = run->is_active ? run->target : entry->rested;
     const uint16_t configuration = run->is_active ? run->configuration : entry->rested_with;
     *run                         = (recommission_t){.is_active     = true,
                                                     .target        = target,
@@ -40,7 +41,7 @@ void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_
     const registry_entry_t* const first = supervisor_registry_find(supervisor, apid);
     FSW_ASSERT(first != NULL);
     if (!first->mission->is_recommissioned || (supervisor->shutdown_step != 0U)) {
-        return; // Its network does not come back without it.
+        return; // Without it its network is not returned either.
     }
     for (uint16_t i = 0U; i < count; i++) {
         registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);
@@ -103,7 +104,7 @@ static void order(supervisor_t* const supervisor, registry_entry_t* const entry,
     if ((entry->recommission.ordered != state) &&
         may_pass(supervisor, entry, PUS_MANAGEMENT_REQUEST_STATE, octets, sizeof octets)) {
         (void)supervisor_order_state(supervisor, entry->mission->apid, state,
-                                     PUS_CAUSE_REQUEST); // As it was requested before.
+                                     PUS_CAUSE_REQUEST); // Use the properties that were requested before.
         entry->recommission.ordered    = state;
         entry->recommission.is_walking = entry->recommission.is_walking || (state != STATE_OFFLINE);
     }
@@ -114,7 +115,7 @@ static void configure(supervisor_t* const supervisor, registry_entry_t* const en
     const uint16_t wanted                   = entry->recommission.configuration;
     const uint8_t octets[MANAGEMENT_OCTETS] = {(uint8_t)(wanted >> 8U), (uint8_t)wanted};
     if (wanted == 0U) {
-        tell_end(supervisor, entry, PUS_FAILURE_NONE); // It had none.
+        tell_end(supervisor, entry, PUS_FAILURE_NONE); // The member had no configuration.
     } else if ((entry->recommission.ordered != STATE_PRE_OPERATIONAL) &&
                may_pass(supervisor, entry, PUS_MANAGEMENT_SELECT, octets, sizeof octets) &&
                (supervisor_order_configuration(supervisor, entry->mission->apid, wanted) == STATUS_OK)) {
@@ -182,7 +183,7 @@ static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entr
     }
     const bool has_plan = supervisor_plan_runner_of(&supervisor->plans, entry->mission->apid) != NULL;
     if (run->is_walking && (has_plan || (entry->state == STATE_ERROR_OPERATIONAL))) {
-        tell_end(supervisor, entry, PUS_FAILURE_STATE); // It failed again.
+        tell_end(supervisor, entry, PUS_FAILURE_STATE); // The member failed again.
         return false;
     }
     if (!supervisor_registry_is_there(entry) || has_plan) {
@@ -201,7 +202,7 @@ static void step_member(supervisor_t* const supervisor, registry_entry_t* const 
     if ((entry->state != run->seen) || (entry->phase != run->seen_phase)) {
         const bool is_back = run->is_walking && (run->seen != STATE_COUNT) && (entry->state < run->seen);
         if (is_back) {
-            tell_end(supervisor, entry, PUS_FAILURE_STATE); // Another cause takes it down.
+            tell_end(supervisor, entry, PUS_FAILURE_STATE); // Another cause orders it to a lower state.
             return;
         }
         run->seen       = entry->state;

@@ -15,7 +15,7 @@
 #include <stdint.h>
 
 #define RECOMMISSION_STEP_NS 5000000000ULL ///< Longest time without progress.
-/// A member that was in ERROR_OPERATIONAL for longer than this before another died has a failure of its own.
+/// A member that was in ERROR_OPERATIONAL for longer than this before another one died has failed by itself.
 #define RECOMMISSION_CAUSE_NS 100000000ULL
 #define RECOMMISSION_RENEWALS 3U ///< Attempts to open a link again.
 
@@ -24,7 +24,7 @@ typedef struct { // Private: of one subsystem.
     bool is_walking; // It has left OFFLINE again.
     state_t target;
     uint16_t configuration;
-    state_t ordered; // From its present stable state; STATE_COUNT: no order yet.
+    state_t ordered; // Ordered from its present stable state; STATE_COUNT: no order yet.
     state_t seen;
     state_phase_t seen_phase;
     uint64_t since_ns; // Of the last progress.

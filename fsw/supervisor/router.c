@@ -7,7 +7,7 @@
 #define HOUSEKEEPING_REPORT 25U
 #define DIAGNOSTIC_REPORT 26U
 #define APID_MASK 0x07FFU                // In the first word of a packet.
-#define REQUEST_PATIENCE_NS 100000000ULL ///< A running subsystem takes in a packet more often than that.
+#define REQUEST_PATIENCE_NS 100000000ULL ///< A running subsystem takes in packets more often than this.
 #define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
 /// Report once that the ring replaces the selected strategy, and once that it no longer does.
@@ -117,7 +117,7 @@ static bool is_known_user(const supervisor_t* const supervisor, const uint16_t s
 {
     if (!is_ground(source)) {
         return (source == (PUS_USER_ONBOARD | from)) &&
-               (from != COMMUNICATION_APID); // It sends packets of others only.
+               (from != COMMUNICATION_APID); // `communication` only sends packets of others.
     }
     for (uint16_t i = 0U; i < supervisor->mission->user_count; i++) {
         if ((supervisor->mission->users[i].id == source) && (from == COMMUNICATION_APID)) {
@@ -199,7 +199,7 @@ bool supervisor_router_has_room(const supervisor_t* const supervisor, const uint
            (message_credit_plain(supervisor->config.endpoint, apid) > 0U);
 }
 
-/// The same for the supervisor's own orders.
+/// The same check for the supervisor's own orders.
 static bool has_firm_room(const supervisor_t* const supervisor, const uint16_t apid)
 {
     return (apid == DESCRIPTOR_SUPERVISOR_APID) || (message_credit(supervisor->config.endpoint, apid) > 0U);
@@ -222,7 +222,7 @@ status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uin
     pus_tc_t tc;
     pus_failure_t failure;
     const status_t status = pus_tc_decode_large(packet, size, &tc, &failure);
-    FSW_ASSERT(status == STATUS_OK); // It has been checked.
+    FSW_ASSERT(status == STATUS_OK); // The packet has been checked.
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, tc.apid);
     const bool is_there                 = (entry != NULL) && supervisor_registry_is_there(entry);
     if (is_there && !supervisor_router_has_room(supervisor, tc.apid)) {
@@ -233,7 +233,7 @@ status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uin
     return STATUS_OK;
 }
 
-typedef struct { // Of one intake.
+typedef struct { // State of one intake.
     supervisor_t* supervisor;
     bool is_ground_held;                    // The ground's next request waits for its addressee.
     uint16_t taken[MISSION_SUBSYSTEMS_MAX]; // Of each subsystem.
@@ -290,8 +290,8 @@ static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head,
     return !entry->is_clogged;
 }
 
-/// Whether the report taken last is of a life that the supervisor has declared over. Its requests have ended
-/// with that, and a new life is heard only when it speaks itself.
+/// True if the report taken last is of a life that the supervisor has declared over. The requests to that
+/// life have ended, and a new life begins with its own first report.
 static bool is_of_ended_life(supervisor_t* const supervisor, const uint16_t from)
 {
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, from);
@@ -317,12 +317,13 @@ static status_t take_one(supervisor_t* const supervisor, const message_filter_t*
     if ((*out_from == COMMUNICATION_APID) && must_wait(supervisor, head, size)) {
         return STATUS_BUSY;
     }
-    uint8_t* const block        = ((size > 0U) && (size <= PUS_PACKET_MAX))
-                                      ? supervisor_ground_backlog_take(&supervisor->ground_backlog, size)
-                                      : NULL;
-    uint8_t* const packet       = (block != NULL) ? block : supervisor->packet;
-    const size_t capacity       = (block != NULL) ? size : sizeof supervisor->packet;
-    const message_filter_t same = {out_from, is_peer}; // The intake may have changed who is admitted.
+    uint8_t* const block  = ((size > 0U) && (size <= PUS_PACKET_MAX))
+                                ? supervisor_ground_backlog_take(&supervisor->ground_backlog, size)
+                                : NULL;
+    uint8_t* const packet = (block != NULL) ? block : supervisor->packet;
+    const size_t capacity = (block != NULL) ? size : sizeof supervisor->packet;
+    // The intake may have changed which senders are admitted.
+    const message_filter_t same = {out_from, is_peer};
     status                      = message_receive_if(endpoint, &same, out_from, packet, capacity, &size);
     if ((status != STATUS_OK) || (size == 0U)) {
         supervisor->counters.tm_malformed++;
@@ -366,7 +367,7 @@ static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const 
         const uint16_t apid = supervisor->mission->subsystems[i].apid;
         if ((apid != DESCRIPTOR_SUPERVISOR_APID) && (apid != COMMUNICATION_APID) &&
             supervisor_registry_is_there(&supervisor->registry[i])) {
-            send_now(supervisor, apid, packet, size); // The next one follows if this is lost.
+            send_now(supervisor, apid, packet, size); // If this one is lost, the next one follows.
         }
     }
 }
@@ -439,7 +440,7 @@ status_t supervisor_order_state(supervisor_t* const supervisor, const uint16_t a
     octet_write_u8(&writer, (uint8_t)cause);
     pus_token_t token     = {.request_id = 0U};
     const status_t status = pus_tc_send(&supervisor->requester, &writer, &token);
-    FSW_ASSERT(entry != NULL); // Only subsystems of the mission get orders.
+    FSW_ASSERT(entry != NULL); // Only subsystems of the mission receive orders.
     entry->is_order_owed    = (status == STATUS_FULL);
     entry->ordered          = target;
     entry->order_cause      = cause;

@@ -25,7 +25,7 @@ static bool bring_up(supervisor_t* const supervisor, const registry_entry_t* con
     } else {
         return (entry->state == STATE_OPERATIONAL) && (entry->phase == PHASE_IDLE);
     }
-    (void)status; // An order refused for lack of room is repeated at the next tick.
+    (void)status; // If there is no room for an order, the next tick repeats it.
     return false;
 }
 
@@ -107,7 +107,8 @@ static bool is_any_in(const supervisor_t* const supervisor, const bool is_operat
 
 static void enter_step(supervisor_t* const supervisor, const unsigned step)
 {
-    const uint64_t passed_ns  = supervisor->now_ns - supervisor->shutdown_ns; // In the step before.
+    // The request was answered in the step before.
+    const uint64_t passed_ns  = supervisor->now_ns - supervisor->shutdown_ns;
     supervisor->shutdown_step = step;
     supervisor->shutdown_ns   = supervisor->now_ns;
     switch (step) {

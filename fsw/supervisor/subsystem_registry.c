@@ -15,7 +15,8 @@ void supervisor_registry_init(supervisor_t* const supervisor)
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         registry_entry_t* const entry = &supervisor->registry[i];
         entry->mission                = &supervisor->mission->subsystems[i];
-        entry->process = PROCESS_RUNNING; // The launcher starts all; supervisor_registry_watch corrects it.
+        // The launcher starts all processes; supervisor_registry_watch corrects the state.
+        entry->process = PROCESS_RUNNING;
         entry->state   = STATE_OFFLINE;
     }
 }
@@ -114,7 +115,7 @@ void supervisor_registry_report(supervisor_t* const supervisor, const pus_tm_t* 
         keep(supervisor, entry, status.state, status.phase, status.configuration);
         compare_descriptors(supervisor, entry, &status);
     } else {
-        // Another report of the service.
+        // This is another report of the service.
     }
 }
 
@@ -233,8 +234,8 @@ static void process_lost(supervisor_t* const supervisor, registry_entry_t* const
     restart(supervisor, entry);
 }
 
-/// A process hangs if it lives and its promised step is later than its mission allows. This check needs no
-/// message.
+/// A process hangs if it is alive and the time that it promised for its next step lies further back than its
+/// mission allows. This check needs no message.
 static bool is_hung(const supervisor_t* const supervisor, const registry_entry_t* const entry)
 {
     const supervisor_platform_t* const platform = &supervisor->config.platform;
@@ -262,7 +263,7 @@ static void watch_one(supervisor_t* const supervisor, registry_entry_t* const en
     const uint64_t since_ns = (entry->heard_ns > entry->started_ns) ? entry->heard_ns : entry->started_ns;
     if ((entry->process == PROCESS_RUNNING) && ((supervisor->now_ns - since_ns) > SILENT_NS)) {
         supervisor_raise_u16(supervisor, SUPERVISOR_EVENT_SUBSYSTEM_SILENT, apid);
-        entry->started_ns = supervisor->now_ns; // For a next report after the same time.
+        entry->started_ns = supervisor->now_ns; // The next report comes after the same time.
         supervisor_error_member_silent(supervisor, apid);
     }
 }

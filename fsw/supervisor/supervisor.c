@@ -10,7 +10,7 @@
 #define ROUNDS 2U
 #define TICK_NS 10000000ULL
 #define UNANSWERED_NS 10000000000ULL ///< Longest wait for the acceptance of a request.
-#define HEARTBEATS 3U ///< In the time that a subsystem stays OPERATIONAL without the supervisor.
+#define HEARTBEATS 3U ///< Within the time for which a subsystem stays OPERATIONAL without the supervisor.
 
 // ---- The supervisor as a subsystem ----
 
@@ -164,9 +164,9 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
         &supervisor->log_past, config->mission->log_ring_records);
     if ((status == STATUS_OK) && config->has_log_writer) {
         const status_t started = supervisor_packet_log_start_writer(&supervisor->log);
-        (void)started; // Without the task the supervisor waits for the disk.
+        (void)started; // Without the task the supervisor itself waits for the disk.
     }
-    spacecraft_restore(supervisor); // Its reports are logged.
+    spacecraft_restore(supervisor); // The reports of the supervisor are logged, too.
     return status;
 }
 
@@ -185,7 +185,7 @@ static void tick(supervisor_t* const supervisor)
     supervisor_sequence_shutdown(supervisor);
 }
 
-/// Perform the effects of the step. If one fails, handle that in the same step.
+/// Perform the outputs of the step. If one fails, handle that in the same step.
 static void finish_step(supervisor_t* const supervisor)
 {
     bool is_news = true;
@@ -203,7 +203,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     FSW_ASSERT(supervisor != NULL);
     supervisor->now_ns = now_ns;
-    (void)supervisor_output_commit_perform(supervisor); // Of the step before, or of the life before.
+    (void)supervisor_output_commit_perform(supervisor); // Outputs of the step before, or of the life before.
     if (!supervisor->has_begun) {
         supervisor_adoption_reopen(supervisor);
         spacecraft_tell_damage(supervisor);

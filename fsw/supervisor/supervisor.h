@@ -44,7 +44,8 @@ typedef struct {
     /// have epochs above `link_floor`. STATUS_OK, STATUS_EXISTS (it lives), STATUS_NOT_FOUND.
     status_t (*start)(void* context, uint16_t apid, uint32_t link_floor, uint64_t boot_ns);
     status_t (*stop)(void* context, uint16_t apid); ///< Regular end. STATUS_OK, STATUS_NOT_FOUND.
-    status_t (*kill)(void* context, uint16_t apid); ///< End it at once because it hangs. As stop.
+    /// End a process at once because it hangs. Statuses as of `stop`.
+    status_t (*kill)(void* context, uint16_t apid);
     bool (*is_running)(void* context, uint16_t apid);
     /// Latest time of the next step of the process, as it promised [ns of the run]; UINT64_MAX: it has not
     /// stepped in this life.
@@ -73,7 +74,7 @@ typedef enum {
     DOUBT_ASKED   ///< Reports arrive again; its status was requested.
 } doubt_t;
 
-typedef enum { // Of a process to which an order was given that is not carried out yet.
+typedef enum { // Of a process, if an order was given that is not carried out yet.
     PRESUMED_NOTHING = 0,
     PRESUMED_RUNNING,
     PRESUMED_GONE
@@ -91,26 +92,26 @@ typedef struct { // What is known of one subsystem.
     uint8_t deaths;       ///< Deaths that count against its restart budget.
     bool is_start_due;    ///< At restart_ns.
     uint64_t restart_ns;  ///< Time of the last start, or of the next one.
-    state_t rested;       ///< The last state in which it rested, other than ERROR_OPERATIONAL.
-    uint16_t rested_with; ///< The configuration there.
+    state_t rested;       ///< Last rest state, other than ERROR_OPERATIONAL.
+    uint16_t rested_with; ///< The configuration in that state.
     uint64_t error_ns;    ///< When it first reported ERROR_OPERATIONAL.
     recommission_t recommission;
-    bool is_order_owed; ///< `ordered` found no room in its mailbox.
+    bool is_order_owed; ///< The order in `ordered` found no room in its mailbox.
     state_t ordered;
     pus_cause_t order_cause;
     struct {
-        uint32_t request_id; ///< Of the last order; 0: none.
+        uint32_t request_id; ///< Request id of the last order; 0: none.
         uint64_t time_ns;
     } order;
     presumed_t presumed; ///< See output_commit.c.
     uint64_t heard_ns;
     uint64_t started_ns;
-    uint64_t interface_hash; ///< Of the descriptor it runs with, as it last reported it.
+    uint64_t interface_hash; ///< Hash of the descriptor with which it runs, as it last reported it.
     uint64_t configuration_hash;
     bool is_interface_foreign; ///< The interface hash differs from that of the supervisor's descriptor.
     bool is_in_doubt;          ///< Taken over from the previous supervisor, not reported since.
-    bool is_clogged;           ///< Requests to it no longer wait: it has taken nothing for too long.
-    bool are_links_in_doubt;   ///< Taken over, and not yet compared with its report of them.
+    bool is_clogged;           ///< Requests to it no longer wait: it has taken in nothing for too long.
+    bool are_links_in_doubt;   ///< Taken over, and not yet compared with its own report.
     doubt_t doubt;
     struct {
         uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.
@@ -131,10 +132,10 @@ typedef struct { // Negotiation, opening or closing of one link under way.
     session_step_t step;
     uint16_t link;
     uint32_t asked;       ///< Transaction number of the requester.
-    uint32_t transaction; ///< The manager's own, by which members answer.
+    uint32_t transaction; ///< Transaction number of the manager, by which members answer.
     uint32_t epoch;
     pus_link_ends_t ends;
-    pus_token_t token; ///< Of the request; source 0: the supervisor acts without a request.
+    pus_token_t token; ///< Token of the request; source 0: the supervisor acts without a request.
     uint64_t deadline_ns;
 } link_session_t;
 
@@ -157,10 +158,11 @@ typedef struct {
     pus_file_store_t files; ///< Of ST[23] and of services that load by reference.
     journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: no lasting records.
     subsystem_services_t optional; ///< Services that its descriptor lists.
-    const medium_t* store_media;   ///< SPACECRAFT_STORES of them, for packet stores; null: nothing fits.
+    const medium_t* store_media;   ///< SPACECRAFT_STORES media for packet stores; null: nothing fits.
     bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, unchanged.
-    uint64_t log_records; ///< Of the packet log in this run so far, as far as it is known without checkpoint.
-    checkpoint_t* checkpoint; ///< From the supervisor that died, for the next one; null: none.
+    /// Records of the packet log in this run so far, as far as it is known without checkpoint.
+    uint64_t log_records;
+    checkpoint_t* checkpoint; ///< Checkpoint of the supervisor that died, for the next one; null: none.
     /// Copy a damaged checkpoint for analysis; the context is that of the platform. True: there is a copy.
     /// Null: no copies.
     bool (*keep_checkpoint)(void* context, const checkpoint_t* checkpoint);
@@ -180,7 +182,7 @@ typedef struct supervisor { // All fields are private.
     uint64_t next_tick_ns;
     bool has_begun; // Its first step is done.
     uint8_t mode;
-    bool is_cut_off; // The flight before ended without a shutdown, in the mode of this record:
+    bool is_cut_off; // The previous flight ended without a shutdown, in the mode of this record:
     uint8_t cut_off[SUPERVISOR_MODE_RECORD];
     registry_entry_t registry[MISSION_SUBSYSTEMS_MAX];
     bool is_log_failure_told;
@@ -198,11 +200,11 @@ typedef struct supervisor { // All fields are private.
     pus_requester_t requester;
     link_graph_t graph;
     link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
-    uint16_t closings[MISSION_LINKS_MAX]; // APIDs that must close, too, by mission link number - 1; 0: none.
+    uint16_t closings[MISSION_LINKS_MAX]; // APIDs that must also close, by mission link number - 1; 0: none.
     link_edge_t accepted[MISSION_LINKS_MAX]; // Negotiated, by mission link number - 1; link 0 = none.
     uint32_t link_epoch;
     uint32_t link_transaction;
-    pus_link_properties_t wanted[MISSION_LINKS_MAX]; // As requested last, by mission link number - 1.
+    pus_link_properties_t wanted[MISSION_LINKS_MAX]; // Requested last, by mission link number - 1.
     uint32_t renewed;                                // Bit n: link n + 1 was open and must be opened again.
     uint8_t renewals[MISSION_LINKS_MAX];             // Attempts left.
     plan_runner_t plans;
@@ -231,13 +233,14 @@ typedef struct supervisor { // All fields are private.
     supervisor_messages_t messages;   // Published.
     ground_backlog_t ground_backlog;
     message_ring_t ground_kept; // Copy of the backlog for the next life.
-    uint16_t held_for;          // Addressee of the ground's next request, which has no room there; 0: none.
-    uint64_t held_ns;           // Since when.
-    message_ring_t outputs;     // What this step does to others, or what was not taken yet.
-    uint32_t performed;         // Effects of the last commit.
-    uint64_t ground_moved_ns;   // When a waiting report was sent last, or no report waited.
-    bool is_ground_behind;      // Reports were dropped since the backlog was empty.
-    bool is_ground_news;        // And this was not reported yet.
+    // Addressee of the ground's next request, if that addressee has no room for it; 0: none.
+    uint16_t held_for;
+    uint64_t held_ns;         // Since when it has had no room.
+    message_ring_t outputs;   // Outputs of this step, and those that were not taken yet.
+    uint32_t performed;       // Outputs of the last commit.
+    uint64_t ground_moved_ns; // When a waiting report was sent last, or no report waited.
+    bool is_ground_behind;    // Reports were dropped since the backlog was empty.
+    bool is_ground_news;      // The loss was not reported yet.
     packet_log_t log;
     uint8_t ground_storage[GROUND_OCTETS];
     uint8_t output_storage[OUTPUT_COMMIT_OCTETS];

@@ -5,18 +5,17 @@
 
 #include "fsw/supervisor/supervisor.h"
 
-/// output_commit.c
-/// From now on frames leave only by supervisor_output_commit_perform.
+/// output_commit.c: from now on frames leave only by supervisor_output_commit_perform.
 void supervisor_output_commit_init(supervisor_t* supervisor);
 /// Orders to the process of a subsystem. They are carried out by supervisor_output_commit_perform, but
-/// supervisor_output_commit_is_running answers as if they had been already.
+/// supervisor_output_commit_is_running answers as if they were carried out.
 void supervisor_output_commit_start(supervisor_t* supervisor, registry_entry_t* entry);
 void supervisor_output_commit_stop(supervisor_t* supervisor, registry_entry_t* entry, bool is_hung);
 bool supervisor_output_commit_is_running(const supervisor_t* supervisor, const registry_entry_t* entry);
 /// The mission is over.
 void supervisor_output_commit_finish(supervisor_t* supervisor);
-/// Perform all outputs, which must be committed. True: a frame was not taken; those are performed by the next
-/// call, and must be committed again.
+/// Perform all outputs, which must be committed. True: a peer did not take a frame; the next call performs
+/// the rest, which must be committed again.
 bool supervisor_output_commit_perform(supervisor_t* supervisor);
 /// Leave out the outputs of the adopted commit that were performed.
 void supervisor_output_commit_resume(supervisor_t* supervisor);
@@ -35,7 +34,7 @@ status_t supervisor_router_send(void* context, const uint8_t* packet, size_t siz
 status_t supervisor_router_send_stored(void* context, uint8_t virtual_channel, const uint8_t* packet,
                                        size_t size);
 status_t supervisor_router_send_time(void* context, const uint8_t* packet, size_t size);
-/// True if a request to `apid` would find room in its mailbox now; the supervisor itself always has.
+/// True if the mailbox of `apid` has room for a request now; that of the supervisor itself always has.
 bool supervisor_router_has_room(const supervisor_t* supervisor, uint16_t apid);
 /// Route a request that a service on board has released, as one that came from its source.
 void supervisor_router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
@@ -61,7 +60,7 @@ void supervisor_ground_send(supervisor_t* supervisor, uint16_t apid, const uint8
 /// True if a report of the class would be sent or would wait, or if the supervisor no longer waits for the
 /// ground.
 bool supervisor_ground_accepts(const supervisor_t* supervisor, pus_class_t class, size_t size);
-/// True if reports wait, or the next one would have to.
+/// True if reports wait, or the next one would have to wait.
 bool supervisor_ground_is_waiting(const supervisor_t* supervisor);
 /// True if requests of the ground may be taken in: there is room for the answers.
 bool supervisor_ground_takes_requests(const supervisor_t* supervisor);

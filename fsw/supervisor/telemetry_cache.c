@@ -55,7 +55,7 @@ static uint16_t size_of(const telemetry_cache_t* const cache, const uint32_t id)
                (cache->sizes.size_of(cache->sizes.context, id, &size) != STATUS_OK)) {
         size = 0U;
     } else {
-        // Told.
+        // The port has stored the size.
     }
     return size;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Cache of telemetered parameters: the value that each parameter of the subsystems had when it was last
-/// reported, in TM[3,25], TM[3,26] or TM[20,2], with the time of that report. The supervisor's services read
+/// Cache of telemetered parameters: the value of each parameter of the subsystems as it was last reported
+/// in TM[3,25], TM[3,26] or TM[20,2], with the time of that report. The supervisor's services read
 /// parameters of other components from it by pus_parameter_port_t; nothing is settable.
 ///
 /// Definitions tell which values a report has: supervisor_telemetry_cache_define, or TM[3,10] and TM[3,12] as

@@ -38,7 +38,7 @@ static void connected(void* const context, const unsigned client)
     self->counters.connected++;
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_CONNECTED, NULL, 0U);
     if (!is_participant(self, client)) {
-        self->hooks.intruded(self->hooks.context); // The event comes at an instant of the client's choice.
+        self->hooks.intruded(self->hooks.context); // The client determines the instant of the event.
     }
 }
 
@@ -136,7 +136,7 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
         return FLOW_TCP_MALFORMED;
     }
     if (unit.packet == NULL) {
-        return unit.taken; // A part of one, or nothing to be looked at.
+        return unit.taken; // The packet is incomplete, or there is none.
     }
     if (!pus_packet_is_tc(unit.packet, unit.size)) {
         communication_ground_security_accept(&self->security, client);
@@ -144,11 +144,11 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
         return unit.taken;
     }
     if (communication_ground_queue_room(&self->queues[client]) < ANSWERS_ROOM) {
-        self->is_uplink_full = true; // It has to read its answers first.
+        self->is_uplink_full = true; // The client has to read its answers first.
         return FLOW_TCP_BUSY;
     }
     if (self->uplink.send(self->uplink.context, unit.packet, unit.size) != STATUS_OK) {
-        self->is_uplink_full = true; // The supervisor's mailbox: the packet stays in the buffer.
+        self->is_uplink_full = true; // The supervisor's mailbox is full: the packet stays in the buffer.
         return FLOW_TCP_BUSY;
     }
     communication_ground_security_accept(&self->security, client);
@@ -225,7 +225,7 @@ static bool is_coming(communication_t* const self, const uint16_t port, const bo
         self->owed = 0U;
         self->hooks.cut(self->hooks.context, port);
     } else {
-        // As before.
+        // The connection is as before.
     }
     return !is_connected && (self->participant != port);
 }
@@ -254,11 +254,12 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
     const uint16_t port   = self->hooks.participant_port(self->hooks.context);
     const bool is_awaited = (port != 0U) ? is_coming(self, port, client != NO_CLIENT) : is_hanging_up(self);
     if (client == NO_CLIENT) {
-        self->owed = (before == NO_CLIENT) ? self->owed : 0U; // It has hung up.
+        self->owed = (before == NO_CLIENT) ? self->owed : 0U; // The participant has closed its connection.
         return is_awaited;
     }
     self->owed -= flow_tcp_octets_in(&self->flow, client) - of_client;
-    return (self->owed > 0U) && !self->is_uplink_full; // What is owed then waits for room above.
+    // Received octets then wait until the supervisor has room.
+    return (self->owed > 0U) && !self->is_uplink_full;
 }
 
 // ---- Down: reports ----
@@ -272,14 +273,15 @@ static void queue_for(communication_t* const self, const unsigned client, const 
     const uint32_t dropped_before = self->queues[client].dropped;
     const status_t status         = communication_ground_queue_put(&self->queues[client], packet, size);
     self->counters.tm_dropped += self->queues[client].dropped - dropped_before;
-    if (status != STATUS_OK) { // It reads nothing at all: end the connection instead of dropping reports.
+    if (status != STATUS_OK) {
+        // The client reads nothing at all: end the connection instead of dropping reports.
         const flow_tcp_user_t user = user_of(self);
         flow_tcp_end(&self->flow, &user, client);
     } else if ((self->queues[client].dropped != dropped_before) && !self->is_drop_told) {
         self->is_drop_told = true;
         (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_TM_DROPPED, NULL, 0U);
     } else {
-        // Queued.
+        // The report is queued.
     }
 }
 
@@ -289,7 +291,7 @@ static void report(void* const context, const uint8_t* const packet, const size_
     if (size < (DESTINATION_OFFSET + 2U)) {
         return;
     }
-    const bool is_time         = pus_is_time_packet(packet, size); // It names no destination.
+    const bool is_time         = pus_is_time_packet(packet, size); // The report names no destination.
     const uint16_t destination = is_time ? (uint16_t)PUS_USER_GROUND : u16_at(packet, DESTINATION_OFFSET);
     if (destination != PUS_USER_GROUND) {
         queue_for(self, client_of(self, destination), packet, size);
@@ -374,7 +376,7 @@ static status_t listen(void* const context, const descriptor_configuration_t* co
     return STATUS_OK;
 }
 
-/// Events of refused or ended connections, limited in rate, whatever clients do.
+/// Events of refused or ended connections; their rate is limited, whatever clients do.
 static void tell_misuse(communication_t* const self)
 {
     const communication_clients_t* const misuse = &self->misuse;
@@ -425,8 +427,8 @@ static void update_status(void* const context)
     tell_misuse(self);
 }
 
-/// Like the end of its process: end every connection without notice on board; the listening socket belongs to
-/// the launcher.
+/// As at the end of the process: end every connection without notice on board; the listening socket belongs
+/// to the launcher.
 static void hang_up(void* const context)
 {
     communication_t* const self  = (communication_t*)context;

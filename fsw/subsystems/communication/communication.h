@@ -27,7 +27,7 @@ CAPACITY_CHECK(buffer_holds_a_packet, COMMUNICATION_BUFFER >= PUS_PACKET_MAX);
 CAPACITY_CHECK(buffer_holds_a_frame, COMMUNICATION_BUFFER >= SDLS_FRAME_MAX);
 /// A new client may replace one that has sent no valid telecommand for this time; the longest silent first.
 #define COMMUNICATION_IDLE_NS 10000000000ULL
-#define COMMUNICATION_TELL_NS 1000000000ULL ///< Between two events GROUND_MISUSED, at least.
+#define COMMUNICATION_TELL_NS 1000000000ULL ///< Shortest time between two events GROUND_MISUSED.
 
 typedef struct {
     void* context;
@@ -37,9 +37,9 @@ typedef struct {
     uint16_t (*participant_port)(void* context);
     /// The connection of the participant with this port is served from now on.
     void (*served)(void* context, uint16_t port);
-    /// It has ended, though the participant has not left.
+    /// The connection has ended, though the participant has not left.
     void (*cut)(void* context, uint16_t port);
-    /// A client that is no participant has connected, or a telecommand of one was taken in.
+    /// A client that is no participant has connected, or one of its telecommands was taken in.
     void (*intruded)(void* context);
 } communication_hooks_t;
 
@@ -55,9 +55,10 @@ typedef struct { // Private.
         uint16_t user;
         unsigned client; // COMMUNICATION_CLIENTS: none.
     } users[COMMUNICATION_USERS];
-    uint16_t participant; // Last port of one that was connected, or given up; 0: none, or it has hung up.
-    uint32_t owed;        // Octets of the participant announced and not taken in yet.
-    bool is_uplink_full;  // A request could not go up in this step.
+    // Last port that was connected or given up; 0: none, or the participant has closed the connection.
+    uint16_t participant;
+    uint32_t owed;       // Octets of the participant announced and not taken in yet.
+    bool is_uplink_full; // A request could not go up in this step.
     bool is_drop_told;
     uint64_t heard_ns[COMMUNICATION_CLIENTS]; // Connection, or last valid telecommand.
     communication_clients_t misuse;           // Published.
@@ -69,7 +70,7 @@ typedef struct { // Private.
     communication_security_t secured;  // Published.
     communication_ground_security_t security;
     communication_ground_queue_t queues[COMMUNICATION_CLIENTS];
-    uint8_t buffers[COMMUNICATION_CLIENTS * COMMUNICATION_BUFFER]; // Not cleared.
+    uint8_t buffers[COMMUNICATION_CLIENTS * COMMUNICATION_BUFFER]; // Not cleared by communication_init.
 } communication_t;
 
 /// listener: descriptor of the listening socket, opened by the launcher. uplink: where requests go.
@@ -80,8 +81,8 @@ void communication_init(communication_t* communication, subsystem_t* generic, co
 void communication_secure(communication_t* communication, sdls_receiver_t* receiver);
 const subsystem_callbacks_t* communication_callbacks(void);
 /// Take in octets from the ground; `octets_due` more were announced for the participant. Call before the
-/// component's step. True if something of the participant is on its way, its connection, announced octets or,
-/// when it has left the scheduler, the end of its connection: wait and call again.
+/// component's step. True if something of the participant is still to come: its connection, announced octets
+/// or, when it has left the scheduler, the end of its connection. Then wait and call again.
 bool communication_take_in(communication_t* communication, uint32_t octets_due);
 /// No longer expect a connection of the present participant, or the end of the connection of one that has
 /// left.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reports waiting for one ground client. A slow reader loses the oldest housekeeping first, and never an
+/// Reports waiting for one ground client. A slow reader loses the oldest housekeeping reports first, and
+/// never an
 /// event or a verification: those have a queue of their own; order of arrival is kept across both.
 ///
 /// Ownership  The caller places it.
@@ -16,15 +17,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define GROUND_QUEUE_OCTETS 131072U ///< Of each of the two queues.
+#define GROUND_QUEUE_OCTETS 131072U ///< Size of each of the two queues.
 #define GROUND_STAMP_OCTETS 4U
 
 typedef struct { // Private, except `dropped`.
     message_ring_t housekeeping;
-    message_ring_t firm; // Everything that must not be lost.
+    message_ring_t firm; // All other reports: none of them is dropped.
     uint32_t next_stamp;
-    size_t sending_size; // Of the block under way; 0: none.
-    size_t sent;         // How much of it has left.
+    size_t sending_size; // Size of the report being sent; 0: none.
+    size_t sent;         // Octets of it that were sent.
     uint32_t dropped;    ///< Housekeeping reports dropped [wraps].
     // The octets below are written before they are read, so communication_ground_queue_init does not clear
     // them.
@@ -34,8 +35,8 @@ typedef struct { // Private, except `dropped`.
 } communication_ground_queue_t;
 
 void communication_ground_queue_init(communication_ground_queue_t* queue);
-/// STATUS_OK (kept; old housekeeping may have gone for it), STATUS_FULL (a firm report has no room: the
-/// client does not read at all).
+/// STATUS_OK (kept; old housekeeping reports may have been dropped for it), STATUS_FULL (a firm report has no
+/// room: the client does not read at all).
 MUST_USE status_t communication_ground_queue_put(communication_ground_queue_t* queue, const uint8_t* packet,
                                                  size_t size);
 /// Octets to send next, or null if nothing waits. They stay until communication_ground_queue_sent.

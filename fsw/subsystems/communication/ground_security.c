@@ -66,7 +66,7 @@ static status_t next_frame(communication_ground_security_t* const self, const un
     if (status != STATUS_OK) {
         return (status == STATUS_TRUNCATED) ? status : refused(self, client, frame.taken);
     }
-    if (frame.packet == NULL) { // Parts are to come.
+    if (frame.packet == NULL) { // The other parts are still to come.
         sdls_accept(self->receiver, &self->sessions[client]);
     } else if ((pus_packet_frame(frame.packet, frame.size, &packet_size) != STATUS_OK) ||
                (packet_size != frame.size)) { // Sent with the key, but not a telecommand packet.
@@ -75,7 +75,7 @@ static status_t next_frame(communication_ground_security_t* const self, const un
         out_unit->packet = NULL;
         return refused(self, client, frame.taken);
     } else {
-        // The caller accepts it.
+        // The caller accepts the frame.
     }
     return STATUS_OK;
 }
@@ -137,5 +137,5 @@ void communication_ground_security_tell(communication_ground_security_t* const s
     self->quiet          = GROUND_TELLING_CYCLES;
     self->told           = all;
     self->lost           = lost;
-    (void)subsystem_raise(generic, event, NULL, 0U); // With the counters as they are now.
+    (void)subsystem_raise(generic, event, NULL, 0U); // The first event shows the counters as they are now.
 }

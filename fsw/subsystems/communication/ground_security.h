@@ -23,7 +23,7 @@ typedef struct {               // Private.
     uint32_t since[GROUND_CLIENTS]; // Cycle of the connection.
     uint32_t cycle;
     uint32_t told;  // Refused frames reported by events so far.
-    uint32_t lost;  // Of those, the ones that could not be kept.
+    uint32_t lost;  // Number of those that could not be kept.
     uint32_t quiet; // Cycles until the next event.
 } communication_ground_security_t;
 

@@ -14,7 +14,7 @@ static size_t limit(void* const context, const uint16_t apid)
 static status_t take(void* const context, const uint8_t* const packet, const size_t size,
                      const uint64_t now_ns)
 {
-    (void)now_ns; // It is the supervisor's.
+    (void)now_ns; // The request is for the supervisor itself.
     return supervisor_router_route_whole(context, packet, size);
 }
 
@@ -41,7 +41,7 @@ static pus_service_t open_large_packets(supervisor_t* const supervisor)
     return service;
 }
 
-/// The component has its process by now.
+/// The component has its application process by now.
 static status_t start_large_packets(supervisor_t* const supervisor)
 {
     const pus_long_port_t port = pus_large_port(&supervisor->spacecraft.large_packets.service);

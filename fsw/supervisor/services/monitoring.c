@@ -4,7 +4,7 @@
 #include "fsw/framework/subsystem/optional_services.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
-#define OWN 0x8000U // In a handle: of the supervisor's own parameters.
+#define OWN 0x8000U // Marks a handle of the supervisor's own parameters.
 
 /// True if a descriptor of the mission defines a parameter.
 static bool is_described(supervisor_t* const supervisor, const uint32_t parameter_id)

@@ -20,7 +20,7 @@ static void raise_event(void* const context, const uint16_t event_id, const uint
                         const size_t size, const uint64_t now_ns)
 {
     supervisor_t* const supervisor = context;
-    (void)now_ns; // The component's own time.
+    (void)now_ns; // Time of the component.
     (void)subsystem_raise(&supervisor->subsystem, event_id, auxiliary, size);
 }
 

@@ -158,7 +158,7 @@ static bool may_go(struct supervisor* const supervisor, const size_t size)
     const bool is_whole                 = pus_tc_decode(spacecraft->packet, size, &tc, &failure) == STATUS_OK;
     const registry_entry_t* const entry = is_whole ? supervisor_registry_find(supervisor, tc.apid) : NULL;
     if ((entry == NULL) || (entry->process != PROCESS_RUNNING)) {
-        return true; // It is refused at once.
+        return true; // Routing refuses the request at once.
     }
     uint64_t* const since_ns = &spacecraft->full_since_ns[entry - supervisor->registry];
     if (supervisor_router_has_room(supervisor, tc.apid)) {

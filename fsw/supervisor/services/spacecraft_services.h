@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The services of the whole spacecraft: schedules, procedures, stores, files and others that exist once on
-/// board and not in each subsystem. The supervisor owns them; a binding, the file <service>.c,
-/// connects each of them.
-///
-/// A request that a service releases (from a schedule, a sequence, a procedure, an event-action) waits in one
-/// queue and is routed like any other in the same step: known user, permission, state. Its source stays
-/// unchanged. While its addressee has no credit, it waits, and so do all later ones, for
+/// board and not in each subsystem. The supervisor owns them; a binding, the file <service>.c, connects each
+/// of them. A request that a service releases (from a schedule, a sequence, a procedure, an event-action)
+/// waits in one queue and is routed like any other in the same step: known user, permission, state. Its
+/// source stays unchanged. While its addressee has no credit, it and all later requests wait, for
 /// SPACECRAFT_PATIENCE_NS at most; then it, and later ones to the same addressee, are refused with TM[1,10]
 /// (PUS_FAILURE_QUEUE_FULL) like requests from the ground.
 #ifndef FSW_SUPERVISOR_SERVICES_SPACECRAFT_SERVICES_H
@@ -78,9 +76,10 @@ typedef struct { // Private to fsw/supervisor.
 } spacecraft_connections_t;
 
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
-    pus_persistence_t persistence;                  // Of the journal.
-    uint32_t refused;                               // Records that no service has restored.
-    uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX]; // While requests wait: no credit since then; 0: had some.
+    pus_persistence_t persistence; // Of the journal.
+    uint32_t refused;              // Records that no service has restored.
+    // While requests wait: time since when there was no credit; 0: there was some.
+    uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX];
     message_ring_t released;
     uint8_t release_storage[SPACECRAFT_RELEASE_OCTETS];
     uint8_t packet[PUS_PACKET_MAX];
@@ -130,8 +129,8 @@ uint64_t spacecraft_step(struct supervisor* supervisor, uint64_t now_ns);
 /// Pass a report to all services that observe reports.
 void spacecraft_observe(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet,
                         size_t size);
-/// True if a report is forwarded to the ground now; reports that ST[14] holds back are logged and stored all
-/// the same.
+/// True if a report is forwarded to the ground now; reports that ST[14] holds back are still logged and
+/// stored.
 bool spacecraft_forwards(struct supervisor* supervisor, const pus_tm_t* tm);
 /// Port (pus_port_t) by which services release requests; the context is the supervisor. STATUS_OK,
 /// STATUS_FULL (try again later).

@@ -111,7 +111,7 @@ static void observe_report(supervisor_t* const supervisor, const pus_tm_t* const
                            const uint8_t* const packet, const size_t size)
 {
     spacecraft_storage_t* const storage = &supervisor->spacecraft.storage;
-    if (storage->is_started) { // Before, no store is known.
+    if (storage->is_started) { // Before `open`, no store is known.
         pus_storage_observe(&storage->service, tm, packet, size, supervisor->now_ns);
     }
 }
