@@ -10,6 +10,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SKIPPED = {".git", "build", "runs", "__pycache__", ".pytest_cache"}
 FILE_LINES, FUNCTION_LINES, CONTRACT_LINES, COMMENT_COLUMNS = 600, 60, 15, 110
+MAKEFILE_COLUMNS = 120
 
 
 def project_files():
@@ -94,6 +95,8 @@ def breaches(path, words, turns):
         found = words.search(line)
         if found:
             yield f"{path}:{number}: '{found[0]}' does not belong here"
+        if (path.name == "Makefile" or path.suffix == ".mk") and len(line) > MAKEFILE_COLUMNS:
+            yield f"{path}:{number}: {len(line)} columns, {MAKEFILE_COLUMNS} allowed"
     if path.suffix in {".c", ".h", ".py"}:
         yield from length_breaches(path, text)
     if path.suffix in {".c", ".h"}:

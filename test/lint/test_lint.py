@@ -172,6 +172,14 @@ def test_turns_and_width_of_comments(tmp_path, monkeypatch, name, line, complain
     assert (not found) if complaint is None else any(complaint in text for text in found), found
 
 
+@pytest.mark.parametrize("name", ["Makefile", "mk/a.mk"])
+@pytest.mark.parametrize("columns, complaint", [(120, None), (121, "121 columns, 120 allowed")])
+def test_lines_of_makefiles_are_short(tmp_path, monkeypatch, name, columns, complaint):
+    (tmp_path / "mk").mkdir()
+    found = text_breaches(tmp_path, monkeypatch, name, "a" * columns + "\n")
+    assert (not found) if complaint is None else any(complaint in line for line in found), found
+
+
 @pytest.mark.parametrize("lines, complaint", [(15, None), (16, "contract of 16 lines")])
 def test_contracts_are_short(tmp_path, monkeypatch, lines, complaint):
     text = LICENCE + "/// A line.\n" * lines + "#ifndef A_H\n"

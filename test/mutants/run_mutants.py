@@ -30,7 +30,7 @@ EQUIVALENT = ROOT / "test" / "mutants" / "equivalent.txt"
 FOLDERS = ("base", "pus", "fsw", "osal")
 # Programs and the command line tool are tried in flight only.
 LEFT_OUT = re.compile(r"_main\.c$|_program\.c$|^pus/tool/|^fsw/supervisor/services/")
-COPIED = ("Makefile", "base", "descriptors", "fsw", "gse", "launcher", "osal", "pus", "sim", "test")
+COPIED = ("Makefile", "base", "descriptors", "fsw", "gse", "launcher", "mk", "osal", "pus", "sim", "test")
 BUILT = ("flags", "obj", "lib", "generated", "setup")
 SECONDS = 60  # Of one test program; a mutant that waits for ever is noticed so.
 TOTAL_PERCENT, FOLDER_PERCENT = 95.0, 90.0

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+# Format and checks.
+
+C_FILES = $(shell find base osal pus fsw launcher sim test -name '*.[ch]')
+format: build/setup/check
+	$(Q)clang-format -i $(C_FILES)
+
+.PHONY: compile-commands
+compile-commands: $(GENERATED)
+	@separator='['; for file in $(filter %.c,$(C_FILES)); do \
+	    printf '%s\n{"directory": "%s", "file": "%s", "command": "%s -c %s"}' "$$separator" '$(CURDIR)' "$$file" \
+	        '$(strip $(CC) $(CPPFLAGS) $(CFLAGS))' "$$file"; \
+	    separator=','; done >build/compile_commands.json && printf '\n]\n' >>build/compile_commands.json
+
+CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \
+          check-symbols check-text check-spelling check-links check-python coverage
+.PHONY: $(CHECKS) check-misra-all check-mutants check-fuzz mutants flight-objects tidied coverage-tests
+check: build/setup/check
+	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
+check-full: check build/setup/full
+	+@$(MAKE) --no-print-directory -k check-misra-all check-fuzz check-mutants check-flights && \
+	    echo 'check-full: all passed'
+
+check-format: build/setup/check
+	@clang-format --dry-run -Werror $(C_FILES) && echo 'check: format is right'
+check-gcc: build/setup/check
+	$(PARALLEL) CC=gcc programs tests benches && echo 'check: no warning from gcc'
+check-clang: build/setup/check
+	$(PARALLEL) CC=clang programs tests benches && echo 'check: no warning from clang'
+check-analyzer: build/setup/check
+	$(PARALLEL) ANALYZE=1 flight-objects && echo 'check: the analyzer of gcc finds nothing'
+flight-objects: $(call objects,$(filter-out sim/%,$(SOURCES)))
+	@:
+
+# A source that passed leaves a stamp, which its headers outdate.
+check-tidy: build/setup/check
+	$(PARALLEL) -k tidied && echo 'check: clang-tidy finds nothing'
+tidied: $(patsubst %.c,build/lint/tidy/%.passed,$(SOURCES))
+	@:
+build/lint/tidy/%.passed: %.c .clang-tidy | $(GENERATED)
+	@mkdir -p $(@D) && gcc -std=c99 $(CPPFLAGS) -MM -MP -MT $@ -MF $(@:.passed=.d) $<
+	@clang-tidy --quiet $< -- -std=c99 $(CPPFLAGS) >$(@:.passed=.txt) 2>&1 && touch $@ || \
+	    { sed -n 's|$(CURDIR)/||; / error: /p' $(@:.passed=.txt); exit 1; }
+-include $(patsubst %.c,build/lint/tidy/%.d,$(SOURCES))
+
+FLIGHT = $(filter-out sim/%,$(SOURCES))
+check-misra: build/setup/check $(GENERATED)
+	@$(PYTHON) test/lint/check_misra.py --jobs $(JOBS) $(FLIGHT)
+check-misra-all: build/setup/check $(GENERATED)
+	@$(PYTHON) test/lint/check_misra.py --all --jobs $(JOBS) $(FLIGHT)
+check-complexity: build/setup/check
+	@build/venv/bin/lizard -l c -l python -w -C 15 base osal pus fsw launcher sim gse && \
+	    echo 'check: no function is too complex'
+.PHONY: check-flights
+# The long ones: many deaths at random moments and power cuts, peers.
+check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all foreign
+	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
+	    test/mission test/hil test/conformance && echo 'check: every flight ends as it should'
+check-layers:
+	@$(PYTHON) test/lint/check_layers.py
+check-symbols: all
+	@$(PYTHON) test/lint/check_symbols.py $(call objects,$(filter-out sim/% pus/tool/%,$(SOURCES)))
+check-text:
+	@$(PYTHON) test/lint/check_text.py
+check-python: build/setup/check
+	@build/venv/bin/ruff check --quiet --no-cache --select E9,F gse test && echo 'check: Python is well-formed'
+check-spelling: build/setup/check
+	@build/venv/bin/codespell --ignore-words test/lint/spelling.txt --skip '$(subst $() ,$(comma),$(UNSPELLED))' && \
+	    echo 'check: no known misspelling'
+UNSPELLED := ./build ./runs ./.git ./.ruff_cache ./.pytest_cache ./test/fuzz/corpus ./test/lint/words.txt *.pyc
+check-links:
+	@$(PYTHON) test/lint/check_links.py
+check-mutants:
+	+@$(MAKE) --no-print-directory mutants ONLY= COUNT=300 CHECK=1
+check-fuzz: build/setup/check
+	+@$(MAKE) --no-print-directory fuzz SECONDS=300

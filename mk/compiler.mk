@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+# Compiler, flags and variant of a build.
+
+ifeq ($(origin CC),default)
+CC := gcc
+endif
+VARIANT := $(firstword $(if $(FUZZ),fuzz) $(if $(COVERAGE),coverage) $(if $(SANITIZE),sanitize) \
+           $(if $(ANALYZE),analyze) $(if $(findstring clang,$(CC)),clang))
+ifdef TSAN # With CC=clang.
+VARIANT := thread
+endif
+AR := ar
+ifdef S390X # Programs of a big-endian processor, for qemu-s390x.
+override CC := s390x-linux-gnu-gcc
+AR      := s390x-linux-gnu-ar
+VARIANT := s390x
+endif
+B       := build$(addprefix /,$(VARIANT))
+
+WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wstrict-prototypes -Wvla -Werror
+OPTIMIZE := -O2 -g
+ifeq ($(shell uname -m)$(S390X)$(findstring clang,$(CC)),x86_64)
+# No jump across 32 octets: the processors that had to be corrected for these (Intel, 2019) run them slowly, and the
+# time of a function would depend on what stands before it.
+OPTIMIZE += -Wa,-mbranches-within-32B-boundaries
+# A prefetch to write takes the line from other processors (one that does not know it does nothing).
+OPTIMIZE += -mprfchw
+endif
+ifdef SANITIZE
+OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all -DRESOURCE_CHECKS
+endif
+ifdef TSAN
+OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=thread -DTHREAD_CHECKS
+endif
+ifdef ANALYZE
+OPTIMIZE := -O0 -g -fanalyzer
+endif
+ifdef COVERAGE
+OPTIMIZE := -O0 -g --coverage -fprofile-update=atomic
+endif
+ifdef FUZZ # With CC=clang.
+OPTIMIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow \
+            -fno-sanitize-recover=all
+endif
+CFLAGS   := -std=c99 $(WARNINGS) $(OPTIMIZE) -ffp-contract=off
+CPPFLAGS := -D_POSIX_C_SOURCE=200809L -I. -Ibuild -isystem build/third_party/unity/src
+ifdef S390X
+CPPFLAGS += -isystem build/third_party/expat-s390x/include
+CFLAGS   += -fexcess-precision=fast # Else a float is a double there as long as it is not stored.
+LDFLAGS  := -static -Lbuild/third_party/expat-s390x/lib
+endif

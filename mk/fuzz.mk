@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+# Fuzz targets: built by clang in their own variant, each with what all of them share.
+
+define fuzz_rule
+$B/target/$1: $(call objects,test/fuzz/fuzz_$1.c $(filter-out test/fuzz/fuzz_%,$(FUZZ_SOURCES)) \
+                       test/support/scripted_bus.c) $(LIBRARIES)
+	@mkdir -p $$(@D)
+	$(Q)$(CC) $(CFLAGS) -fsanitize=fuzzer -o $$@ $$(filter %.o,$$^) $$(call group,$$^) \
+	    -Wl,--as-needed -lexpat $(LUA) $(NETTLE) -lode -llcm -lsqlite3 -lpthread -lm
+endef
+$(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
+-include $(patsubst %.o,%.d,$(call objects,$(FUZZ_SOURCES)))
+
+fuzzers: $(foreach t,$(call selected,$(FUZZ_TARGETS)),$B/target/$t)
+	@:
+BUILD_FUZZERS = $(MAKE) --no-print-directory -j$(JOBS) FUZZ=1 CC=clang fuzzers
+SECONDS ?= 20
+fuzz: build/setup/test
+	$(if $(strip $(call selected,$(FUZZ_TARGETS))),,\
+	    $(error ONLY=$(ONLY): no fuzz target has this in its name; there are: $(FUZZ_TARGETS)))
+	+@$(BUILD_FUZZERS)
+	@$(PYTHON) test/fuzz/run_fuzz.py --seconds $(SECONDS) $(call selected,$(FUZZ_TARGETS))
+# Seeds from our own vectors, with what a run has found, reduced to what adds coverage: for whoever adds a target.
+fuzz-corpus: build/setup/test
+	+@$(BUILD_FUZZERS)
+	@$(VENV) test/fuzz/make_corpus.py $(call selected,$(FUZZ_TARGETS))

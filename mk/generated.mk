@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+# What is generated from descriptors and catalogue; how a source becomes an object.
+
+GENERATOR := $(wildcard gse/generator/*.py)
+GENERATED := build/generated/stamp build/generated/programs.h
+MISSIONS := $(sort $(wildcard descriptors/missions/*.xml))
+
+build/generated/stamp: $(GENERATOR) $(wildcard pus/catalogue/*.txt) pus/core/tailoring.h \
+                       $(shell find descriptors -name '*.xml' -o -name '*.xsd' -o -name '*.eds' 2>/dev/null)
+	$(Q)$(PYTHON) gse/generator/generate.py --mission $(MISSIONS) --out build/generated
+	@touch $@
+build/generated/%.h: build/generated/stamp ;
+# What the image holds: one component for each fsw/programs/<name>_program.c.
+build/generated/programs.h: $(wildcard fsw/programs/*_program.c) fsw/programs
+	@mkdir -p $(@D)
+	@{ echo '/* Components in fsw/programs: COMPONENT(name in C, executable). Made by the Makefile. */'; \
+	   for name in $(patsubst %_program.c,%,$(notdir $(sort $(wildcard fsw/programs/*_program.c)))); do \
+	       echo "COMPONENT($$name, \"$$(echo "$$name" | tr _ -)\")"; done; } >$@.part
+	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
+# The folders whose layer sees them, with their tests.
+SEES_GENERATED := $(foreach p,pus fsw/supervisor fsw/subsystems fsw/programs launcher,$p/% test/unit/$p/%) \
+                  test/bench/% test/fuzz/%
+$(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_SOURCES))): | $(GENERATED)
+
+# Other flags, or another compiler, build anew.
+$B/flags: force
+	@mkdir -p $(@D) && echo '$(CC) $(CPPFLAGS) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CPPFLAGS) $(CFLAGS)' >$@
+force:
+
+$B/obj/%.o: %.c $B/flags | build/setup/run
+	@mkdir -p $(@D)
+	$(if $(V),,@echo "  $(CC) $(VARIANT:%=% )$<")
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -c $< -o $@
+
+-include $(patsubst %.o,%.d,$(call objects,$(SOURCES)))

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+# Fly, and the other targets for people.
+
+# Only what was said on the command line is passed on; the launcher knows the defaults and refuses nonsense.
+option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
+adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
+sim-run: all $(if $(FOREIGN),foreign)
+	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,seed,SEED) \
+	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
+	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) \
+	    $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT) \
+	    $(call option,storage,STORAGE) $(call option,key,KEY) $(call option,foreign,FOREIGN) \
+	    $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
+	    $(call adapter,sim-interface,robot,SIM_ROBOT_IF) $(call adapter,sim-interface,joystick,SIM_JOYSTICK_IF)
+
+# The command is passed on as it was written, without make reading its dollar signs.
+build/vm/initramfs.cpio: build/setup/hil gse/vm/prepare.py gse/vm/init.sh
+	@$(PYTHON) gse/vm/prepare.py && touch $@
+build/setup/vm: build/vm/initramfs.cpio
+	@touch $@
+vm: export VM_COMMAND := $(value CMD)
+vm: build/setup/vm
+	@$(PYTHON) gse/vm/microvm.py $(call option,seconds,SECONDS) $(call option,cans,CANS) $(call option,memory,MEMORY) \
+	    $(call option,out,OUT)
+
+gse: build/setup/run $(GENERATED)
+	@echo 'The ground segment is ready. Call it as:'
+	@echo '    build/venv/bin/gse --help'
+	@echo 'or put it into the path of this shell:'
+	@echo '    . build/venv/bin/activate'
+
+.PHONY: yamcs
+yamcs: build/setup/full $(GENERATED)
+	@$(PYTHON) gse/yamcs/run.py $(call option,mission,MISSION) $(call option,ground-port,PORT) \
+	    $(call option,http-port,HTTP)
+
+new-subsystem:
+	@$(PYTHON) gse/scaffold/new_subsystem.py $(call option,name,NAME) $(call option,apid,APID) \
+	    $(call option,mission,MISSION)
+
+docs: build/setup/docs
+	@$(PYTHON) gse/docs/make_docs.py --out build/docs

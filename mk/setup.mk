@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: Apache-2.0
+# Install what a target needs.
+
+build/setup/%: gse/setup/setup.sh gse/setup/unity.sh gse/setup/expat_s390x.sh gse/setup/yamcs.sh \
+               gse/yamcs/pom.xml gse/setup/packages.txt gse/requirements.txt test/requirements.txt
+	@sh gse/setup/setup.sh $*
+setup: build/setup/full
+doctor:
+	@sh gse/setup/doctor.sh
+
+build/setup/peers: gse/setup/peers.sh gse/setup/peers.txt $(shell find test/bench/peers -type f)
+	@sh gse/setup/peers.sh
+build/setup/peer-spacepackets: gse/setup/peers.sh $(shell find test/bench/peers/spacepackets -type f)
+	@sh gse/setup/peers.sh spacepackets

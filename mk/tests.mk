@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+# C tests: each links its own layer and those its layer sees. Benches, and the targets that run tests.
+
+selected   = $(if $(ONLY),$(foreach t,$1,$(if $(findstring $(ONLY),$t),$t)),$1)
+SUPPORT   := $(call objects,$(wildcard test/support/*.c))
+SUPPORT_A := $B/lib/libtest_support.a
+LAYERS    := $(shell awk -F ' *: *' \
+               'NF == 2 && /^[a-z]/ { gsub(/\*/, "%", $$1); gsub(/ +/, ",", $$2); print $$1 ":" $$2 }' \
+               test/lint/layers.txt)
+
+comma     := ,
+under      = $(foreach l,$(DIRS),$(if $(filter $1 $1/%,$l),$l))
+# `layer:seen,seen` of a folder, and what it links: its whole layer and all that one sees. A header that is seen brings
+# the library of its folder; who sees the contract of the operating system links a port.
+layer_of   = $(firstword $(foreach l,$(LAYERS),$(if $(filter $(call home,$l) $(call home,$l)/%,$1),$l)))
+home       = $(firstword $(subst :, ,$1))
+seen       = $(patsubst %/status.h,%,$(patsubst osal/include,osal,$(subst $(comma), ,$(word 2,$(subst :, ,$1)))))
+layer_libraries = $(foreach d,$(sort $(foreach s,$1 $(call home,$(call layer_of,$1)) $(call seen,$(call layer_of,$1)),\
+               $(call under,$s))),$(call library,$d))
+
+mirrored   = $(patsubst test/unit/%,%,$(patsubst test/contract/%,%,$(patsubst %/,%,$(dir $1))))
+test_name  = $(patsubst %.c,$B/%,$1)
+fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c $(dir $(patsubst %/,%,$(dir $1)))fixtures/*.c))
+
+# A test that defines __wrap_x takes the part of x in what it links; __real_x is x itself.
+WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) /dev/null | LC_ALL=C sort -u)
+wraps_of   = $(patsubst $1:__wrap_%,-Wl$(comma)--wrap=%,$(filter $1:%,$(WRAPPED)))
+counted    = $(if $(S390X),,-Wl$(comma)--wrap=UnityDefaultTestRun) # See test/support/descriptors.h.
+TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm
+
+define test_rule
+$(call test_name,$1): $(call objects,$1 $(call fixtures,$1)) $(SUPPORT_A) $(call layer_libraries,$(call mirrored,$1))
+	@mkdir -p $$(@D)
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,$1) $(counted) -o $$@ $$(filter %.o,$$^) \
+	    $$(call group,$$^) -Wl,--as-needed $(TEST_EXTERNALS)
+endef
+$(foreach t,$(TESTS),$(eval $(call test_rule,$t)))
+
+$(SUPPORT_A): $(SUPPORT) $B/obj/unity.o
+	@mkdir -p $(@D) && rm -f $@
+	$(Q)$(AR) rcs $@ $^
+$B/obj/unity.o: | build/setup/test
+	@mkdir -p $(@D)
+	$(Q)$(CC) -std=c99 $(OPTIMIZE) -c build/third_party/unity/src/unity.c -o $@
+$(call objects,$(TESTS)) $(SUPPORT): | build/setup/test
+-include $(patsubst %.o,%.d,$(call objects,$(wildcard test/support/*.c test/bench/*.c test/unit/pus/fixtures/*.c \
+         $(addsuffix *.c,$(sort $(dir $(TESTS)))))))
+
+define bench_rule
+$(patsubst test/bench/%.c,$B/bench/%,$1): \
+    $(call objects,$1 $(filter-out test/bench/bench_%,$(wildcard test/bench/*.c))) $(LIBRARIES)
+	@mkdir -p $$(@D)
+	$(Q)$(CC) $(CFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) \
+	    -Wl,--as-needed -lexpat $(LUA) $(NETTLE) -lode -llcm -lsqlite3 -lpthread -lm
+endef
+$(foreach b,$(BENCHES),$(eval $(call bench_rule,$b)))
+include test/bench/transport.mk
+
+# What has several tasks at one thing: built and run once more to look for data races.
+THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_link_doorbell.c %/test_packet_log_writer.c \
+                $(patsubst %,test/contract/osal/test_%.c,mutex event task doorbell inversion),$(TESTS))
+thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
+	@:
+tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
+	@:
+# What puts numbers into octets, where numbers lie the other way round. Only Unity's, since cmocka is not there for it,
+# and what needs neither several tasks (the emulator has no locks with inheritance of priority) nor the clock on
+# the wall.
+FOREIGN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_remote_endian_wire.c test/unit/base/% \
+                 $(foreach f,parameter rtlink message,test/unit/fsw/framework/$f/%),\
+                 $(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
+FOREIGN_TESTS := $(if $(FOREIGN_TESTS),$(shell grep -L cmocka.h $(FOREIGN_TESTS)))
+foreign-tests: $(FOREIGN_PROGRAMS) $(foreach t,$(FOREIGN_TESTS),$(call test_name,$t))
+	@:
+foreign-programs: $(FOREIGN_PROGRAMS)
+	@:
+# What the tests in test/hil run once more on a kernel that has such buses.
+KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/message/% \
+                $(patsubst %,test/contract/osal/test_%.c,lockstep_scheduler_blocking can can_socket tipc network),\
+                $(TESTS))
+kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
+	@:
+benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRANSPORTS:%=$B/bench/transport/%)
+	@:
+
+NEEDS_FOREIGN = $(findstring $(or $(ONLY),test/hil),test/hil/test_big_endian.py)
+BUILD_FOREIGN = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 foreign-tests
+HIL_TESTS = $(strip $(call selected,$(sort $(wildcard test/hil/test_*.py))))
+test: build/setup/$(if $(HIL_TESTS),vm,test)
+	+@failed=; \
+	$(MAKE) -k --no-print-directory -j$(JOBS) programs tests $(if $(HIL_TESTS),kernel-tests) || failed='the build'; \
+	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 programs tests || failed="$$failed the sanitizer build"; \
+	$(if $(or $(if $(ONLY),,all),$(findstring fuzz,$(ONLY))),\
+	    $(BUILD_FUZZERS) -k ONLY= || failed="$$failed the fuzz build";) \
+	$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || \
+	    failed="$$failed the build against data races"; \
+	$(if $(NEEDS_FOREIGN),$(BUILD_FOREIGN) -k || failed="$$failed the big-endian build";) \
+	$(VENV) test/support/run_tests.py --threads '$(call selected,$(THREAD_TESTS))' --jobs $(JOBS) \
+	    --only '$(ONLY)' --failed "$$failed" $(call selected,$(TESTS))
+
+test-hil: build/setup/vm all
+	$(PARALLEL) kernel-tests
+	+$(if $(NEEDS_FOREIGN),@$(BUILD_FOREIGN))
+	@$(if $(HIL_TESTS),,$(error no test in test/hil has '$(ONLY)' in its path))HIL_PLACE='$(PLACE)' \
+	    $(VENV) test/support/run_tests.py --jobs $(JOBS) --under test/hil --only '$(ONLY)'
+
+mutants: build/setup/test
+	+@$(MAKE) --no-print-directory -j$(JOBS) ONLY= tests
+	@$(PYTHON) test/mutants/run_mutants.py --jobs $(JOBS) --only '$(ONLY)' \
+	    $(call option,count,COUNT) $(call option,seed,SEED) $(if $(CHECK),--check)
+
+pus-coverage: build/setup/test all
+	@UPDATE_COVERAGE=1 $(VENV) -m pytest -q -p no:cacheprovider --timeout=600 --rootdir=. test/conformance/pus
+
+bench: build/setup/test build/setup/peers
+	$(PARALLEL) programs benches
+	@$(VENV) test/bench/run_bench.py --only '$(ONLY)' --out build/bench.json $(if $(CHECK),--check)
