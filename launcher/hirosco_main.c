@@ -99,7 +99,7 @@ static int watch(char* const arguments[], const launch_options_t* const options)
     } else if (code != 0) {
         (void)complain("the launcher was killed before its run began");
     } else {
-        // It has cleaned up itself.
+        // The launcher has cleaned up itself.
     }
     return code;
 }

@@ -71,10 +71,10 @@ static void delivered(void* const context, const uint16_t to)
     image_t* const self = (image_t*)context;
     unsigned component  = 0U;
     if (run_state_find(self->run, to, &component)) {
-        FSW_ASSERT(self->running > RUN_SIMULATOR); // Components speak in their turns only.
+        FSW_ASSERT(self->running > RUN_SIMULATOR); // Components send in their own turns only.
         component_runtime_told(&self->runtimes[self->running - 1U], component,
                                osal_lockstep_now_ns(self->scheduler));
-        // Only to wake it: the frame is in its inbox, and not among what its sockets have to bring.
+        // This only wakes the receiver: the frame is in its inbox and does not come by its sockets.
         osal_lockstep_deliver(self->scheduler, self->running, run_participant(component),
                               component_runtime_life_of(&self->runtimes[self->running - 1U], component), 0U,
                               0U);
@@ -167,7 +167,8 @@ static void close_ended(image_t* const self)
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         if (!osal_lockstep_is_present(self->scheduler, run_participant(i))) {
             if (self->run->components[i].apid == DESCRIPTOR_SUPERVISOR_APID) {
-                component_runtime_keep(&self->runtimes[i]); // It comes back, and its channels outlive it.
+                // The supervisor gets another life; its channels continue.
+                component_runtime_keep(&self->runtimes[i]);
             }
             close_component(self, i);
         }
@@ -178,7 +179,7 @@ static void close_ended(image_t* const self)
 static bool may_return(image_t* const self)
 {
     const uint64_t now_ns = osal_lockstep_now_ns(self->scheduler);
-    uint64_t delay_ns     = 0U; // Of wall-clock time, which does not matter here.
+    uint64_t delay_ns     = 0U; // In wall-clock time; the image does not use it.
     const bool may        = return_budget_take(&self->returns, now_ns, &delay_ns);
     if (!may) {
         self->abandon_ns = now_ns + RETURN_ABANDON_NS;
@@ -214,7 +215,8 @@ static void begin_life(image_t* const self, const unsigned participant)
         give_up(self, participant);
         return;
     }
-    run_state_beat(self->run, index, 0U, OSAL_LOCKSTEP_NEVER); // Its earlier life's counts no more.
+    // The beat of the earlier life is not valid any more.
+    run_state_beat(self->run, index, 0U, OSAL_LOCKSTEP_NEVER);
     osal_lockstep_done(self->scheduler, participant, 0U);
 }
 
@@ -226,7 +228,7 @@ static const char* open_simulator(image_t* const self, const image_options_t* co
         const bool is_named =
             process_faults_name(&self->process_faults, subsystem->executable, run_participant(i)) &&
             process_faults_name(&self->process_faults, subsystem->name, run_participant(i));
-        FSW_ASSERT(is_named); // The table has room for all that the scheduler has.
+        FSW_ASSERT(is_named); // The table has a place for each participant of the scheduler.
     }
     simulator_config_t config = {.process_fault   = process_faults_act,
                                  .process_context = &self->process_faults,

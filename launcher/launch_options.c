@@ -430,7 +430,7 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
         }
         is_time_said = is_time_said || (is_word(arguments[i], "--time") && (arguments[i + 1][0] != '\0'));
     }
-    if (!is_time_said) { // Devices that are not simulated do not wait.
+    if (!is_time_said) { // Real devices keep real time.
         out_options->is_stepped = launch_has_simulator(out_options);
     }
     return is_remote_endian_sensible(out_options, error) && is_sensible(out_options, error);

@@ -26,7 +26,7 @@ typedef struct {
                           ///< the ending .scn. "none": no operator, no hand, no faults.
     uint64_t seed;
     bool is_image;
-    bool is_stepped; ///< Discrete time; default with a simulator.
+    bool is_stepped; ///< Discrete time; the default with a simulator.
     bool is_free;    ///< Every process has its own clock, also the simulator; there is no scheduler.
     launch_bus_t bus;
     const char* interfaces[LAUNCH_INTERFACES_MAX]; ///< "BUS=INTERFACE": flight's controllers.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The life of a run: its children, and what their ends mean.
+// The life of a run: its children, and what the end of each means for the run.
 #include "launcher/launcher_guard.h"
 #include "launcher/launcher_internal.h"
 
@@ -16,7 +16,7 @@
 #define ASK_NS 1000000000ULL     ///< Wall-clock time for a process to end by itself after its last grant.
 #define KILL_NS 2000000000ULL    ///< The same until it is killed.
 #define DOWN_NS 30000000000ULL   ///< Simulated time for the mission to go down; the supervisor needs 12 s.
-#define ABANDONED 1U             ///< As abandon_ns: at once, even before time begins.
+#define ABANDONED 1U             ///< Value of abandon_ns: end the run at once, even before time begins.
 
 void launcher_give_up(launcher_t* const launcher, const char* const what, const char* const detail)
 {
@@ -97,7 +97,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
         }
     } else if (strcmp(child->name, "packet-archive-sqlite") != 0) {
         request_stop(launcher);
-        launcher->is_undetermined = true; // When the supervisor sees that, simulated time does not say.
+        launcher->is_undetermined = true; // Simulated time does not determine when the supervisor notices it.
         const bool is_vital  = (strcmp(child->name, "simulator") == 0) || (strcmp(child->name, "image") == 0);
         launcher->abandon_ns = is_vital ? ABANDONED : launcher->abandon_ns;
     } else {
@@ -131,7 +131,7 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
     return true;
 }
 
-/// It comes no more: the life that is expected ends when it would begin.
+/// The supervisor is not started again: an expected life ends when it would begin.
 static void give_supervisor_up(const launcher_t* const launcher, const child_t* const child)
 {
     const bool is_supervisor =
@@ -166,16 +166,16 @@ static void child_ended(launcher_t* const launcher, child_t* const child)
     } else if (strcmp(child->name, "operator") == 0) {
         launcher->left_ns = launcher_now_ns(launcher) + 1U;
         if (child->participant != LAUNCHER_NO_PARTICIPANT) {
-            (void)end_participant(launcher, child); // It may never have joined.
+            (void)end_participant(launcher, child); // The participant may never have joined.
         } else if (launcher->options.is_image &&
                    (launcher->left_ns == 1U)) { // The image waits for it before time begins.
             launcher->is_cut_short = true;
             request_stop(launcher);
         } else {
-            // The image knows.
+            // The image notices it by itself.
         }
     } else {
-        // As it should be.
+        // The end was expected.
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CAN buses of a run: shared memory, virtual interfaces made and removed, or real controllers looked at.
+// The CAN buses of a run: shared memory, virtual interfaces made and removed, or real controllers checked.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/can.h"
@@ -83,7 +83,7 @@ static bool refuse_rate(launcher_t* const launcher, const mission_bus_t* const w
     return false;
 }
 
-/// The interface has to go down and up again, with this changed.
+/// The message names the command that takes the interface down and up again with the change.
 static bool refuse_state(launcher_t* const launcher, const char* const name, const char* const what,
                          const char* const change)
 {
@@ -240,7 +240,7 @@ static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* cons
     const char* const simulated =
         interface_of(options->sim_interfaces, options->sim_interface_count, wanted->name);
     if ((flight == NULL) && (wanted->redundant_to[0] != '\0')) {
-        return true; // A channel B that is not there.
+        return true; // This channel B does not exist in this run.
     }
     if (flight == NULL) {
         return refuse(launcher, "no interface is named for bus ", wanted->name,
@@ -309,7 +309,7 @@ bool launcher_ready_interfaces(launcher_t* const launcher)
         } else if (options->bus == LAUNCH_BUS_CAN) {
             is_ready = look_at_controllers(launcher, bus, wanted);
         } else {
-            // Shared memory needs nothing.
+            // Shared memory needs no preparation.
         }
     }
     return is_ready;
@@ -322,7 +322,7 @@ static bool make_bus(launcher_t* const launcher, const uint16_t index)
     if ((launcher->options.bus == LAUNCH_BUS_CAN) && (bus->flight[0] == '\0')) {
         return true;
     }
-    if (!launch_has_simulator(&launcher->options)) { // Nothing is shared with the devices.
+    if (!launch_has_simulator(&launcher->options)) { // The devices are real: nothing is shared with them.
         write_address(address->flight, bus->flight, "");
         return true;
     }
@@ -414,7 +414,7 @@ void launcher_adopt_interfaces(launcher_t* const launcher)
     const bool are_made = (launcher->options.bus == LAUNCH_BUS_VCAN);
     for (uint16_t i = 0U; are_made && (i < launcher->mission.bus_count); i++) {
         launcher_bus_t* const bus = &launcher->buses[i];
-        // A run that has claimed them since uses and removes them.
+        // A run that has claimed the interfaces since then uses and removes them.
         if (name_virtual(bus, &launcher->mission.buses[i]) &&
             (osal_can_interface_claim(bus->shown, &bus->claim) == STATUS_OK)) {
             bus->is_shown_made  = is_left(bus->shown);

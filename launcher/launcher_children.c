@@ -99,7 +99,7 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     child->life            = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
     child->asked_to_end_ns = 0U;
     child->started_ns      = osal_clock_monotonic_ns();
-    if (!launcher->options.is_stepped) { // The supervisor's earlier life has left a beat.
+    if (!launcher->options.is_stepped) { // The beat of the supervisor's earlier life is still there.
         run_state_beat(launcher->run, child->component, 0U, OSAL_LOCKSTEP_NEVER);
     }
     __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
@@ -159,7 +159,7 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
             arguments_add(arguments, bus->name);
         }
     }
-    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) { // When all are known.
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) { // After all buses are named.
         const mission_bus_t* const bus = &launcher->mission.buses[i];
         const bool is_there            = (launcher->run->buses[i].simulator[0] != '\0');
         if (is_there && (bus->redundant_to[0] != '\0')) {
@@ -277,7 +277,7 @@ static void start_operator(launcher_t* const launcher)
         arguments_add(&arguments, "--cosimulation");
         arguments_add(&arguments, launcher->cosimulation);
     }
-    // The image looks after its own scheduler.
+    // The image makes its own scheduler.
     const bool is_ours = (launcher->scheduler != NULL) && !launcher->options.is_image;
     child_t* const child =
         new_child(launcher, "operator", is_ours ? run_operator(launcher->run) : LAUNCHER_NO_PARTICIPANT);

@@ -13,7 +13,7 @@
 /// or loaded machine.
 #define END_ASKED_NS 500000000ULL
 #define END_FORCED_NS 30000000000ULL
-#define REPORT_FIGURES_FAILED 3 ///< Its exit code.
+#define REPORT_FIGURES_FAILED 3 ///< Exit code of the report.
 
 static bool is_any_alive(launcher_t* const launcher)
 {
@@ -92,7 +92,8 @@ void launcher_remove_all(const char* const identity)
 static void remove_names(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
-    if (run_name(launcher->run, "foreign", 0U, name, sizeof name)) { // Of a program that was killed.
+    if (run_name(launcher->run, "foreign", 0U, name, sizeof name)) {
+        // Left by a remote-endian program that was killed.
         (void)osal_shm_each(name, remove_name, NULL);
     }
     for (unsigned link = 1U; link <= RUN_LINKS_MAX; link++) {
@@ -152,7 +153,7 @@ static void draw_report(launcher_t* const launcher)
     if (launcher_run_tool(launcher, &report, "report")) {
         return;
     }
-    if (launcher->tool_code == REPORT_FIGURES_FAILED) { // It says so in run.json as well.
+    if (launcher->tool_code == REPORT_FIGURES_FAILED) { // The report writes it into run.json as well.
         launcher_give_up(launcher, "figures out of their bounds", "; see report.html and run.json");
     } else {
         osal_console_complain("the report could not be drawn; see console.log in the run's folder");
@@ -162,7 +163,7 @@ static void draw_report(launcher_t* const launcher)
 void launcher_clean_up(launcher_t* const launcher)
 {
     if (launcher->run == NULL) {
-        launcher_remove_buses(launcher); // Its interfaces came before the run.
+        launcher_remove_buses(launcher); // The interfaces were made before the run.
         return;
     }
     end_children(launcher);

@@ -7,7 +7,7 @@
 #include "base/text.h"
 
 #define LAUNCHER_LOOP_MS 20U
-#define LAUNCHER_REAL_LOOP_MS 5U ///< Real time: a hang must be found soon.
+#define LAUNCHER_REAL_LOOP_MS 5U ///< In real time a hang must be found soon.
 #define LAUNCHER_NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
 #define LAUNCHER_ARGUMENTS_MAX 96U
 #define LAUNCHER_ARGUMENT_TEXT 8192U

@@ -17,7 +17,7 @@
 #define RECEIVE_OCTETS 425984U
 #define NEIGHBOUR_PATIENCE_NS 15000000000ULL ///< Wall-clock time in which the nodes see each other's names.
 #define NEIGHBOUR_ROUND_MS 100U
-#define NODE_IPV4 0x0A000001U ///< 10.0.0.1, then 10.0.0.2: of no concern to anybody outside the namespaces.
+#define NODE_IPV4 0x0A000001U ///< 10.0.0.1, then 10.0.0.2; used inside the namespaces only.
 
 static const char* const interfaces[RUN_NODES_MAX] = {"node1", "node2"};
 static const char* const addresses[RUN_NODES_MAX]  = {"10.0.0.1/30", "10.0.0.2/30"};
@@ -275,7 +275,7 @@ static bool sees_names(launcher_t* const launcher, const uint32_t type, const un
             status = osal_socket_wait_readable(&watch, NEIGHBOUR_ROUND_MS);
             status = (status == STATUS_TIMEOUT) ? STATUS_OK : status;
         } else {
-            // The watch is over.
+            // The topology service has ended the watch.
         }
     }
     osal_socket_close(&watch);

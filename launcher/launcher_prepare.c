@@ -12,9 +12,9 @@
 #include <string.h>
 
 #define IDENTITY "hirosco-"
-#define FAMILY "/" IDENTITY ///< How all names of runs begin.
+#define FAMILY "/" IDENTITY ///< Begin of the names of all runs.
 #define SLOT_NS 500000ULL
-#define REAL_PATIENCE_NS 40000000ULL ///< With a process that is stopped in the middle of a hand-over.
+#define REAL_PATIENCE_NS 40000000ULL ///< For a process that is stopped in the middle of a hand-over.
 #define PORT_TRIES 200U
 #define FOLDER_TRIES 1000U
 
@@ -342,7 +342,7 @@ static bool make_checkpoint(launcher_t* const launcher)
         (osal_shm_create(&shm, name, sizeof(checkpoint_t)) != STATUS_OK)) {
         return fail(launcher, "cannot make shared memory for the supervisor ", name);
     }
-    osal_shm_close(&shm); // The name keeps it.
+    osal_shm_close(&shm); // The memory stays as long as its name.
     return true;
 }
 
@@ -413,8 +413,9 @@ static void find_bench_devices(launcher_t* const launcher)
     launcher->has_bench_devices = osal_file_exists(launcher->bench_path);
 }
 
-/// In the folder of the run's shared memory: a container with its own /dev/shm and process numbers from 1
-/// then has its own doors, and remains of a killed launcher are removed with the rest.
+/// Name the co-simulation port in the folder of the run's shared memory: a container with its own /dev/shm
+/// and process numbers from 1 then has its own ports, and what a killed launcher left is removed with the
+/// rest.
 static void name_cosimulation(launcher_t* const launcher)
 {
     text_t text = text_in(launcher->cosimulation, sizeof launcher->cosimulation);
@@ -465,7 +466,7 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     if (is_ready) {
         find_bench_devices(launcher);
         name_cosimulation(launcher);
-        launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U; // All are up by then.
+        launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U; // All processes are up by then.
     }
     return is_ready;
 }
@@ -480,7 +481,7 @@ void launcher_take_over(launcher_t* const launcher, const launch_options_t* cons
     }
     launcher->run             = run;
     launcher->is_taken_over   = true;
-    launcher->is_undetermined = true; // The instant of its death is of the wall.
+    launcher->is_undetermined = true; // The launcher died at an instant of wall-clock time.
     launcher->is_broken       = true;
     launcher->exit_code       = 1;
     text_t text               = text_in(launcher->reason, sizeof launcher->reason);

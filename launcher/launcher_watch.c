@@ -12,7 +12,7 @@
 /// paced by the wall clock, and without.
 #define REAL_HANG_NS (20U * NS_PER_MS)
 #define STEPPED_HANG_NS (5000U * NS_PER_MS)
-#define FREE_HANG_NS (200U * NS_PER_MS) ///< As it is with clocks of their own.
+#define FREE_HANG_NS (200U * NS_PER_MS) ///< The same where each process has its own clock.
 /// How long it may wait for something of the system: a disk may take its time.
 #define REAL_WAIT_NS (5000U * NS_PER_MS)
 #define STEPPED_WAIT_NS (20000U * NS_PER_MS)
@@ -65,7 +65,7 @@ static void suspend(launcher_t* const launcher, child_t* const child)
         return;
     }
     tell(child, " hangs: suspended, so that the others continue; the supervisor kills it");
-    (void)osal_process_suspend(&child->process); // So that it does nothing outside of a grant.
+    (void)osal_process_suspend(&child->process); // A suspended process does nothing outside of a grant.
     osal_lockstep_suspend(launcher->scheduler, child->participant);
     __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);
 }
@@ -95,7 +95,7 @@ static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// A start may not hold others up.
+/// A process that starts and does not join must not hold up the others.
 static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
 {
     const unsigned awaited   = osal_lockstep_awaited(launcher->scheduler);
@@ -123,7 +123,7 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
         osal_lockstep_end(launcher->scheduler, awaited, life);
         launcher->watch.join_ns = 0U;
     } else {
-        // It has its time.
+        // The life still has time to join.
     }
 }
 
@@ -165,7 +165,7 @@ static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
         suspend(launcher, child);
         watch->since_ns = 0U;
     } else {
-        // It has its time, or waits for its disk.
+        // The supervisor still has time, or waits for its disk.
     }
 }
 

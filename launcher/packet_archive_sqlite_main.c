@@ -36,7 +36,7 @@ typedef struct {
     uint64_t expected; ///< Number of the last record; 0: the last one that is there.
     uint64_t doubled;  ///< Records that were there already with other content.
     uint64_t gaps;     ///< Records of which the log itself tells that they were not kept.
-    bool is_failed;    ///< The database takes no more.
+    bool is_failed;    ///< The database accepts no more records.
 } archive_t;
 
 /// A file that grows. What was read and is no whole record is read again: a writer that failed cuts it off.
@@ -45,7 +45,7 @@ typedef struct {
     bool is_open;
     uint64_t position; ///< Of the buffer in the file.
     size_t held;
-    size_t partial; ///< Of these, left over by the last look.
+    size_t partial; ///< Octets of these that the last reading left over.
     uint8_t buffer[CHUNK + LINE_MAX_CHARACTERS];
 } tail_t;
 
@@ -252,7 +252,7 @@ static uint64_t read_number(const uint8_t* const line, const size_t size, size_t
         number = (number * 10U) + (uint64_t)(line[*position] - (uint8_t)'0');
         (*position)++;
     }
-    (*position)++; // The separator.
+    (*position)++; // Skip the separator.
     return number;
 }
 
@@ -318,7 +318,7 @@ static void take_lines(archive_t* const archive, tail_t* const tail)
 static void take_part(archive_t* const archive, const char* const name,
                       void (*const take)(archive_t* archive, tail_t* tail))
 {
-    static tail_t tail; // Large; one part at a time.
+    static tail_t tail; // Static, because it is large; one part at a time.
     (void)memset(&tail, 0, sizeof tail);
     (void)execute(archive, "BEGIN");
     while (fill(archive, &tail, name)) {

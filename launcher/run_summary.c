@@ -161,7 +161,7 @@ bool run_summary_reserve(const launcher_t* const launcher)
     return (status == STATUS_OK) || (status == STATUS_UNSUPPORTED);
 }
 
-/// Into the room that was reserved; the name is that of a whole file at any moment.
+/// Write into the reserved space; at any moment the name refers to a complete file.
 static bool write_whole(const launcher_t* const launcher, const char* const summary, const size_t size)
 {
     char part[SUMMARY_PATH];

@@ -152,7 +152,7 @@ status_t can_counted_send(osal_can_t* can, const osal_can_frame_t* frame)
     } else if (status == STATUS_CLOSED) {
         count(&counts->cuts, 1U);
     } else {
-        // Told to the caller.
+        // The caller gets the status.
     }
     return status;
 }
@@ -171,7 +171,7 @@ static status_t receive_late(osal_can_t* can, osal_can_frame_t* out_frame, uint3
     } else if (status == STATUS_EMPTY) {
         count(&counts->lost, due);
         direction_t* const direction = direction_of(can, true);
-        store(&direction->taken, direction->taken + due); // Should they come after all, they are foreign.
+        store(&direction->taken, direction->taken + due); // If they arrive later, they count as foreign.
     } else {
         // Closed: the caller opens it again.
     }

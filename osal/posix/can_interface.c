@@ -21,7 +21,7 @@
 
 #define REQUEST_OCTETS 512U
 #define ANSWER_OCTETS 16384U
-#define ANSWER_SECONDS 5 ///< The kernel answers at once; only a fault makes it stay away.
+#define ANSWER_SECONDS 5 ///< The kernel answers at once, unless it has a fault.
 #define CLAIM_PREFIX "hirosco.can."
 
 typedef struct {
@@ -148,7 +148,7 @@ static bool has_socketcan(void)
     return descriptor >= 0;
 }
 
-// ---- Looking ----
+// ---- Queries ----
 
 typedef void (*attribute_taker_t)(const struct rtattr* attribute, osal_can_interface_t* interface);
 

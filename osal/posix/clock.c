@@ -110,7 +110,7 @@ static void wait_real(const osal_clock_t* clock, uint64_t wake_ns, osal_socket_t
     }
     const struct timespec until = timespec_of(until_ns);
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL) == EINTR) {
-        // An absolute sleep is simply begun again.
+        // Repeat: the time of the sleep is absolute.
     }
 }
 

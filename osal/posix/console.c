@@ -14,8 +14,8 @@
 
 #define PATIENCE_MS 100 ///< A reader that is slower than this loses text.
 
-/// One call for text and line end. What a full pipe does not take within the patience is dropped: a program
-/// that flies does not wait for its console.
+/// Write text and line end by one call. What a full pipe does not take within the patience is dropped: a
+/// program in flight does not wait for its console.
 static void put(int descriptor, const char* text, const char* line_end)
 {
     FSW_ASSERT(text != NULL);

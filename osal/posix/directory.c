@@ -179,7 +179,7 @@ status_t osal_directory_describe(const osal_directory_t* root, const char* path,
     return status;
 }
 
-/// Of making something new.
+/// Status for a failure to make something new.
 static status_t status_of_making(int error)
 {
     if (error == EEXIST) {
@@ -319,7 +319,7 @@ typedef struct {
     size_t count;
 } listing_t;
 
-/// True if a name is to be listed and there is room for it, in front of other ones perhaps.
+/// True if a name is to be listed and there is room for it, possibly in front of others.
 static bool is_wanted(const listing_t* listing, const char* name)
 {
     const bool is_name = (name[0] != '.') && (strlen(name) < OSAL_NAME_SIZE);
@@ -328,7 +328,7 @@ static bool is_wanted(const listing_t* listing, const char* name)
             (strcmp(name, listing->entries[listing->capacity - 1U].name) < 0));
 }
 
-/// Take a name in at its place; the last one goes if there is no room.
+/// Insert a name at its place; without room the last one is dropped.
 static void take_in(listing_t* listing, const char* name, bool is_directory)
 {
     size_t place = (listing->count < listing->capacity) ? listing->count : (listing->capacity - 1U);

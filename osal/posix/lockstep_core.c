@@ -28,8 +28,8 @@ uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t par
     return is_spent ? OSAL_LOCKSTEP_NEVER : wake_ns;
 }
 
-/// Fit those that joined during the last grant into the order, at one defined point: the end of that grant,
-/// whenever within it, in wall-clock time, they came.
+/// Put those that joined during the last grant into the order, at one defined point: the end of that grant,
+/// independent of when they joined in wall-clock time.
 static void admit_new(osal_lockstep_t* scheduler)
 {
     for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
@@ -57,7 +57,7 @@ void lockstep_rouse(osal_lockstep_t* scheduler, uint32_t participant)
 void lockstep_cut_stream(osal_lockstep_t* scheduler, uint32_t participant)
 {
     participant_t* const one = &scheduler->participants[participant];
-    one->octets              = 0U; // Whatever the system still holds of them: simulated time decides.
+    one->octets              = 0U; // Simulated time decides, even if the system still holds some of them.
     one->stream_port         = 0U;
     one->stream_server       = 0U;
     lockstep_rouse(scheduler, participant);
@@ -193,7 +193,7 @@ bool lockstep_rest(osal_lockstep_t* scheduler, uint32_t participant, uint32_t li
         return true;
     }
     if (scheduler->running != participant) {
-        return false; // It was suspended while it held the grant, and comes back.
+        return false; // It was suspended while it held the grant, and was resumed.
     }
     const uint64_t delivered_ns = lockstep_pending_wake_ns(scheduler, participant);
     const uint64_t asked_ns     = (wake_ns > scheduler->now_ns) ? wake_ns : lockstep_next_slot_ns(scheduler);

@@ -205,7 +205,7 @@ void osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, uint32_
     } else if (running != NOBODY) {
         wake(scheduler, running);
     } else {
-        // Another one is expected, too.
+        // Time waits for another expected participant, too.
     }
 }
 
@@ -354,7 +354,8 @@ void osal_lockstep_deliver(osal_lockstep_t* scheduler, unsigned sender, unsigned
         one->wake_ns           = lockstep_not_before_begin(
                       one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, receiver), told_ns));
     }
-    unlock_and_pass_on(scheduler); // Only when all were waiting for a delivery: this one came from outside.
+    // Needed if all participants were waiting for a delivery and this one came from outside of a grant.
+    unlock_and_pass_on(scheduler);
 }
 
 uint64_t osal_lockstep_now_ns(const osal_lockstep_t* scheduler)

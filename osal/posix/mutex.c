@@ -40,7 +40,7 @@ status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared)
     return is_good ? STATUS_OK : STATUS_UNSUPPORTED;
 }
 
-/// What locking came to.
+/// Status for the result of a lock call.
 static status_t locked(osal_mutex_t* mutex, int result)
 {
     if (result == EOWNERDEAD) {

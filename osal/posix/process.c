@@ -76,7 +76,7 @@ static void pin(int number)
             left--;
         }
     }
-    (void)sched_setaffinity(0, sizeof(set), &set); // Where it is not permitted, it runs anywhere.
+    (void)sched_setaffinity(0, sizeof(set), &set); // Without the permission it runs anywhere.
 }
 
 static bool redirect_output(const char* path)
@@ -169,7 +169,7 @@ static int open_pidfd(pid_t id)
 static void reap(pid_t id)
 {
     while ((waitpid(id, NULL, 0) < 0) && (errno == EINTR)) {
-        // Once more.
+        // Repeat after a signal.
     }
 }
 
@@ -432,7 +432,7 @@ void osal_process_take_stop(void)
 {
     uint64_t count = 0U;
     if (read((int)stop_descriptor, &count, sizeof(count)) < 0) {
-        return; // Taken by another wait.
+        return; // Another wait has taken it.
     }
 }
 

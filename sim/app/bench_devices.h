@@ -38,9 +38,9 @@ MUST_USE status_t bench_devices_open(const bench_devices_config_t* config,
                                      bench_devices_t** out_bench_devices, char error[SIMULATOR_ERROR_MAX]);
 /// Null is allowed.
 void bench_devices_close(bench_devices_t* bench_devices);
-/// Power to all devices. Null is allowed, as below.
+/// Power on all devices. Null is allowed, as below.
 void bench_devices_power_on(bench_devices_t* bench_devices);
-/// Tell of every device as it is.
+/// Report the state of every device to the listener.
 void bench_devices_tell(bench_devices_t* bench_devices, uint64_t now_ns);
 /// Advance all benches from `now_ns` to `end_ns`.
 void bench_devices_move(bench_devices_t* bench_devices, uint64_t now_ns, uint64_t end_ns);

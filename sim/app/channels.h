@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which bus of a run is the redundant channel of which.
+/// Assignment of redundant channels to the buses of a run.
 #ifndef SIM_APP_CHANNELS_H
 #define SIM_APP_CHANNELS_H
 

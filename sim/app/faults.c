@@ -332,11 +332,11 @@ static void switch_device(node_t* node, const fault_t* fault)
     } else if ((fault->kind == FAULT_UNPLUG) && node_is_plugged(node)) {
         node_unplug(node);
     } else {
-        // As it is already.
+        // The channel is already as ordered.
     }
 }
 
-/// Plugs take both channels, cuts one.
+/// A plug has both channels, a cut concerns one.
 static void switch_node(const fault_world_t* world, const fault_t* fault)
 {
     const bool connects    = (fault->kind == FAULT_PLUG) || (fault->kind == FAULT_MEND);

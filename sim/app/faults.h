@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Faults of a scenario: the lines of the actor `fault`, and what they do to buses and devices. The lines are
-/// listed in docs/scenarios.md.
+/// Faults of a scenario: the lines of the actor `fault`, and their effects on buses and devices. The lines
+/// are listed in docs/scenarios.md.
 #ifndef SIM_APP_FAULTS_H
 #define SIM_APP_FAULTS_H
 
@@ -81,7 +81,7 @@ typedef struct {
     unsigned flight_node; ///< BUS_NODES_MAX: there is none.
 } fault_channel_t;
 
-/// What faults act on.
+/// The world that faults change.
 typedef struct {
     fault_channel_t channel[FAULT_BUSES][NODE_CHANNELS];
     drive_t* drive[FAULT_DRIVES];

@@ -13,7 +13,7 @@ struct gateway {
     bool is_lost;
     uint64_t retry_ns;
     bus_t* bus;
-    unsigned node; // Of the tools; BUS_NODES_MAX before the first frame.
+    unsigned node; // Node of the tools; BUS_NODES_MAX before the first frame.
     gateway_report_t report;
     void* context;
     gateway_counters_t counters;
@@ -82,7 +82,7 @@ static void reopen(gateway_t* gateway, uint64_t now_ns)
 
 static void submit(gateway_t* gateway, const osal_can_frame_t* frame, uint64_t now_ns)
 {
-    const bus_callbacks_t deaf = {.on_frame = NULL}; // Tools receive the bus by the published frames.
+    const bus_callbacks_t deaf = {.on_frame = NULL}; // Tools receive frames as the gateway publishes them.
     status_t status            = STATUS_OK;
     gateway->counters.foreign++;
     if ((frame->id & OSAL_CAN_ERROR) != 0U) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A bus of the simulator published on a SocketCAN interface, where candump, cansniffer, canplayer or
 /// Wireshark attach: every frame in the order of arbitration, and error reports of flight's controller.
-/// Frames that such tools send go onto the bus from a separate controller, which exists from the first such
-/// frame on; an error frame of a tool is passed to flight as a report of its controller.
+/// Frames that such tools send go onto the bus from a separate controller, which is made with the first such
+/// frame; an error frame of a tool is passed to flight as a report of its controller.
 ///
 /// If the interface goes down or disappears, frames are counted as unshown, and it is opened again.
 ///
@@ -19,14 +19,15 @@
 
 typedef struct gateway gateway_t;
 
-/// What is done with an error frame that a tool has sent.
+/// Called for an error frame that a tool has sent.
 typedef void (*gateway_report_t)(void* context, const osal_can_frame_t* frame);
 
 typedef struct { // Read-only for others [frames].
     uint64_t shown;
     uint64_t unshown; ///< The interface did not take them.
     uint64_t foreign; ///< Sent by tools.
-    uint64_t refused; ///< Of these, not taken by the bus: its queue was full, or no such frame on it.
+    /// Of these, refused by the bus: its queue was full, or the frame does not exist on it.
+    uint64_t refused;
 } gateway_counters_t;
 
 /// Returns STATUS_OK; else *out_gateway is null: STATUS_EXHAUSTED (memory), or as osal_can_open.

@@ -5,8 +5,9 @@
 
 #define NOMINAL_BIT_RATE 1000000U
 #define DATA_BIT_RATE 5000000U
-#define REOPEN_NS 10000000U            ///< Simulated time between attempts.
-#define TRANSMIT_TIMEOUT_NS 100000000U // What the driver of flight's controller takes for stuck.
+#define REOPEN_NS 10000000U ///< Simulated time between attempts.
+// Time after which the driver of flight's controller takes a frame for stuck.
+#define TRANSMIT_TIMEOUT_NS 100000000U
 
 static void pass_to_flight(void* context, const osal_can_frame_t* frame)
 {
@@ -14,7 +15,7 @@ static void pass_to_flight(void* context, const osal_can_frame_t* frame)
     if (segment->is_lost) {
         return;
     }
-    // A full ring is counted by the wire end as an overrun of flight's controller.
+    // The wire end counts a full ring as an overrun of flight's controller.
     if (osal_can_send(&segment->can, frame) == STATUS_CLOSED) {
         osal_can_close(&segment->can);
         segment->is_lost = true;
@@ -153,7 +154,7 @@ static void take_from_flight(segment_t* segment, uint64_t now_ns)
         if (status != STATUS_OK) {
             break;
         }
-        // What our own controller reports is no frame of flight.
+        // The reports of our own controller are no frames of flight.
         const bool is_report = ((frame.id & OSAL_CAN_ERROR) != 0U);
         if (is_report || (bus_submit(segment->bus, segment->flight_node, &frame, now_ns) != STATUS_OK)) {
             segment->refused++;

@@ -30,7 +30,7 @@
 
 static const char* const bus_names[BUSES] = {"robot", "joystick"};
 
-/// One joint as its drive sees it.
+/// Joint as its drive sees it.
 typedef struct {
     simulator_t* simulator;
     unsigned number;
@@ -58,7 +58,7 @@ struct simulator {
     bool tools_in_step;
     uint64_t tools_lost; // In lock-step, and not done with a step in time.
     uint64_t tool_quantum_ns;
-    uint64_t tool_credit_ns; // The tool has bought time up to here.
+    uint64_t tool_credit_ns; // Time up to which the tool has sent frames.
 };
 
 // --- truth ---
@@ -102,7 +102,7 @@ static void on_axis(void* context, uint8_t node, unsigned axis, uint16_t statusw
     log_drive(simulator, now_ns, node, axis, statusword, brake, is_plugged);
 }
 
-/// Every device as it is: at the start, and when a plug has moved.
+/// Report every device as it is: at the start, and after a plug was moved.
 static void log_devices(simulator_t* simulator, uint64_t now_ns)
 {
     for (unsigned i = 0U; i < DRIVES; i++) {
@@ -159,7 +159,7 @@ static void log_operator(simulator_t* simulator, uint64_t now_ns)
     note(simulator, truth_operator(simulator->truth_log, now_ns, &operator_));
 }
 
-// --- what devices see and do ---
+// --- devices: inputs and outputs ---
 
 static void look_at_joint(void* context, drive_truth_t* out_truth)
 {

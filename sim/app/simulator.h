@@ -67,11 +67,11 @@ typedef struct simulator simulator_t;
 MUST_USE status_t simulator_open(const simulator_config_t* config, simulator_t** out_simulator,
                                  char error[SIMULATOR_ERROR_MAX]);
 
-/// Live through [last step, now_ns). Returns the time of the next step wanted: the next whole 0.5 ms.
+/// Simulate [last step, now_ns). Returns the time of the next step wanted: the next whole 0.5 ms.
 uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns);
 
-/// With tools_in_step: wait (wall-clock, at most timeout_ms) until the tool has bought time. Returns true if
-/// the next step may be taken; always without tools_in_step.
+/// With tools_in_step: wait (wall-clock, at most timeout_ms) until the tool has sent frames for the next
+/// step. Returns true if the next step may be taken; always without tools_in_step.
 bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms);
 
 /// Flush and close the logs, free everything. Null is allowed. Returns STATUS_OK, or STATUS_IO: a log is

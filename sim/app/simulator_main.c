@@ -27,9 +27,9 @@
 #define LAG_MAX_NS 20000000ULL ///< Lag behind the wall clock that is caught up.
 
 typedef enum {
-    PACE_SCHEDULER, ///< Granted by the run's scheduler.
+    PACE_SCHEDULER, ///< By grants of the run's scheduler.
     PACE_REAL,      ///< Wall clock.
-    PACE_NONE       ///< As fast as it goes.
+    PACE_NONE       ///< As fast as possible.
 } pace_t;
 
 typedef struct {
@@ -398,7 +398,7 @@ static int parse(options_t* options, int count, char* arguments[])
 static void save_logs(int signal_number)
 {
     if (dying_simulator != NULL) {
-        // NOLINTNEXTLINE(bugprone-signal-handler,cert-sig30-c): there is nothing to lose any more.
+        // NOLINTNEXTLINE(bugprone-signal-handler,cert-sig30-c): the program ends anyway.
         simulator_flush(dying_simulator);
     }
     (void)signal(signal_number, SIG_DFL);
@@ -439,7 +439,7 @@ static void close_cosimulation(port_server_t* server, osal_lockstep_t* scheduler
 {
     if (server->is_running) {
         if (!osal_lockstep_is_closed(scheduler)) {
-            osal_lockstep_close(scheduler); // Without us there is no run.
+            osal_lockstep_close(scheduler); // Without the simulator there is no run.
         }
         osal_task_join(&server->task);
         cosimulation_port_close(&server->cosimulation);
@@ -456,7 +456,7 @@ static void hold_back(osal_clock_t* wall, uint64_t now_ns)
     } else if (osal_clock_wait(wall, now_ns, NULL, 0U) != STATUS_OK) {
         osal_console_complain("simulator: the wall clock cannot be waited for");
     } else {
-        // In time.
+        // The wait ended in time.
     }
 }
 
@@ -486,7 +486,7 @@ static void run(simulator_t* simulator, const options_t* options, osal_clock_t* 
             hold_back(&wall, now_ns);
         }
         wake_ns = simulator_step(simulator, now_ns);
-        if (now_ns >= flush_ns) { // So that little is missing if we are killed.
+        if (now_ns >= flush_ns) { // Then little is missing if the simulator is killed.
             simulator_flush(simulator);
             flush_ns = now_ns + NS_PER_S;
         }
@@ -539,7 +539,7 @@ static int fly(options_t* options, osal_lockstep_t* scheduler)
             osal_clock_open_real(&clock,
                                  options->has_origin ? options->origin_ns : osal_clock_monotonic_ns());
             const status_t status = osal_task_set_priority(REAL_PRIORITY);
-            (void)status; // Where it is not permitted we run as we are.
+            (void)status; // Without the permission the simulator keeps its priority.
         }
         run(simulator, options, &clock);
         complain_of_tools(simulator);

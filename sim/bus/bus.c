@@ -12,7 +12,7 @@
 #define ERROR_FLAG_BITS 12U // Own flag and those it provokes.
 #define ERROR_DELIMITER_BITS 8U
 #define REPORT_RECEIVE_OVERFLOW 0x01U // data[1] of a SocketCAN controller report.
-#define SUSPEND_BITS 8U               // An error-passive transmitter lets others go first.
+#define SUSPEND_BITS 8U               // An error-passive transmitter waits, so that others can start first.
 #define STUCK_TICKS 600U // Octets of dominant bits after which every counter has its final value.
 
 /// Copy what counts of a frame.
@@ -188,7 +188,7 @@ void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report)
     }
 }
 
-/// A report that is no change of the controller's state.
+/// Report an event that does not change the controller's state.
 static void tell(bus_t* bus, unsigned index, uint32_t class, uint8_t place, uint8_t detail)
 {
     osal_can_frame_t report = controller_report(&bus->node[index].controller, class);
@@ -438,7 +438,7 @@ static void watch_queue(bus_t* bus, unsigned index, uint64_t now_ns)
     const uint64_t limit_ns = node->queue[node->head].ready_ns + node->timeout_ns;
     if (limit_ns > now_ns) {
         node->watch_ns = limit_ns;
-    } else { // Looked at again with the next frame that is submitted.
+    } else { // The next submitted frame is watched again.
         tell(bus, index, OSAL_CAN_ERROR_TX_TIMEOUT, 0U, 0U);
     }
 }

@@ -74,7 +74,7 @@ unsigned bus_queued(const bus_t* bus, unsigned node);
 /// Call the node's on_wake at `time_ns`; BUS_NEVER cancels. One time per node.
 void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns);
 
-/// Let the bus live through [present, time_ns).
+/// Simulate the bus over [present, time_ns).
 void bus_run_until(bus_t* bus, uint64_t time_ns);
 uint64_t bus_now_ns(const bus_t* bus);
 /// True while a frame is on the wire or waits.
@@ -102,13 +102,13 @@ void bus_lose_next(bus_t* bus, unsigned node,
                    unsigned frames);           ///< Its receiver overflows this number of times.
 void bus_force_off(bus_t* bus, unsigned node); ///< Transmit errors take its controller off the bus.
 
-/// How a controller's driver is set up. Bus-off ends by itself after 128 times 11 bits (as it begins), or
-/// only that long after bus_restart.
+/// Behaviour of a controller's driver. Bus-off ends by itself after 128 times 11 bits (the default), or only
+/// that long after bus_restart.
 void bus_set_restart(bus_t* bus, unsigned node, bool is_automatic);
 void bus_restart(bus_t* bus, unsigned node);
-/// Report each arbitration that the node loses (off as it begins, as with most drivers).
+/// Report each arbitration that the node loses (off by default, as with most drivers).
 void bus_set_arbitration_reports(bus_t* bus, unsigned node, bool on);
-/// Report a frame that waits longer than this in the transmit queue; 0, as it begins: none.
+/// Report a frame that waits longer than this in the transmit queue; 0 (default): none.
 void bus_set_transmit_timeout(bus_t* bus, unsigned node, uint64_t timeout_ns);
 
 /// Frames on the wire, and the error reports of node `reporter`. Null: none.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes wrong on a bus by order: plugs, injected faults, and how a controller comes back.
+// Faults of a bus that a caller orders: plugs, injected faults, and the return of a controller.
 #include "sim/bus/bus_internal.h"
 
 void bus_unplug(bus_t* bus, unsigned index)
@@ -58,7 +58,8 @@ void bus_set_delay(bus_t* bus, unsigned node, uint64_t delay_ns)
 
 void bus_set_babbling(bus_t* bus, unsigned node, bool on)
 {
-    // The frame on the wire belongs to the queue it was taken from; let it break rather than be mixed up.
+    // The frame on the wire belongs to the queue from which it was taken: destroy it, rather than confuse
+    // queues.
     if (bus->is_sending && ((bus->senders & (1U << node)) != 0U)) {
         bus_break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
     }

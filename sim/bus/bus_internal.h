@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inside of a bus, shared by bus.c (frames on the wire) and bus_faults.c (what goes wrong by order).
+/// Inside of a bus, shared by bus.c (frames on the wire) and bus_faults.c (ordered faults).
 #ifndef SIM_BUS_BUS_INTERNAL_H
 #define SIM_BUS_BUS_INTERNAL_H
 

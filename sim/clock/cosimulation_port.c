@@ -70,7 +70,7 @@ static bool parse_done(const char* line, uint64_t* out_wake_ns, uint32_t* out_oc
     } else if (!take_number(&at, ' ', UINT64_MAX, out_wake_ns)) {
         return false;
     } else {
-        // A time.
+        // The word is a time.
     }
     if (!take_number(&at, ' ', UINT32_MAX, &octets) || !take_number(&at, '\0', UINT16_MAX, &port)) {
         return false;
@@ -132,7 +132,7 @@ static status_t wait_for_line(cosimulation_port_t* cosimulation, char* out_line,
             let_go(cosimulation, &cosimulation->count.vanished);
             return STATUS_CLOSED;
         } else {
-            // Received; look again.
+            // Octets were received: look for a line again.
         }
     }
     if (!take_line(cosimulation, out_line)) {
@@ -154,8 +154,8 @@ static bool receive_line(cosimulation_port_t* cosimulation, char* out_line)
     return status == STATUS_OK;
 }
 
-/// A client has come. STATUS_OK: it joins in due form; STATUS_TIMEOUT: it has not said so yet and has time
-/// left; STATUS_CLOSED: it was let go, or the run ended.
+/// A client has connected. STATUS_OK: it has joined correctly; STATUS_TIMEOUT: it has not joined yet and has
+/// time left; STATUS_CLOSED: it was disconnected, or the run ended.
 static status_t admit(cosimulation_port_t* cosimulation, uint64_t until_ns)
 {
     char line[COSIMULATION_PORT_LINE_BYTES];
@@ -312,7 +312,7 @@ status_t cosimulation_port_serve(cosimulation_port_t* cosimulation, osal_lockste
         }
     }
     osal_socket_close(&cosimulation->client);
-    // Its client has disconnected, or its place was ended otherwise.
+    // The client has disconnected, or its place was ended otherwise.
     const bool is_ended =
         (status == STATUS_NOT_FOUND) || ((status == STATUS_CLOSED) && !osal_lockstep_is_closed(scheduler));
     return is_ended ? STATUS_OK : status;

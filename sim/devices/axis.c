@@ -5,7 +5,7 @@
 
 #define BIT_SWITCH_ON 0x01U
 #define BIT_ENABLE_VOLTAGE 0x02U
-#define BIT_QUICK_STOP 0x04U // Low: stop.
+#define BIT_QUICK_STOP 0x04U // 0 means stop.
 #define BIT_ENABLE_OPERATION 0x08U
 #define BIT_FAULT_RESET 0x80U
 
@@ -137,7 +137,7 @@ bool axis_command(axis_t* axis, uint64_t now_ns)
     axis->last_controlword     = controlword;
     axis_state_t next          = axis_next(axis->state, controlword, before);
     if ((next == AXIS_ENABLED) && (axis->state != AXIS_ENABLED) && (axis_mode(axis) == 0)) {
-        next = AXIS_SWITCHED_ON; // Nothing to do without a mode.
+        next = AXIS_SWITCHED_ON; // Without a mode of operation the axis is not enabled.
     }
     if ((axis->state == AXIS_FAULT) && axis->has_fault) {
         next = AXIS_FAULT;

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define POSITION_UNIT 1e-6 // rad, rad/s
+#define POSITION_UNIT 1e-6 // Unit of objects: rad, rad/s.
 #define MNM 1e-3
 #define PER_MILLE 1000.0
 #define STANDSTILL_RAD_S 0.02
@@ -71,9 +71,9 @@ struct drive {
     drive_settings_t settings;
 
     // Regulator.
-    double position_rad; // Of the motor, last seen.
+    double position_rad; // Position of the motor, as read last.
     double velocity_rad_s;
-    double torque_nm; // Last given.
+    double torque_nm; // Torque commanded last.
     double from_rad;  // Interpolation between two targets.
     double to_rad;
     uint32_t substep;

@@ -55,9 +55,9 @@ uint16_t drive_statusword(const drive_t* drive);
 
 /// By scenario: an extra offset of the torque sensor [Nm].
 void drive_set_torque_offset(drive_t* drive, double offset_nm);
-/// By scenario: an error of README.md's table appears or is gone. Faults stop the drive, others warn.
+/// By scenario: an error of README.md's table appears or disappears. Faults stop the drive, others warn.
 void drive_set_error(drive_t* drive, uint16_t code, bool is_present, uint64_t now_ns);
-/// By scenario: temperature shown in 0x2210 [degC]; from 80 up EMCY 0x4310, below 75 gone.
+/// By scenario: temperature shown in 0x2210 [degC]; from 80 up EMCY 0x4310, below 75 the error is over.
 void drive_set_temperature(drive_t* drive, double celsius, uint64_t now_ns);
 
 #endif // SIM_DEVICES_DRIVE_H

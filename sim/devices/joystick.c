@@ -7,7 +7,7 @@
 #define POSITION_UNIT 1e-6 // rad, rad/s
 #define MNM 1e-3
 #define PER_MILLE 1000.0
-#define STOP_NS 1000000U // Quick stop: the torque is gone, the state follows.
+#define STOP_NS 1000000U // In quick stop the torque is off at once; the state follows.
 #define BUTTON_SHIFT 16U
 #define BUTTON_MASK 3U
 

@@ -45,7 +45,7 @@ void joystick_torque(const joystick_t* joystick, double out_torque_nm[JOYSTICK_A
 void joystick_end_step(joystick_t* joystick, uint64_t now_ns);
 uint16_t joystick_statusword(const joystick_t* joystick, unsigned axis);
 
-/// By scenario: an error of README.md's table appears or is gone, on both axes.
+/// By scenario: an error of README.md's table appears or disappears, on both axes.
 void joystick_set_error(joystick_t* joystick, uint16_t code, bool is_present, uint64_t now_ns);
 
 #endif // SIM_DEVICES_JOYSTICK_H

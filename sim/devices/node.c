@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define NS_PER_MS 1000000U
-#define BOOT_STEP_NS 10000U // Per node id, so that nodes do not all speak at once.
+#define BOOT_STEP_NS 10000U // Delay for each node id, so that nodes do not all send at once.
 
 #define NMT_ID 0x000U
 #define HEARTBEAT_ID 0x700U
@@ -97,7 +97,7 @@ static void set_state(node_t* node, node_state_t state, uint64_t now_ns)
     }
 }
 
-/// Start over: values of the range as in the EDS, silent until boot-up.
+/// Reset the values of the range to those of the EDS; the node sends nothing until boot-up.
 static void reset(node_t* node, uint16_t first, uint16_t last, uint64_t delay_ns)
 {
     const uint64_t now_ns = bus_now_ns(node->bus);
@@ -196,7 +196,7 @@ static uint32_t check_write(void* context, const object_t* object, int64_t value
         return check_sync_counter(node, value);
     }
     if ((object->index == 0x1003U) && (value != 0)) {
-        return SDO_ABORT_VALUE; // Only clearing is allowed.
+        return SDO_ABORT_VALUE; // A client may only clear the history.
     }
     return (node->application.check != NULL)
                ? node->application.check(node->application.context, object, value)
@@ -330,7 +330,7 @@ static void on_frame(void* context, const osal_can_frame_t* frame)
     }
 }
 
-/// The device's own controller has trouble or is well again.
+/// The device's own controller reports an error, or the end of one.
 static void on_error(void* context, const osal_can_frame_t* frame)
 {
     node_t* node            = context;

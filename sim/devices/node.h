@@ -72,27 +72,28 @@ void node_destroy(node_t* node);
 /// Give it a channel B, before power comes. Returns STATUS_OK, STATUS_EXHAUSTED (nodes of the bus).
 MUST_USE status_t node_add_channel(node_t* node, bus_t* bus);
 
-/// Power comes at the bus's present time: objects to their initial values, boot-up after NODE_BOOT_NS.
+/// Power on at the bus's present time: objects to their initial values, boot-up after NODE_BOOT_NS.
 void node_power_on(node_t* node);
-/// Power goes: silent and deaf at once, the device as after a reset, until node_power_on. Plugs move as ever.
+/// Power off: the node neither sends nor receives from now on; the device is as after a reset until
+/// node_power_on. Plugs can be moved in the meantime.
 void node_power_off(node_t* node);
 bool node_is_powered(const node_t* node);
-/// Cut the node off its bus, both channels; it keeps its power, and its deadlines run out.
+/// Cut the node off its bus, both channels; it keeps its power, and its deadlines expire.
 void node_unplug(node_t* node);
-/// Connect it again, after a power cycle; without power it stays dead.
+/// Connect it again after a power cycle; without power it stays off.
 void node_plug(node_t* node);
 bool node_is_plugged(const node_t* node);
-/// Cut one channel only, or mend it.
+/// Cut one channel only, or connect it again.
 void node_cut(node_t* node, unsigned channel, bool is_cut);
 unsigned node_active_channel(const node_t* node);
 
 object_t* node_object(const node_t* node, uint16_t index, uint8_t subindex);
 uint8_t node_id(const node_t* node);
-/// Its place on the bus of a channel; BUS_NODES_MAX: it has no such channel.
+/// Index of the node on the bus of a channel; BUS_NODES_MAX: it has no such channel.
 unsigned node_bus_index(const node_t* node, unsigned channel);
 node_state_t node_state(const node_t* node);
 
-/// An error of the device appears or is gone; EMCY goes out if it is a change.
+/// An error of the device appears or disappears; the node sends an EMCY if it is a change.
 void node_raise(node_t* node, uint16_t code, uint8_t axis, int32_t raw, uint64_t now_ns);
 void node_clear(node_t* node, uint16_t code, uint8_t axis, uint64_t now_ns);
 bool node_has_error(const node_t* node, uint16_t code, uint8_t axis);

@@ -38,7 +38,7 @@ static void connect_active(node_t* node)
     } else if (!wanted && bus_is_plugged(node->bus, node->bus_index)) {
         bus_unplug(node->bus, node->bus_index);
     } else {
-        // As it should be.
+        // The channel is already connected as it should be.
     }
 }
 
@@ -56,7 +56,7 @@ static void use_channel(node_t* node, unsigned channel, uint64_t now_ns)
     node->bus_index = node->channel[channel].index;
     node->wake_ns   = BUS_NEVER;
     connect_active(node);
-    node_wake_by(node, now_ns); // All that is due is found there.
+    node_wake_by(node, now_ns); // The wake-up finds everything that is due.
 }
 
 /// The master defines the active channel by its heartbeat.
@@ -101,11 +101,12 @@ uint64_t node_run_search(node_t* node, uint64_t now_ns)
     if (may_search(node) && (node->toggle_count->value < node->toggle_limit->value)) {
         use_channel(node, 1U - node->active, now_ns);
         object_set(node->toggle_count, (int64_t)node->toggle_count->value + 1);
-        node->heartbeat_ns = (node->heartbeat_ns != BUS_NEVER) ? now_ns : BUS_NEVER; // Here I am.
+        // A heartbeat on the new channel at once.
+        node->heartbeat_ns = (node->heartbeat_ns != BUS_NEVER) ? now_ns : BUS_NEVER;
         node->toggle_ns    = now_ns + (heartbeat_time_ns(node) * node->toggle_factor->value);
     }
     if (may_search(node) && (node->toggle_count->value >= node->toggle_limit->value)) {
-        settle(node); // No master: rest where it is.
+        settle(node); // No master was found: stay on this channel.
     }
     return node->toggle_ns;
 }

@@ -58,7 +58,7 @@ struct node {
     uint64_t request_ns; ///< Time of the SDO request being served.
 };
 
-/// node.c
+/// node.c:
 void node_send(node_t* node, uint32_t id, const uint8_t* data, uint8_t length, uint64_t time_ns);
 /// Make sure that the bus wakes the node at `time_ns` at the latest.
 void node_wake_by(node_t* node, uint64_t time_ns);
@@ -66,14 +66,14 @@ void node_wake_by(node_t* node, uint64_t time_ns);
 /// node_channel.c
 void node_find_channels(node_t* node);
 status_t node_connect_redundant(node_t* node, bus_t* bus, const bus_callbacks_t* callbacks);
-/// The connector of both channels goes in or out.
+/// Plug in or unplug the connector of both channels.
 void node_connect(node_t* node, bool is_plugged);
-/// Power comes to both channels or goes.
+/// Power both channels on or off.
 void node_supply(node_t* node, bool is_powered);
-/// To the channel of Bdefault, and begin to look for the master.
+/// Change to the channel of Bdefault, and begin to search for the master.
 void node_select_default_channel(node_t* node, uint64_t now_ns);
 void node_master_heard(node_t* node);
-/// Its heartbeat time has run out.
+/// The heartbeat time of the master has run out.
 void node_master_lost(node_t* node, uint64_t now_ns);
 /// Change the channel if it is time to. Returns the next time.
 uint64_t node_run_search(node_t* node, uint64_t now_ns);
@@ -82,7 +82,7 @@ uint64_t node_run_search(node_t* node, uint64_t now_ns);
 bool node_find_pdos(node_t* node);
 /// Take changed parameters over; forget what was received.
 void node_configure_pdos(node_t* node);
-/// PDOs begin to live (OPERATIONAL entered) or die.
+/// Start the PDOs (OPERATIONAL entered), or stop them.
 void node_start_pdos(node_t* node, uint64_t now_ns);
 void node_stop_pdos(node_t* node);
 void node_take_sync(node_t* node, const osal_can_frame_t* frame);

@@ -91,7 +91,7 @@ static void transmit_at_sync(node_t* node, pdo_t* pdo, const osal_can_frame_t* s
         if (pdo->is_waiting) {
             return;
         }
-        pdo->sync_count = pdo->type; // Goes out with this SYNC.
+        pdo->sync_count = pdo->type; // The PDO is sent with this SYNC.
     } else {
         pdo->sync_count++;
     }
@@ -171,7 +171,7 @@ uint64_t node_run_pdo_timers(node_t* node, uint64_t now_ns)
     for (unsigned i = 0U; i < node->receive_count; i++) {
         pdo_t* pdo = &node->receive[i];
         if (pdo->deadline_ns <= now_ns) {
-            pdo->deadline_ns = BUS_NEVER; // Until the next one is received.
+            pdo->deadline_ns = BUS_NEVER; // No deadline until the next one is received.
             node_raise(node, EMERGENCY_RPDO_TIMEOUT, 0U, (int32_t)i, now_ns);
             node->application.connection_lost(node->application.context, now_ns);
         }

@@ -89,7 +89,7 @@ static uint32_t check_cob(const pdo_t* pdo, uint32_t value)
         return SDO_ABORT_VALUE;
     }
     if (stays_valid && ((present & COB_ID_BITS) != (value & COB_ID_BITS))) {
-        return SDO_ABORT_STATE; // Switch it off first.
+        return SDO_ABORT_STATE; // The PDO must be disabled first.
     }
     const uint32_t id        = value & COB_ID_BITS;
     const bool is_restricted = (id <= 0x180U) || (id > 0x57FU); // CiA 301 table of restricted identifiers.

@@ -44,7 +44,7 @@ void power_unit_step(power_unit_t* unit, uint64_t now_ns)
         const bool closes = (i % 2U) == 0U;
         unit->move_ns[i]  = BUS_NEVER;
         if (closes == node_is_powered(node)) {
-            continue; // As it is already.
+            continue; // The relay is already in that position.
         }
         if (closes) {
             node_power_on(node);

@@ -122,7 +122,7 @@ static uint32_t download(sdo_server_t* server, const sdo_access_t* access, objec
         if (has_size) {
             size = 4U - ((request[0] >> 2) & 3U);
         } else if (!object_is_text(object) && (object->size < 4U)) {
-            size = object->size; // The client leaves it to the server.
+            size = object->size; // The client did not give a size: use that of the object.
         }
         server->state = SDO_IDLE;
         return store(access, object, &request[4], size);

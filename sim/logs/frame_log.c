@@ -179,9 +179,9 @@ static void flush_sink(sink_t* sink)
     if (!sink->is_broken) {
         sink->size += (off_t)done;
     } else if (ftruncate(sink->descriptor, sink->size) != 0) {
-        // It ends within a line: reported at the end like an incomplete log.
+        // The file ends within a line: close reports an incomplete log.
     } else {
-        // It ends with a whole one.
+        // The file ends with a whole line.
     }
     sink->used = 0U;
 }

@@ -33,7 +33,7 @@ typedef struct {
     double argument[ARGUMENTS_MAX];
 } command_t;
 
-/// A verb of the script: its arguments, its immediate changes, its motion of the wanted pose.
+/// A verb of the script: its arguments, its immediate effects, and its motion of the wanted pose.
 struct verb {
     const char* name;
     const char* usage;
@@ -333,7 +333,8 @@ static void begin_command(hand_t* hand, const command_t* command)
         begin_grip(hand, command); // Continues its present motion.
         return;
     }
-    hand->pulling           = hand->pulling && hand->expecting; // After a rest the spring is forgotten.
+    // After a rest the hand no longer expects the spring.
+    hand->pulling           = hand->pulling && hand->expecting;
     hand->current           = command;
     hand->from              = hand->tip;
     hand->from_joint_rad[0] = hand->joint_rad[0];
@@ -367,7 +368,7 @@ static void update_intent(hand_t* hand)
 
     update_expected(hand, intent->expected_torque_nm);
     for (unsigned i = 0U; i < PLANT_AXES; i++) {
-        // The arm gives way to the load, the stick is pushed back by the reflected part of it.
+        // The load deflects the arm; its reflected part pushes the stick back.
         const double load   = intent->expected_torque_nm[i];
         const double joint  = hand->joint_rad[i] - load / parameters->arm_stiffness_nm_rad;
         const double stick  = (joint - hand->scene.home_rad[i]) / parameters->position_scale;
@@ -381,8 +382,8 @@ static void update_intent(hand_t* hand)
     intent->grip            = hand->grip;
 }
 
-/// Which way the finger drags along the contour: known while it slides, kept when it stops, forgotten in the
-/// air.
+/// Direction in which the finger drags along the contour: known while it slides, kept when it stops, unknown
+/// in the air.
 static double slide_target(const hand_t* hand, double speed_m_s)
 {
     if (!scene_touching(&hand->scene, hand->tip)) {

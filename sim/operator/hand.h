@@ -28,7 +28,7 @@ typedef struct {
     double arm_stiffness_nm_rad;  ///< Of a joint under control, as the operator has learned it.
 } hand_parameters_t;
 
-/// What the hand means to do now, for the truth log.
+/// What the hand is doing now, for the truth log.
 typedef struct {
     double intent_rad[PLANT_AXES];
     double wanted_tip_m[2]; ///< x, z.

@@ -31,8 +31,8 @@ double joint_rotor_step(const plant_parameters_t* parameters, plant_rotor_t* rot
     const double stop = end_stop(rotor->position_rad - home_rad, rotor->velocity_rad_s, parameters->range_rad,
                                  parameters->joint_stop_nm_rad, parameters->joint_stop_nms_rad);
 
-    // Dry friction exactly: it takes away as much speed as it can in this substep, but never turns it round.
-    // Stable for any slope, and a rotor at rest stays where it is to the last bit.
+    // Exact dry friction: it reduces the speed as much as it can in this substep, but never reverses it.
+    // Stable for any slope, and a rotor at rest keeps its position to the last bit.
     const double free = rotor->velocity_rad_s + h_s * (torque_nm - gear_torque_nm - viscous + stop) / inertia;
     const double most = h_s * dry_friction(parameters, rotor->velocity_rad_s, brake) / inertia;
     const double next = (fabs(free) <= most) ? 0.0 : free - ((free > 0.0) ? most : -most);

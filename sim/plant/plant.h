@@ -69,7 +69,7 @@ typedef struct {
     double joint_stop_nms_rad;              ///< Damping of the joint's end stop.
 } plant_parameters_t;
 
-/// What differs between two worlds of the same robot.
+/// Differences between two worlds of the same robot.
 typedef struct {
     bool gravity;                ///< Laboratory (true) or orbit (false).
     bool free_base;              ///< Base floats instead of being bolted to the world.
@@ -84,7 +84,7 @@ typedef struct {
     double velocity_rad_s;
 } plant_rotor_t;
 
-/// What acts on the world during one step.
+/// Inputs of the world during one step.
 typedef struct {
     /// Called before each rotor step (substep 0 .. PLANT_SUBSTEPS-1): the torque of each motor on the joint
     /// side for that substep. May be null: motors without current.

@@ -24,9 +24,11 @@
 typedef struct {
     socketcand_t* server;
     bool is_used;
-    bool is_raw;         // Frames may flow.
-    bool has_heard_ok;   // It has read the answer to rawmode: it has spoken since, or had the time.
-    unsigned step_every; // In lock-step: time waits for it after so many steps. 0: it does not.
+    bool is_raw; // Frames may flow.
+    // The client has read the answer to rawmode: it has sent something since, or its time is over.
+    bool has_heard_ok;
+    // In lock-step: number of steps after which time waits for it. 0: time does not wait.
+    unsigned step_every;
     unsigned steps_owed; // Steps reported that it has not finished yet.
     uint64_t raw_ns;     // Wall-clock time of rawmode.
     osal_socket_t socket;
@@ -217,12 +219,12 @@ static void handle_input(client_t* client)
     }
     const size_t left = client->input_size - (size_t)(rest - client->input);
     memmove(client->input, rest, left);
-    client->input_size = (left < INPUT_OCTETS) ? left : 0U; // A message that long is none.
+    client->input_size = (left < INPUT_OCTETS) ? left : 0U; // Discard: no message is that long.
 }
 
 static void receive_from(client_t* client)
 {
-    // As long as the bus takes frames; the rest waits in the socket, and in the end in the client.
+    // Read while the bus takes frames; the rest waits in the socket, and finally in the client.
     while (client->is_used) {
         size_t size = 0U;
         if ((client->node != NO_NODE) && (bus_queued(client->bus, client->node) > (BUS_QUEUE_FRAMES / 2U))) {

@@ -75,7 +75,7 @@ static status_t write_event(truth_t* truth, const char* channel, uint64_t time_n
     if (truth->failed) {
         return STATUS_IO;
     }
-    char name[CHANNEL_MAX]; // The library wants it writable.
+    char name[CHANNEL_MAX]; // The library requires a writable text.
     const size_t length = strlen(channel);
     memcpy(name, channel, length + 1U);
     lcm_eventlog_event_t record = {
