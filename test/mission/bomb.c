@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into a subsystem's program: once the file of this name is there, it takes all memory, or all
-// descriptors, that it can get, and dies of it as a leaking program does. Where nothing stops it, it ends at
-// a bound of its own and goes on.
+// Preloaded into a subsystem's program: once the file of this name exists, it takes all memory, or all
+// descriptors, that it can get, and dies of it like a program with a leak. Without a limit it stops at a
+// bound of its own and continues.
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <pthread.h>
@@ -47,7 +47,7 @@ static void* wait_for_it(void* context)
 
 __attribute__((constructor)) static void lay(void)
 {
-    // Without a core: it would be as large as the limit allows.
+    // No core file: it would be as large as the limit allows.
     const struct rlimit none = {0, 0};
     pthread_t thread;
     (void)setrlimit(RLIMIT_CORE, &none);

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Fault campaign: flights with faults drawn from a seed (campaign_faults.py), judged by invariants only (campaign_rules.py).
+"""Fault campaign: flights with faults drawn from a seed (campaign_faults.py), judged by invariants only
+(campaign_rules.py).
 
-Again, by hand:
+To repeat a flight:
 
-    test/mission/campaign.py SEED [--faults 1|2] [--form image|processes]
+test/mission/campaign.py SEED [--faults 1|2] [--form image|processes]
 """
 
 import argparse
@@ -27,7 +28,7 @@ import campaign_faults as faults
 import campaign_rules as rules
 import flying
 
-SAME_IN = 10  # One flight of so many flies in another form as well, and both have the same octets.
+SAME_IN = 10  # One flight of this many also flies in the other form, and both must have the same octets.
 TRACED = (*flying.TRACED, "can-robot-b.log", "can-joystick-b.log")
 DRIVE_EVENT = re.compile(rb"\xed\xa1\xda\x01.{16}\x00\x00\x00\x05.{4}DRIVE(.{16}\x00\x00\x00.[a-z-]+\x00.{14})", re.DOTALL)
 LASTING = (
@@ -46,7 +47,9 @@ LASTING = (
 
 
 class Ground:
-    """What all flights of a campaign need: the probe, a record store to begin from, a mission with a member on each node."""
+    """Shared by all flights of a campaign: the probe, an initial record store, a mission with one member on
+    each node.
+    """
 
     def __init__(self, place):
         self.place = place
@@ -77,7 +80,9 @@ class Ground:
 
     @property
     def split(self):
-        """A tree like this one, but for its mission: JOYSTICK is on node 1, so that the links go between the nodes."""
+        """A copy of the tree in which the mission places JOYSTICK on node 1, so that the links go between the
+        nodes.
+        """
 
         def make(tree):
             (tree / "descriptors").mkdir(parents=True)
@@ -92,7 +97,7 @@ class Ground:
 
 
 def drives(path):
-    """Entries of channel DRIVE in a truth log, as run.load has them, without reading the rest."""
+    """Entries of channel DRIVE in a truth log, as run.load gives them, without reading the other channels."""
     found = []
     for event in DRIVE_EVENT.finditer(path.read_bytes()):
         octets = event[1]
@@ -105,7 +110,7 @@ def drives(path):
 
 
 def _damage(path, how, where):
-    """Damage a file at a part of its length."""
+    """Damage a file at a place given as a fraction of its length."""
     octets = bytearray(path.read_bytes())
     at = int(where * len(octets))
     if how == "flip" and octets:
@@ -131,7 +136,7 @@ def _time_of(flight):
 
 
 def _set_way(flight, state):
-    """Cut or mend the way between the nodes while simulated time stands still."""
+    """Cut or restore the connection between the nodes while simulated time stands still."""
     simulator = flight.children().get("simulator")
     with contextlib.suppress(ProcessLookupError, TypeError):
         os.kill(simulator, signal.SIGSTOP)
@@ -161,7 +166,7 @@ def _options(ground, drawn, folder):
 
 
 def fly(ground, folder, drawn):
-    """A flight that was drawn; the flight and what of the rules it violates."""
+    """A drawn flight, the finished flight, and the rules that it violates."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / "count").write_bytes(bytes(4))
@@ -184,12 +189,12 @@ def fly(ground, folder, drawn):
 
 
 def differences(one, other):
-    """Logs that are not the same in two flights."""
+    """Logs that differ between two flights."""
     return [f"{name} is not the same in another form" for name in TRACED if one.octets(name) != other.octets(name)]
 
 
 def judge(ground, folder, drawn, in_both=None):
-    """What a flight violates; one of SAME_IN flies in another form as well, and in_both says of this one whether."""
+    """The rules that a flight violates; in_both: this flight also flies in the other form (one of SAME_IN does)."""
     flight, found = fly(ground, folder, drawn)
     if in_both is None:
         in_both = drawn.seed % SAME_IN == 0
@@ -204,12 +209,12 @@ def judge(ground, folder, drawn, in_both=None):
 
 
 def command(drawn):
-    """How the flight flies again."""
+    """The command that repeats the flight."""
     return f"test/mission/campaign.py {drawn.seed} --faults {drawn.count} --form {drawn.form}"
 
 
 def main():
-    """One seed by hand, or a range of them."""
+    """Fly one seed or a range of seeds by hand."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("seed", type=int, help="first seed")
     parser.add_argument("--count", type=int, default=1, help="number of seeds")

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flights of the fault campaign, drawn from seeds: the same seed gives the same flight.
-
-Each kind of fault is a function of (rng, flight) that adds what happens to the flight: lines of the scenario, writes that
-the disk refuses, damage to the record store it starts from, a way between two nodes that is cut.
+"""Flights of the fault campaign, drawn from seeds: the same seed gives the same flight. Each kind of fault is
+a function of (rng, flight) that adds a fault to the flight: lines of the scenario, writes that the disk
+refuses, damage to the initial record store, a connection between two nodes that is cut.
 """
 
 import errno
@@ -15,18 +14,18 @@ from hirosco_gse import packets
 MEMBERS = ("JOYSTICK", "MANIPULATOR")
 DEVICES = (("robot", "JOINT1"), ("robot", "JOINT2"), ("joystick", "STICK"))
 SHORTEST_S, LONGEST_S = 10.0, 60.0
-SETTLE_S = 6.0  # From the last fault to the end: every time-out of a request has passed.
-AGAIN_S = 2.5  # Where the operator brings all up again, so long after half of the flight.
-OUTAGE_S = 0.083  # One that hangs is found after 31 ms; the supervisor is back after its boot time and three slots.
+SETTLE_S = 6.0  # From the last fault to the end of the flight: every time-out of a request is over by then.
+AGAIN_S = 2.5  # The operator brings up everything again this long after the middle of the flight.
+OUTAGE_S = 0.083  # A hang is found after 31 ms; the supervisor is back after its boot time and three slots.
 STORM = "for i = 1, {0} do event(16) end"
 DAMAGES = ("flip", "zero", "cut", "empty", "noise")
-OPENED = 3  # Writes into a record store by which it is there.
+OPENED = 3  # Number of writes into a record store after which it is complete.
 STORED = ("SUPERVISOR.journal.0", "SUPERVISOR.journal.1", "MANIPULATOR.journal.0", "MANIPULATOR.journal.1", "JOYSTICK.journal.0", "SUPERVISOR.store.0")
 
 
 @dataclass
 class Drawn:
-    """What flies."""
+    """The mission and its form."""
 
     seed: int
     count: int
@@ -35,17 +34,17 @@ class Drawn:
     lines: list = field(default_factory=list)
     kinds: list = field(default_factory=list)
     disk: str = ""  # For the probe: writes that fail.
-    damages: list = field(default_factory=list)  # (file of the record store, how, where of 1)
-    cuts: list = field(default_factory=list)  # (from, until [s]) in which the way between the nodes is cut
+    damages: list = field(default_factory=list)  # (file of the record store, kind of damage, place as a fraction of 1)
+    cuts: list = field(default_factory=list)  # (from, until [s]) in which the connection between the nodes is cut
     is_split: bool = False  # The members are on different nodes.
 
     @property
     def is_determined(self):
-        """The same octets each time and in each form."""
+        """True if every repetition, in every form, must give the same octets."""
         return not self.cuts
 
     def moment(self, rng):
-        """Any grant of the scheduler between the bring-up and the end."""
+        """An instant between the bring-up and the end, on any grant of the scheduler."""
         return rng.randrange(int(0.3e6), int((self.end_s - SETTLE_S) * 1e6), 500) / 1e6
 
 
@@ -109,7 +108,9 @@ def _requests(rng, flight):
 
 
 def _events(rng, flight):
-    """Notes of a member as fast as it takes requests, a procedure that raises events, or monitors that do, all at once."""
+    """Load: a member raises notes as fast as it takes in requests, a procedure or monitors raise events, or
+    all at once.
+    """
     at, name, kind = flight.moment(rng), rng.choice(MEMBERS), rng.choice(("notes", "notes", "procedure", "procedure", "monitor", "high"))
     if kind == "notes":
         flight.lines += [f"{at:.6f} operator try nowait cmd {name}.RAISE EVENT=9"] * rng.choice((50, 300))
@@ -127,10 +128,11 @@ def _events(rng, flight):
 
 
 def _disk(rng, flight):
-    """Some writes of the packet log or of a record store fail: the disk is full, or was mounted read-only."""
+    """Some writes of the packet log or of a record store fail: the disk is full or read-only."""
     text = rng.choice(("/packets.ascii", "/packets.ascii", "/storage/SUPERVISOR.", "/storage/MANIPULATOR."))
     first = rng.choice((1, rng.randrange(1, 300), rng.randrange(1, 30)))
-    if "storage" in text:  # A component that cannot begin its records does not fly: that is told before the flight.
+    # A component that cannot open its record store does not fly: the launcher refuses before the flight.
+    if "storage" in text:
         first = OPENED + rng.randrange(1, 25)
     number = rng.choice((1, 2, 3, 6))
     flight.disk = f"{text}:{first}:{number}:{rng.choice((errno.ENOSPC, errno.EROFS, errno.EIO))}"
@@ -141,7 +143,7 @@ def _damage(rng, flight):
 
 
 def _node_lost(rng, flight):
-    """Who is on the second computer dies, or stands still for a while, in one instant."""
+    """The component on the second computer dies, or is suspended for a while."""
     at = flight.moment(rng)
     flight.form = "nodes"
     if rng.random() < 0.5:
@@ -152,7 +154,7 @@ def _node_lost(rng, flight):
 
 
 def _way_cut(rng, flight):
-    """The way between the computers is cut for a while."""
+    """The connection between the computers is cut for a while."""
     at = rng.uniform(1.5, 3.0)
     flight.form = "nodes"
     flight.is_split = rng.random() < 0.5
@@ -169,14 +171,14 @@ KINDS = {
 BEGIN = (
     "mode NOMINAL",  # After damage to its records the mission is in SAFE.
     "tc SUPERVISOR 11,22 'n=[{\"group_id\":1,\"group_status\":\"enabled\"}]'",
-    "at 100 ping MANIPULATOR",  # Makes the sub-schedule.
+    "at 100 ping MANIPULATOR",  # This request makes the sub-schedule.
     "tc SUPERVISOR 11,20 n=[1]",
     "schedule enable",
 )
 
 
 def _routine(rng, until_s):
-    """What an operator does all the time, with traces in the lasting records."""
+    """Ordinary requests of an operator that leave traces in the lasting records."""
     steps = [f"ping {name}" for name in (*MEMBERS, "SUPERVISOR")] * 2
     steps += ["at +0.7 ping MANIPULATOR", "at +1.3 ping JOYSTICK", "hk once MANIPULATOR 4711", "get MANIPULATOR.TORQUE_OFFSET", "status", "link list",
               "networks", "schedule list", "event disable MANIPULATOR OPERATOR_NOTE", "event enable MANIPULATOR OPERATOR_NOTE",
@@ -191,7 +193,7 @@ def _routine(rng, until_s):
 
 
 def draw(seed, count, form=None):
-    """The flight of a seed with so many faults."""
+    """Draw the flight of a seed with this number of faults."""
     rng = random.Random(f"{seed}/{count}")
     longest = LONGEST_S if rng.random() < 0.1 else 1.5 * SHORTEST_S
     flight = Drawn(seed, count, rng.choice(("image",) * 5 + ("processes",)), round(rng.uniform(SHORTEST_S, longest), 1))

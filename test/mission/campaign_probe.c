@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into every program of a flight of the campaign. A disk that refuses for a while: of the writes
-// into files whose path contains a text, the first of those that it refuses writes half, the others nothing.
-// They are counted over all programs and lives of the flight, so that the same writes fail each time and in
-// every form. At its end each program says how many descriptors it has open.
-//     CAMPAIGN_DISK=<text>:<first write>:<number>:<errno>   CAMPAIGN_COUNT=<file of 4 octets>
-//     CAMPAIGN_ENDS=<file>
+// Preloaded into every program of a flight of the campaign. It simulates a disk that refuses writes for a
+// while: of the writes into files whose path contains a text, the first refused one writes half, the others
+// nothing. Writes are counted over all programs and lives of the flight, so the same writes fail each time
+// and in every form. At its end each program records how many descriptors it has open.
+// CAMPAIGN_DISK=<text>:<first write>:<number>:<errno>   CAMPAIGN_COUNT=<file of 4 octets>
+// CAMPAIGN_ENDS=<file>
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <dlfcn.h>
@@ -38,7 +38,7 @@ __attribute__((constructor)) static void begin(void)
     }
 }
 
-/// Which of the refused writes this one is, from 1; 0: it is none.
+/// Number of this write among the refused ones, from 1; 0: it is not refused.
 static unsigned refused(int descriptor)
 {
     char link[64];
@@ -93,7 +93,7 @@ __attribute__((destructor)) static void end(void)
     if (folder == NULL) {
         return;
     }
-    unsigned open_now = 0U; // With the folder's own.
+    unsigned open_now = 0U; // The descriptor of the folder itself is included.
     for (const struct dirent* entry = readdir(folder); entry != NULL; entry = readdir(folder)) {
         open_now += (entry->d_name[0] != '.') ? 1U : 0U;
     }

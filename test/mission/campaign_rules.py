@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What holds of every flight of the fault campaign, whatever happened in it."""
+"""Invariants that every flight of the fault campaign must keep, whatever faults it has."""
 
 import contextlib
 import re
@@ -10,39 +10,41 @@ from campaign_faults import OUTAGE_S
 
 NS_PER_S = 1_000_000_000
 SLOT_NS = 500_000
-ROUNDING_NS = 1000  # Of the time field of a packet.
+ROUNDING_NS = 1000  # Offset of the time field in a packet.
 APIDS = {"JOYSTICK": 17, "MANIPULATOR": 16, "SUPERVISOR": 1, "COMMUNICATION": 2}
 PARTNER = {17: 16, 16: 17}
 SERVICE_1 = 1
-TERMINAL = {2, 4, 7, 8, 10}  # Subtypes of ST[01] after which nothing more is told of a request.
-ON_BOARD = 0x8000  # Users from here on are on board.
-CUT_S = 0.2  # Before the end: the mission may go down before what was sent last is answered.
+TERMINAL = {2, 4, 7, 8, 10}  # Subtypes of ST[01] after which a request has no further report.
+ON_BOARD = 0x8000  # Lowest number of users on board.
+CUT_S = 0.2  # Before the end of the flight: the mission may shut down before the last requests are answered.
 MOVING = (0x27, 0x07)  # Statuswords of CiA 402: operation enabled, quick stop active.
 REACTION_NS = 2 * SLOT_NS
-SILENCE_NS = 10_000_000  # Stale link, its cycle and the report of it.
+SILENCE_NS = 10_000_000  # A stale link: the limit, one cycle, and the time for the report.
 OPERATIONAL, ERROR_OPERATIONAL = 5, 6
-DEVICE_BUS = {"robot": 16, "joystick": 17}  # Whose devices.
-EMERGENCY = re.compile(r"^\((\d+)\.(\d{6})\) (?:robot|joystick) 0(?:91|92|A1)#5082", re.MULTILINE)  # 0x8250: no orders any more.
+DEVICE_BUS = {"robot": 16, "joystick": 17}  # Owner of the drives.
+# Emergency 0x8250: the RPDOs have stopped.
+EMERGENCY = re.compile(r"^\((\d+)\.(\d{6})\) (?:robot|joystick) 0(?:91|92|A1)#5082", re.MULTILINE)
 COMPLAINTS = re.compile(r"assertion|[0-9]+ missing|[1-9][0-9]* doubled|runtime error|Sanitizer", re.IGNORECASE)
-DESCRIPTORS = {"hirosco": 10, "packet-archive-sqlite": 4, "simulator": 4}  # That a program may have open at its end.
-COMPONENT_DESCRIPTORS = 9  # Of which two are links that sockets carry.
+# Descriptors that a program may have open at its end.
+DESCRIPTORS = {"hirosco": 10, "packet-archive-sqlite": 4, "simulator": 4}
+COMPONENT_DESCRIPTORS = 9  # Two of these are links over sockets.
 
 
 @dataclass
 class Seen:
-    """A flight, and what was drawn for it."""
+    """A flight, and the faults that were drawn for it."""
 
     flight: object
     lines: list
     end_s: float
-    drives: tuple = ()  # As the truth of the flight tells them.
+    drives: tuple = ()  # Drives as the truth log of the flight shows them.
     is_determined: bool = True
-    has_cut: bool = False  # The way between nodes: datagrams are lost.
-    ends: str = ""  # What the probe has written.
+    has_cut: bool = False  # The connection between nodes was cut: datagrams are lost.
+    ends: str = ""  # Files that the probe has written.
     memo: dict = field(default_factory=dict)
 
     def of(self, name, make):
-        """What is computed once."""
+        """Computed once and kept."""
         if name not in self.memo:
             self.memo[name] = make()
         return self.memo[name]
@@ -54,7 +56,7 @@ class Seen:
 
     @property
     def numbers(self):
-        """Of the records of packets.db, in order."""
+        """Numbers of the records of packets.db, in order."""
 
         def found():
             with contextlib.closing(sqlite3.connect(f"file:{self.flight.folder}/packets.db?mode=ro", uri=True)) as database:
@@ -63,7 +65,7 @@ class Seen:
         return self.of("numbers", found)
 
     def faults(self):
-        """(time_ns, words) of what happens to processes and buses, by scenario or operator."""
+        """(time_ns, words) of each fault or order that concerns processes and buses, by scenario or operator."""
         for line in self.lines:
             words = line.split()
             if words[1] == "fault" or words[2:4] == ["try", "process"]:
@@ -78,7 +80,7 @@ class Seen:
                 yield time_ns, APIDS[words[5]]
 
     def is_alone(self, at_ns):
-        """Whether a process is killed at an instant and nothing else happens within a second."""
+        """True if one process is killed at an instant and nothing else happens within a second."""
         near = [words for time_ns, words in self.faults() if abs(time_ns - at_ns) < NS_PER_S]
         return len(near) == 1 and near[0][2] == "kill"
 
@@ -91,17 +93,17 @@ class Seen:
         return self.of("transitions", found)
 
     def told_state(self, apid, at_ns):
-        """(time, state) that a member told last before; (-1, 0): none."""
+        """(time, state) of a member's last report before a time; (-1, 0): none."""
         found = [(time_ns, state) for time_ns, of, _, state in self.transitions() if of == apid and time_ns < at_ns]
         return found[-1] if found else (-1, 0)
 
     def state_at(self, apid, at_ns, until_ns):
-        """State of a member that lives on until then; 0: it does not, or has told none."""
+        """State of a member that is alive until a time; 0: it dies before, or has reported none."""
         last, state = self.told_state(apid, at_ns)
         return 0 if any(of == apid and last <= time_ns <= until_ns for time_ns, of in self.ends_of_lives()) else state
 
     def is_secured(self, apid, from_ns, until_ns):
-        """Whether a member reaches ERROR_OPERATIONAL in time."""
+        """True if a member reaches ERROR_OPERATIONAL in time."""
         return any(of == apid and state == ERROR_OPERATIONAL and from_ns <= time_ns <= until_ns + ROUNDING_NS for time_ns, of, _, state in self.transitions())
 
 
@@ -110,7 +112,7 @@ def _apid(raw):
 
 
 def _stamp(log_ns, raw):
-    """Time in a report's header, in ns of the flight: that of the log is at most some seconds later."""
+    """Time in a report's header, in ns of the flight: the packet log has it a few seconds later at most."""
     fraction = int.from_bytes(raw[18:21], "big") * NS_PER_S // (1 << 24)
     second = log_ns // NS_PER_S
     while second * NS_PER_S + fraction > log_ns + ROUNDING_NS:
@@ -119,7 +121,7 @@ def _stamp(log_ns, raw):
 
 
 def _requests(seen):
-    """Requests of the ground, by (APID, sequence count): time of each, in order."""
+    """Requests of the ground by (APID, sequence count): time of each, in order."""
     found = {}
     for time_ns, direction, raw in seen.packets:
         if direction == "TC" and int.from_bytes(raw[9:11], "big") < ON_BOARD:
@@ -148,7 +150,7 @@ def every_request_ends_once(seen):
 
 
 def _log_is_whole(seen):
-    """Each number of the packet log once, and all of them in packets.log."""
+    """The packet log has each record number once, and packets.log has all records."""
     numbers = seen.numbers
     if numbers != list(range(1, len(numbers) + 1)):
         yield "the numbers of packets.db are not whole"
@@ -157,7 +159,7 @@ def _log_is_whole(seen):
 
 
 def _reports_are_whole(seen):
-    """The reports of an application process have consecutive numbers; those of its next life begin anew."""
+    """The reports of an application process have consecutive numbers; each new life starts a new sequence."""
     counts = {}
     for time_ns, direction, raw in seen.packets:
         if direction == "TM" and not seen.has_cut:
@@ -168,7 +170,7 @@ def _reports_are_whole(seen):
 
 
 def _brakes_hold(seen):
-    """A joint that neither operates nor comes to rest under control is braked."""
+    """A joint that neither operates nor stops under control is braked."""
     for entry in seen.drives:
         if entry["bus"] == "robot" and entry["statusword"] & 0x6F not in MOVING and not entry["brake_engaged"]:
             yield f"joint {entry['node']} at {entry['time_us'] / 1e6} s without its brake in {entry['statusword']:#06x}"
@@ -179,7 +181,9 @@ def _is_supervisor_away(seen, at_ns):
 
 
 def _high_comes_in_its_cycle(seen):
-    """To the supervisor; its member and the member's partner in operation are in ERROR_OPERATIONAL then, or a cycle later."""
+    """HIGH events reach the supervisor; the member and its partner in operation are in ERROR_OPERATIONAL by
+    then or a cycle later.
+    """
     for time_ns, direction, raw in seen.packets:
         if direction != "TM" or raw[7:9] != b"\x05\x04":
             continue
@@ -199,7 +203,9 @@ def _high_comes_in_its_cycle(seen):
 
 
 def failure_on_the_bus_is_seen(seen):
-    """The drives of a member that is gone stop and say so on the bus: two cycles later its partner in operation is secured."""
+    """The drives of a dead member stop and report it on the bus; two cycles later the partner in operation is
+    in ERROR_OPERATIONAL.
+    """
     for time_ns, apid in seen.ends_of_lives():
         if apid not in PARTNER or seen.has_cut:
             continue
@@ -217,7 +223,7 @@ def failure_on_the_bus_is_seen(seen):
 
 
 def _nothing_is_left(seen):
-    """No process, no name, no descriptor."""
+    """The run leaves no process, no name, no open descriptor."""
     yield from (f"left: {entry}" for entry in seen.flight.leftovers())
     for line in seen.ends.splitlines():
         name, number = line.rsplit(" ", 1)
@@ -233,7 +239,8 @@ def _ends_as_it_should(seen):
         yield f"the flight ended at {facts['simulated_s']} s: {facts['exit_reason']}"
     if seen.is_determined and not facts["reproducible"]:
         yield "the flight is not reproducible"
-    said = "\n".join(line for line in flight.console.splitlines() if not line.startswith("[")) + flight.output  # Those are the operator's.
+    # These belong to the operator.
+    said = "\n".join(line for line in flight.console.splitlines() if not line.startswith("[")) + flight.output
     yield from (f"somebody said '{found[0]}'" for found in COMPLAINTS.finditer(said))
 
 
@@ -250,5 +257,5 @@ RULES = (
 
 
 def violations(seen):
-    """What of the invariants does not hold, in words."""
+    """Texts of the invariants that do not hold."""
     return [what for rule in RULES for what in rule(seen)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures of the tests that fly. Flights are shared: each (form, seed, ...) flies once per session."""
+"""Fixtures of the tests that fly. Flights are shared: each (form, seed, ...) flies once in a session."""
 
 import pathlib
 import shutil
@@ -17,12 +17,14 @@ from hirosco_gse import figures
 from hirosco_gse import run as runs
 
 KEPT_S = 3600.0
-KEPT_RUNS = 2  # in memory: one has hundreds of megabytes
+KEPT_RUNS = 2  # in memory: one image has hundreds of megabytes
 
 
 @pytest.fixture(scope="session")
 def hangar(request):
-    """Folder for the runs of this session; removed when all tests passed, else by a session an hour later."""
+    """Folder for the runs of this session; removed when all tests have passed, otherwise by a session an hour
+    later.
+    """
     place = flying.ROOT / "build" / "test"
     place.mkdir(parents=True, exist_ok=True)
     for old in place.glob("mission-*"):
@@ -36,9 +38,10 @@ def hangar(request):
 
 @pytest.fixture
 def folder(hangar, request):
-    """Folder for the run of one test; removed when the test passed."""
+    """Folder for the run of one test; removed when the test has passed."""
     name = "".join(letter if letter.isalnum() else "-" for letter in request.node.name)
-    path = hangar / f"{name[:40]}-{zlib.crc32(request.node.nodeid.encode()):08x}"  # a run's path has its limits
+    # the length of a run's path is limited
+    path = hangar / f"{name[:40]}-{zlib.crc32(request.node.nodeid.encode()):08x}"
     failed = request.session.testsfailed
     yield path
     if request.session.testsfailed == failed:
@@ -46,7 +49,7 @@ def folder(hangar, request):
 
 
 class Fleet:
-    """Telepresence flights by their options, flown when first asked for."""
+    """Telepresence flights by their options; each flies when it is first requested."""
 
     def __init__(self, hangar):
         self.hangar = hangar
@@ -71,7 +74,7 @@ class Fleet:
         return self.runs[flight.folder]
 
     def computed(self, **key):
-        """Figures of the raw logs and the reasons of those that are missing."""
+        """Figures of the raw logs, and the reason for each missing figure."""
         folder = self.flight(**key).folder
         if folder not in self.figures:
             self.figures[folder] = figures.compute(self.run(**key))

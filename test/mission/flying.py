@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flying missions as a user does: the launcher's command line, what it leaves, and what it must not leave."""
+"""Flying missions as a user does: the launcher's command line, what a run leaves, and what it must not leave."""
 
 import contextlib
 import json
@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = ROOT / "build" / "bin"
 PUSDUMP = BIN / "pusdump"
-# Of the clock on the wall, against waiting for ever only: how quick a machine is shows nothing.
+# Wall-clock limits that only end tests that would wait without end; no test measures the speed of the
+# machine.
 FLIGHT_LIMIT_S = 600.0
 MOMENT_S = 120.0
 BUS_LOGS = ("can-robot.log", "can-joystick.log")
@@ -28,7 +29,7 @@ sys.path.insert(0, str(ROOT / "gse"))
 
 @dataclass
 class Flight:
-    """A launcher under way or at its end, and the folder of its run."""
+    """A launcher that runs or has ended, and the folder of its run."""
 
     folder: pathlib.Path
     process: subprocess.Popen
@@ -53,7 +54,7 @@ class Flight:
 
     @property
     def console(self):
-        """What the programs of the run said."""
+        """Output of the programs of the run."""
         path = self.folder / "console.log"
         return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
 
@@ -75,7 +76,7 @@ class Flight:
         return (self.folder / name).read_bytes()
 
     def wait(self, limit_s=FLIGHT_LIMIT_S):
-        """Until the launcher ends; itself."""
+        """Wait until the launcher has ended; returns the flight."""
         try:
             self.output, _ = self.process.communicate(timeout=limit_s)
         except subprocess.TimeoutExpired:
@@ -94,7 +95,7 @@ class Flight:
                     os.unlink(entry)
 
     def told(self):
-        """All that a user could read about the run, for messages of tests."""
+        """All that a user could read about the run, for assertion messages."""
         return f"exit code {self.code}\n{self.output}\n{self.console[-3000:]}"
 
     def port(self, limit_s=MOMENT_S):
@@ -113,7 +114,7 @@ class Flight:
         return {name: pid for pid, parent, name in processes() if parent == self.process.pid}
 
     def leftovers(self):
-        """Processes, the operator's co-simulation port and shared memory of this run that are still there."""
+        """Processes, the operator's co-simulation port and shared memory of this run that still exist."""
         mark, folder = self.identity.encode(), str(self.folder).encode()
         found = [f"process {pid} {line.decode(errors='replace')}" for pid, line in command_lines() if _is_of(line, mark, folder)]
         found += [str(path) for path in pathlib.Path("/dev/shm").glob(f"*{self.identity}*") if _has_identity(path.name, self.identity)]
@@ -180,7 +181,7 @@ def fly(folder, *options, limit_s=FLIGHT_LIMIT_S, **how):
 
 
 def fly_in_both_forms(folder, name, path):
-    """A scenario in the image and in processes, each flown to its end: form -> Flight."""
+    """Fly a scenario to its end in the image and in processes: form -> Flight."""
     found = {}
     for form in ("image", "processes"):
         found[form] = fly(folder / f"{name}-{form}", "--scenario", path, "--form", form)
@@ -189,7 +190,7 @@ def fly_in_both_forms(folder, name, path):
 
 
 def refuse(*words, root=ROOT):
-    """Call the launcher with options that it shall refuse; the finished process."""
+    """Call the launcher with options that it must refuse; the finished process."""
     return subprocess.run(
         [root / "build" / "bin" / "hirosco", *map(str, words)],
         cwd=root,
@@ -201,7 +202,7 @@ def refuse(*words, root=ROOT):
 
 
 def gse(flight, *words, timeout=FLIGHT_LIMIT_S):
-    """Call the ground segment's command line as a person does; the finished process."""
+    """Call the ground segment's command line as a user does; the finished process."""
     return subprocess.run(
         [sys.executable, ROOT / "gse" / "gse", "--port", str(flight.port()), *map(str, words)],
         cwd=ROOT,
@@ -213,7 +214,7 @@ def gse(flight, *words, timeout=FLIGHT_LIMIT_S):
 
 
 def free_port():
-    """A port that nobody listens on, below those that systems lend to clients, so that it stays free until it is used."""
+    """A port without a listener, below those that systems give to clients, so that it stays free until it is used."""
     while True:
         with contextlib.suppress(OSError), socket.create_server(("127.0.0.1", random.randrange(12000, 32000))) as listener:
             return listener.getsockname()[1]
@@ -232,7 +233,7 @@ def connect(port, limit_s=MOMENT_S):
 
 
 def assert_clean(flight):
-    """Nothing of the run is left, at the latest a moment after its end."""
+    """Soon after the end of the run, nothing of it is left."""
     with contextlib.suppress(AssertionError):
         wait_until(lambda: not flight.leftovers(), "")
     left = flight.leftovers()

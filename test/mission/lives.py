@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A flight in which processes are stopped, killed, hang and come again, for tests that fly it in every form."""
+"""A flight in which processes are stopped, killed, suspended and started again, for tests that fly it in
+every form.
+"""
 
 import hashlib
 
@@ -11,8 +13,8 @@ MANIPULATOR = 16
 PING = b"\x11\x01"
 ALIVE = b"\x11\x02"
 PINGS = 20  # after each change of a life
-FEW = 3  # after a hang that is over before it is found
-ASKED = 4 * PINGS + FEW + 1  # of the arm, all told
+FEW = 3  # after a hang that ends before it is found
+ASKED = 4 * PINGS + FEW + 1  # of the arm, in total
 
 
 def pings(begin_s, count=PINGS, step_s=0.01):
@@ -20,7 +22,7 @@ def pings(begin_s, count=PINGS, step_s=0.01):
 
 
 def scenario(path):
-    """Every kind of end and start, at rest and in operation, some of them within one tick of the supervisor."""
+    """Every kind of end and start of a process, at rest and in operation, some within one tick of the supervisor."""
     lines = ["0.0 hand rest"]
     lines += flying.bring_up(0.2)
     lines += ["7.0 hand circle 0.1 0.5 1 3 1"]
@@ -34,7 +36,7 @@ def scenario(path):
 
 
 def assert_in_order(flight):
-    """It came to its end; every ping was answered within two slots, and no step of the operator failed."""
+    """The flight ended; every ping was answered within two slots, and no step of the operator failed."""
     assert flight.facts["reproducible"], flight.told()
     assert "FAILED" not in flight.console, flight.told()
     answers = list(_answers(flight))
@@ -51,12 +53,12 @@ def fly(folder, path, *options, **how):
 
 
 def digest(flight, names=BUS_LOGS):
-    """Sums of some of its logs."""
+    """Checksums of some of its logs."""
     return {name: hashlib.sha256(flight.octets(name)).hexdigest() for name in names}
 
 
 def _answers(flight):
-    """Nanoseconds from each ping of the arm that was answered to its answer, in order."""
+    """Nanoseconds from each answered ping of the arm to its answer, in order."""
     asked = []
     for time_ns, direction, raw in flight.packets:
         if int.from_bytes(raw[:2], "big") & 0x7FF != MANIPULATOR:

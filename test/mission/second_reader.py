@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A mission with a port that feeds two readers: beside rokviss a second arm, SHADOW, which reads HAND_POSITION, too. It is
-the manipulator's code, compiled for a descriptor with a name and an id of its own; its two joints stand on test benches on a bus of theirs."""
+"""A mission with a port that feeds two readers: in addition to rokviss a second arm, SHADOW, also reads
+HAND_POSITION. It is the manipulator's code, compiled for a descriptor with a name and an id of its own;
+its two joints are motor benches on a bus of their own.
+"""
 
 import shutil
 import subprocess
@@ -28,7 +30,7 @@ def _link_all(source, place, but=()):
 
 
 def _descriptors(place):
-    """The descriptors with SHADOW in them; its own."""
+    """The descriptors with SHADOW added; returns SHADOW's own."""
     shutil.copytree(flying.ROOT / "descriptors", place)
     arm, shadow = place / "subsystems" / "manipulator.xml", place / "subsystems" / "shadow.xml"
     text = arm.read_text(encoding="utf-8").replace('name="MANIPULATOR" id="16"', 'name="SHADOW" id="18"', 1)
@@ -49,7 +51,7 @@ def _descriptors(place):
 
 
 def _compile(place, descriptor):
-    """The manipulator's sources with the ids of another descriptor under the same names."""
+    """The manipulator's sources, with the ids of another descriptor under the same names."""
     model = subsystem.load(descriptor)
     model.name = "MANIPULATOR"
     names = place / "build" / "shadow" / "generated"
@@ -64,7 +66,7 @@ def _compile(place, descriptor):
 
 
 def build(place):
-    """A folder that is otherwise the project's, with this mission in it."""
+    """A copy of the project's folder with this mission in it."""
     place.mkdir(parents=True)
     descriptor = _descriptors(place / "descriptors")
     _link_all(flying.ROOT / "sim", place / "sim", ("bench_devices",))
@@ -84,5 +86,5 @@ def build(place):
 
 
 def fly(place, folder, scenario, *options):
-    """Fly a scenario in it, as processes, to its end."""
+    """Fly a scenario in that folder, as processes, to its end."""
     return flying.fly(folder, "--mission", "shadow", "--scenario", scenario, *options, root=place)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into the supervisor: a disk below the packet log that is slow, hangs, or turns read-only.
+// Preloaded into the supervisor: a disk below the packet log that is slow, hangs, or becomes read-only.
 //
-// SLOW_DISK_FOLDER names a folder of the test. While it holds a file
-//     hold      a write does not end; the file "held" says that one waits
-//     readonly  nothing can be written, shortened, or opened for writing
+// SLOW_DISK_FOLDER names a folder of the test. While it contains a file
+// hold      a write does not end; the file "held" shows that one waits
+// readonly  nothing can be written, shortened, or opened for writing
 // Without that variable each fiftieth write takes 300 ms.
 #define _GNU_SOURCE
 #include <dlfcn.h>

@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Soak: hours of simulated time with random traffic of an operator; nothing grows, drifts or stalls.
 
-A seed gives the traffic: the mission rests, flies telepresence, moves the arm alone, loses and regains a process, and is asked
-everything in between. Buses and truth are not logged. Again, by hand:
+A seed determines the traffic: the mission rests, flies telepresence, moves the arm alone, loses and regains a
+process, and gets
+requests of every kind in between. Buses and truth are not logged. To repeat a flight:
 
-    test/mission/soak.py SEED --hours 24 [--form image|processes] [--out FOLDER]
+test/mission/soak.py SEED --hours 24 [--form image|processes] [--out FOLDER]
 
-The samples of every process lie in FOLDER/soak.jsonl: one line for each second of the wall clock."""
+The samples of every process are in FOLDER/soak.jsonl: one line for each second of wall-clock time.
+"""
 
 import argparse
 import collections
@@ -34,17 +36,20 @@ STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERRO
 UNLOGGED = ("truth.lcm", *(f"can-{bus}.{kind}" for bus in ("robot", "joystick", "robot-b", "joystick-b") for kind in ("log", "pcap")))
 HANDS = 200  # Movements of the hand, spread over the flight.
 SAMPLE_S = 1.0
-GROWTH_KIB = 1024  # From the second quarter of the flight to the last: static buffers count when they are first touched.
-GROWTH_OPEN = 4  # Names, descriptors, sockets: how many there are depends on the moment, by a bus or a process that begins.
+# From the second quarter of the flight to the last: static buffers count only after they were first used.
+GROWTH_KIB = 1024
+# Names, descriptors, sockets: their number depends on the moment, for example while a bus or a process
+# starts.
+GROWTH_OPEN = 4
 REPORTS = {(129, 5): 1, (3, 25): 5}  # Periodic reports: period [s].
-PERIODIC = {1, 2}  # APIDs of those who live all the time.
+PERIODIC = {1, 2}  # APIDs of the components that live all the time.
 ON_BOARD = 0x8000
 SEQUENCE = 0x4000
-LATE_NS = 100_000_000  # Of a periodic report, which goes behind others on a busy way.
+LATE_NS = 100_000_000  # Delay of a periodic report behind others on a busy connection.
 
 
 def _wrong(rng):
-    """A request of a service that nobody has, or one whose checksum is wrong."""
+    """A request of an unknown service, or one with a wrong checksum."""
     data, apid, count = rng.randbytes(rng.randrange(0, 30)), rng.choice((1, 2, 16, 17, 99)), rng.randrange(SEQUENCE)
     raw = packets.build_tc(apid, count, rng.randrange(50, 128), rng.randrange(1, 256), data)
     return raw if rng.random() < 0.5 else raw[:-2] + bytes((raw[-2] ^ 1, raw[-1]))
@@ -91,7 +96,7 @@ def _rest(rng, at):
 
 
 def scenario(seed, hours, every_s=5.0):
-    """Lines of the scenario of a seed over so many hours, with a light request every so many seconds on the average."""
+    """Lines of the scenario of a seed for this many hours, with a light request every so many seconds on average."""
     rng, end_s, at, steps = random.Random(f"soak/{seed}"), hours * HOUR_S, 1.0, []
     while at < end_s - 10:
         steps.append((at, "try mode NOMINAL"))
@@ -114,7 +119,7 @@ def _kib(pid, words):
 
 
 def _simulated_s(flight):
-    """How far the operator has come."""
+    """Simulated time that the operator has reached."""
     path = flight.folder / "operator.log"
     try:
         with path.open("rb") as log:
@@ -125,7 +130,7 @@ def _simulated_s(flight):
 
 
 def _sample(flight, began):
-    """What every process of the flight has, and what the flight has on disk."""
+    """Resources of every process of the flight, and the size of its files."""
     found = {"wall_s": round(time.monotonic() - began, 2), "simulated_s": _simulated_s(flight), "processes": {}}
     for name, pid in {**flight.children(), "launcher": flight.process.pid}.items():
         try:
@@ -133,7 +138,7 @@ def _sample(flight, began):
             kept = [os.readlink(path) for path in pathlib.Path(f"/proc/{pid}/fd").iterdir()]
             entry["descriptors"], entry["sockets"] = len(kept), sum(name.startswith("socket:") for name in kept)
         except (OSError, KeyError):
-            continue  # It ends just now.
+            continue  # The process is just ending.
         found["processes"][name] = entry
     found["names"] = len([path for path in pathlib.Path("/dev/shm").iterdir() if flight.identity in path.name])
     found["octets"] = sum(path.stat().st_size for path in flight.folder.glob("packets.*"))
@@ -141,21 +146,23 @@ def _sample(flight, began):
 
 
 def _usual(samples, name, word):
-    """What a process has in the middle one of these samples by size; 0 if it was in none."""
+    """Median by size of a resource of a process in these samples; 0 if the process was in none."""
     values = [sample["processes"][name][word] for sample in samples if name in sample["processes"]]
     return statistics.median_low(values) if values else 0
 
 
 def judge_samples(samples, form="image"):
-    """Growth from the second quarter, when all is warm, to the last one, in words."""
+    """Texts of the growth from the second quarter, when start-up is over, to the last quarter."""
     there = {"image"} if form == "image" else {"supervisor", "communication", "simulator"}
-    samples = [sample for sample in samples if there <= sample["processes"].keys()]  # Not of the end, when logs are merged.
+    # Without the end, when logs are merged.
+    samples = [sample for sample in samples if there <= sample["processes"].keys()]
     quarter = len(samples) // 4
     warm, last = samples[quarter : 2 * quarter], samples[3 * quarter :]
     if quarter < 2:
         yield f"{len(samples)} samples show no growth: fly longer"
         return
-    names = {name for sample in samples for name in sample["processes"]} - {"operator"}  # The ground is no part of the spacecraft.
+    # The ground segment is not part of the spacecraft.
+    names = {name for sample in samples for name in sample["processes"]} - {"operator"}
     for name in sorted(names):
         for word, may in (("VmRSS", GROWTH_KIB), ("VmData", GROWTH_KIB), ("RssAnon", GROWTH_KIB), ("descriptors", GROWTH_OPEN), ("sockets", GROWTH_OPEN)):
             before, after = _usual(warm, name, word), _usual(last, name, word)
@@ -167,7 +174,7 @@ def judge_samples(samples, form="image"):
 
 
 class Judge:
-    """Reads packets.log once, line by line: a day of it is large."""
+    """Reads packets.log once, line by line: the log of a day is large."""
 
     def __init__(self):
         self.problems, self.counts, self.lines = [], collections.Counter(), 0
@@ -176,7 +183,7 @@ class Judge:
         self.late_ns = 0
 
     def take(self, time_ns, direction, raw):
-        """One record."""
+        """Take one record."""
         apid, message = int.from_bytes(raw[:2], "big") & 0x7FF, (raw[7], raw[8])
         self.lines += 1
         self.counts[direction, apid, *message] += 1
@@ -205,7 +212,7 @@ class Judge:
         first[1] = time_ns
 
     def end(self):
-        """All that was found."""
+        """All findings."""
         for request in sorted({name for name, _ in self._open}):
             asked = self._open[request, "TC"]
             if self._open[request, "TM"] != asked:
@@ -236,7 +243,7 @@ def _numbers_are_whole(folder):
 
 
 def watch(flight, sample_s=SAMPLE_S):
-    """Samples of a flight until it ends, which are kept in its folder, too."""
+    """Samples of a flight until it ends; they are also kept in its folder."""
     began, samples = time.monotonic(), []
     with (flight.folder / "soak.jsonl").open("w", encoding="ascii") as log:
         while flight.process.poll() is None:
@@ -267,7 +274,7 @@ def fly(folder, seed, hours, form="image", sample_s=SAMPLE_S):
 
 
 def main():
-    """One seed by hand."""
+    """Fly one seed by hand."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("seed", type=int)
     parser.add_argument("--hours", type=float, default=24.0, help="simulated hours (default 24)")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linked around joystick_control: from its first cycle in OPERATIONAL on the joystick raises STORM_EACH
-// events of LOW severity in each cycle of 0.5 ms, for STORM_CYCLES cycles, and in cycle STORM_HIGH of these
-// one of HIGH severity.
+// Wraps joystick_control: from its first cycle in OPERATIONAL on the joystick raises STORM_EACH events of LOW
+// severity in each cycle of 0.5 ms, for STORM_CYCLES cycles, and in cycle STORM_HIGH of these one event of
+// HIGH severity.
 #include "fsw/subsystems/joystick/joystick_internal.h"
 
 #include <stdlib.h>

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Of each pool and quota the first takes are refused once, each in a flight of its own: no crash, nothing left behind, and a
-refusal that is counted and told. Flies what SANITIZE=1 has built, which can be told to refuse."""
+"""In each pool and quota one of the first requests is refused, each in a flight of its own: no crash, nothing
+left behind, and the refusal is counted and reported. Flies the programs of SANITIZE=1, which can be told
+to refuse.
+"""
 
 import json
 import re
@@ -45,7 +47,7 @@ SCENARIO = (
 
 
 def fly(folder, number):
-    """One flight whose take of that number is refused (0: none)."""
+    """One flight in which the take of this number is refused (0: none)."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     scenario = flying.write_scenario(folder.parent / "allocation.scn", *SCENARIO)
     flight = flying.fly(
@@ -58,7 +60,7 @@ def fly(folder, number):
 
 
 def refusals(flight):
-    """Sum of what the components counted, as the operator read it; None if it could not."""
+    """Sum of the components' counters, as the operator read them; None if it could not."""
     path = flight.folder / "operator.log"
     steps = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
     found = re.findall(r"(?:POOL|SOCKET|BLOCK|REQUEST|SEQUENCE)_REFUSED: (\d+)", " ".join(step["outcome"] for step in steps if step["verb"] == "get"))
@@ -66,7 +68,7 @@ def refusals(flight):
 
 
 def takes(flight):
-    """Number of blocks and sockets the image asked for."""
+    """Number of blocks and sockets that the image requested."""
     return int(re.search(r"image: takes (\d+)", flight.console)[1])
 
 
@@ -75,11 +77,13 @@ def test_each_refusal_is_counted_and_ends_nothing(folder):
     assert undisturbed.code == 0, undisturbed.told()
     assert refusals(undisturbed) == 0, undisturbed.read("operator.log")
     total = takes(undisturbed)
-    assert total >= 20  # Seven functions, the listening socket, a scheduled request, one for an event, and packets in two sizes.
+    # Seven functions, the listening socket, one scheduled request, one request for an event, and packets of
+    # two sizes.
+    assert total >= 20
     for number in range(1, total + 1):
         flight = fly(folder / str(number), number)
         counted = refusals(flight)
-        if counted is None:  # The ground could not connect: then the run says so.
+        if counted is None:  # The ground could not connect: then the run reports it.
             assert flight.code != 0, flight.told()
         else:
             assert counted == 1, f"take {number}: {flight.read('operator.log')}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The invariants of the campaign see what is broken: of a flight that is made up, and of one that was flown."""
+"""The invariants of the campaign find violations: in a synthetic flight, and in a real one."""
 
 import dataclasses
 import pathlib
@@ -26,7 +26,7 @@ PROGRESS = [(1, 1), (1, 3), (1, 5)]
 
 @dataclasses.dataclass
 class Told:
-    """What the rules ask of a flight beside its packets."""
+    """The properties of a flight that the rules read beside its packets."""
 
     code: int = 1
     facts: dict = dataclasses.field(default_factory=lambda: {"simulated_s": END_S, "exit_reason": "", "reproducible": True})
@@ -41,7 +41,7 @@ class Told:
         return self.bus
 
     def leftovers(self):
-        """Whatever the test says."""
+        """Every value is as the test sets it."""
         return self.left
 
 
@@ -55,7 +55,7 @@ def _tc(time_s, apid, count, source=USER):
 
 
 def _tm(time_s, apid, message, data, destination=USER, logged_s=None):
-    """A report of one time that is logged at another; reports are numbered when the flight is told."""
+    """A report with one time that is logged at another; reports are numbered when the flight is built."""
     fraction = (_at(time_s) % rules.NS_PER_S) * (1 << 24) // rules.NS_PER_S
     stamp = bytes(5) + fraction.to_bytes(3, "big")
     raw = (0x0800 | apid).to_bytes(2, "big") + bytes((0xC0, 0, 0, 0, 0x20, *message, 0, 0)) + destination.to_bytes(2, "big") + stamp + data
@@ -85,14 +85,14 @@ def _numbered(packets):
 
 
 def _seen(packets, lines=(), numbers=None, drives=(), ends="", **how):
-    """A flight that is made up: what was drawn for it goes to Seen, the rest to Told."""
+    """Build a synthetic flight: the drawn faults go to Seen, everything else to Told."""
     drawn = {name: how.pop(name) for name in ("is_determined", "has_cut") if name in how}
     memo = {"packets": packets, "numbers": list(range(1, len(packets) + 1)) if numbers is None else numbers}
     return rules.Seen(Told(**how), list(lines), END_S, drives, ends=ends, memo=memo, **drawn)
 
 
 def _violations(packets, lines=(), **how):
-    """Of a flight in which both members come up, and these packets are told."""
+    """A flight in which both members come up, and these packets are reported."""
     up = [_became(1.0, apid, 4, OPERATIONAL) for apid in (JOYSTICK, MANIPULATOR)]
     return rules.violations(_seen(list(_numbered(sorted([*up, *packets], key=lambda packet: packet[0]))), lines, **how))
 
@@ -118,7 +118,7 @@ def test_each_kind_of_end_is_one(end):
 
 
 def test_an_end_for_another_is_none():
-    """Neither that of another request, nor what goes to a user on board."""
+    """Neither the report of another request counts, nor one to a user on board."""
     other = _tc(2.0, MANIPULATOR, 8)
     assert len(_violations([PING, _told(2.1, other)])) == 2
     assert len(_violations([PING, _told(2.1, PING, destination=rules.ON_BOARD | 1)])) == 1
@@ -157,22 +157,24 @@ def test_what_the_bus_tells_counts_from_there():
     later = [_became(DEATH_S + 0.0032, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)]
     assert _violations(later, [DEATH]) == []
     assert _violations(later, [DEATH], bus=ON_BUS.replace("4.002163", "4.002200")) == []
-    assert _violations(later, [DEATH], bus=ON_BUS.replace("0A1#50", "0A1#10")) == []  # Another emergency.
-    assert _violations(later, [DEATH], bus=ON_BUS.replace("4.002163", "3.999999")) == []  # Before.
+    assert _violations(later, [DEATH], bus=ON_BUS.replace("0A1#50", "0A1#10")) == []  # A different emergency code.
+    assert _violations(later, [DEATH], bus=ON_BUS.replace("4.002163", "3.999999")) == []  # Before the failure.
 
 
 def test_a_partner_is_judged_in_operation():
     assert rules.violations(_seen(list(_numbered([_became(1.0, JOYSTICK, 4, OPERATIONAL)])), [DEATH], bus=ON_BUS)) == []
     assert _violations([_became(3.0, MANIPULATOR, OPERATIONAL, 4)], [DEATH], bus=ON_BUS) == []
     assert _violations([_became(3.0, JOYSTICK, OPERATIONAL, 4)], [DEATH], bus=ON_BUS) == []
-    assert _violations([], [DEATH, f"{DEATH_S + 0.005} fault hang MANIPULATOR"], bus=ON_BUS) == []  # It is gone, too.
+    # The partner is dead, too.
+    assert _violations([], [DEATH, f"{DEATH_S + 0.005} fault hang MANIPULATOR"], bus=ON_BUS) == []
     assert _violations([], [DEATH], bus=ON_BUS, has_cut=True) == []
 
 
 def test_what_the_bus_does_not_tell_is_judged_alone():
     assert _violations([], [DEATH, f"{DEATH_S + 0.9} fault cut robot JOINT1"]) == []
     assert len(_violations([], [DEATH, f"{DEATH_S + 1.1} fault cut robot JOINT1", f"{DEATH_S} operator try ping all"])) == 1
-    assert _violations([], [DEATH.replace("kill", "hang")]) == []  # It may go on before anybody misses it.
+    # It may continue until another component detects its death.
+    assert _violations([], [DEATH.replace("kill", "hang")]) == []
     assert len(_violations([], [DEATH.replace("kill", "hang")], bus=ON_BUS)) == 1
 
 
@@ -184,7 +186,7 @@ SECURED = [_became(5.0, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL), _became(5.0 +
 def test_high_in_its_cycle():
     assert _violations([_event(5.0, JOYSTICK), *SECURED]) == []
     assert _violations([_event(5.0, JOYSTICK, logged_s=5.0 + SLOT_S), *SECURED]) == []
-    assert _violations([_event(5.0, SUPERVISOR)]) == []  # Whom it concerns is not said.
+    assert _violations([_event(5.0, SUPERVISOR)]) == []  # The event does not name the subsystem concerned.
 
 
 @pytest.mark.parametrize(
@@ -207,7 +209,8 @@ def test_high_that_comes_late():
     late = [_event(5.0, SUPERVISOR, logged_s=5.0 + 2 * SLOT_S)]
     assert len(_violations(late)) == 1
     assert _violations(late, has_cut=True) == []
-    assert _violations(late, ["4.970000 fault kill SUPERVISOR"]) == []  # Nobody was there to take it.
+    # The supervisor was dead and could not receive it.
+    assert _violations(late, ["4.970000 fault kill SUPERVISOR"]) == []
     assert len(_violations(late, ["4.910000 fault kill SUPERVISOR"])) == 1
     assert len(_violations(late, ["5.010000 fault kill SUPERVISOR"])) == 1
 
@@ -258,7 +261,7 @@ def test_what_may_be(how):
 
 
 def test_a_report_that_is_missing():
-    """By the numbers of its application process; those of its next life begin anew."""
+    """Numbers count for each application process; those of its next life start again."""
     up = list(_numbered([_became(1.0 + i, JOYSTICK, 0, 0) for i in range(5)]))
     assert rules.violations(_seen(up)) == []
     for first, after in ((1, 2), (2, 4)):
@@ -306,7 +309,7 @@ def _drawn_with_a_kill():
 
 
 def test_each_end_and_the_reaction_of_a_real_flight_count(folder):
-    """One packet fewer, one more, or one later, and a rule is broken."""
+    """One packet missing, one more, or one later, and a rule is violated."""
     drawn = _drawn_with_a_kill()
     flight, found = campaign.fly(campaign.Ground(folder / "ground"), folder / "flight", drawn)
     assert found == []
@@ -314,7 +317,7 @@ def test_each_end_and_the_reaction_of_a_real_flight_count(folder):
     whole = flight.packets
 
     def broken(packets):
-        """By the rules of this test; the numbers of the reports are another's."""
+        """Use the rules of this test; the numbering of reports is tested elsewhere."""
         seen = rules.Seen(flight, drawn.lines, drawn.end_s, memo={"packets": packets})
         return [what for rule in (rules.every_request_ends_once, rules.failure_on_the_bus_is_seen) for what in rule(seen)]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run leaves in its folder, read with nothing of the project's own readers where that is possible."""
+"""Files that a run leaves in its folder, read without the project's own readers where possible."""
 
 import hashlib
 import html.parser
@@ -180,7 +180,7 @@ def test_truth_is_read_by_lcm_itself(flight):
 
 
 class _References(html.parser.HTMLParser):
-    """Collects what a page would fetch."""
+    """Collects the resources that a page would load."""
 
     def __init__(self):
         super().__init__()
@@ -221,7 +221,7 @@ def test_plots_lie_beside_the_report(flight):
 
 
 def test_a_figure_out_of_its_bound_fails_the_run(folder):
-    """Told by the exit code, in run.json and in the report; here the bound is moved, not the flight."""
+    """The exit code, run.json and the report show it; here the test changes the bound, not the flight."""
     root = folder / "root"
     root.mkdir(parents=True)
     for name in ("build", "sim", "descriptors"):

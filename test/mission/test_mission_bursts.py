@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bursts of requests, faster than anybody can answer them: each ends exactly once, and no report is lost on the way."""
+"""Bursts of requests, faster than they can be answered: each ends exactly once, and no report is lost."""
 
 import collections
 import contextlib
@@ -11,7 +11,7 @@ import flying
 import pytest
 from hirosco_gse import packets
 
-REQUESTS = 4000  # With four reports each they do not go round the sequence count.
+REQUESTS = 4000  # With four reports for each, the sequence count does not wrap.
 SUPERVISOR, JOYSTICK = 1, 17
 COMPLETED, UNROUTED, ALIVE = (1, 7), (1, 10), (17, 2)
 ENDS = {(1, 2), (1, 4), (1, 8), COMPLETED, UNROUTED}
@@ -19,7 +19,7 @@ ENDLESS_S = 1_000_000
 
 
 def _read_packets(link):
-    """Packets as they come."""
+    """Packets as they arrive."""
     octets = b""
     while True:
         received = link.recv(65536)
@@ -32,14 +32,15 @@ def _read_packets(link):
 
 
 def _burst(link, apid):
-    """Pings without waiting for an answer; (message -> count, request -> ends, sequence counts seen)."""
+    """Send pings without waiting for answers; (message -> count, request -> ends, sequence counts seen)."""
     requests = b"".join(packets.build_tc(apid, number, 17, 1, source=1) for number in range(REQUESTS))
     threading.Thread(target=link.sendall, args=(requests,), daemon=True).start()
     messages, ends, sequence = collections.Counter(), collections.Counter(), set()
-    for packet in itertools.islice(_read_packets(link), 10 * REQUESTS):  # What is FIRM overtakes on the way to ground.
+    # FIRM reports overtake others on the way to ground.
+    for packet in itertools.islice(_read_packets(link), 10 * REQUESTS):
         sender, message = int.from_bytes(packet[:2], "big") & 0x7FF, tuple(packet[7:9])
         if not sender:
-            continue  # A time report has no such header.
+            continue  # A time report does not have this header.
         messages[message] += 1
         if sender == apid:
             sequence.add(int.from_bytes(packet[2:4], "big") & 0x3FFF)
@@ -52,7 +53,7 @@ def _burst(link, apid):
 
 @pytest.mark.parametrize("apid", [SUPERVISOR, JOYSTICK])
 def test_each_request_of_a_burst_ends_once(hangar, apid):
-    """They wait for room at their addressee, and each is answered, without a gap in the numbers."""
+    """Requests wait for room at their addressee, and each is answered, without a gap in the numbers."""
     flight = flying.start(hangar / f"burst-{apid}", "--scenario", "none", "--duration", ENDLESS_S, "--form", "image")
     try:
         with contextlib.closing(flying.connect(flight.port())) as link:
@@ -64,5 +65,6 @@ def test_each_request_of_a_burst_ends_once(hangar, apid):
     assert set(ends.values()) == {1}, "a request ended twice"
     assert messages[COMPLETED] == messages[ALIVE] == messages[(1, 1)] == messages[(1, 3)]
     assert messages[COMPLETED] == REQUESTS and messages[UNROUTED] == 0, "requests wait on the ground's side"
-    if apid == JOYSTICK:  # Of the supervisor's own, ground that is behind misses housekeeping, which is in the log.
+    # If the ground is behind, it misses only housekeeping of the supervisor, which is in the packet log.
+    if apid == JOYSTICK:
         assert len(sequence) == max(sequence) - min(sequence) + 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The flight in its CAN frames: what drives were told, what they said, and who was silent."""
+"""The CAN frames of a flight: the commands to the drives, their answers, and the nodes that were silent."""
 
 import itertools
 
@@ -30,14 +30,14 @@ WANTED = {  # command bits 0, 1, 2, 3 and 7 -> state that they lead to, from the
 
 
 def _state(words):
-    """CiA 402 power state of statuswords; bit 5 (quick stop) counts only where it tells states apart."""
+    """CiA 402 power state of statuswords; bit 5 (quick stop) counts only if it distinguishes states."""
     words = words & STATE
     return np.where(words & 0x4F == 0x40, 0x40, np.where(words & 0x4F == 0x08, 0x08, np.where(words & 0x4F == 0x0F, 0x0F, words)))
 
 
 @pytest.fixture(scope="module")
 def flight(fleet):
-    """The flight whose frames are looked at."""
+    """The flight whose frames are checked."""
     return fleet.flight()
 
 
@@ -95,7 +95,7 @@ APIDS = {"joint": 16, "stick": 17}
 
 
 def test_safe_operational_is_switched_on_with_everything_off(flight, buses):
-    """From the settled entry into SAFE_OPERATIONAL to its end every axis says 0x23."""
+    """From the settled entry into SAFE_OPERATIONAL to its end every axis reports 0x23."""
     checked = 0
     for name, times, words in _statuswords(buses):
         for start, end in _spans(flight, APIDS[name.split()[0]], 4):
@@ -135,7 +135,7 @@ def test_drives_walk_the_power_states_of_cia_402(buses):
 
 
 def test_commands_lead_up_one_state_at_a_time(buses):
-    """Every rise is commanded by 0x06, 0x07, 0x0F in this order; none is skipped."""
+    """Each transition upwards is commanded by 0x06, 0x07, 0x0F in this order; none is skipped."""
     for name, _, words in _controlwords(buses):
         walk = [word for word, _ in itertools.groupby((words & 0x8F).tolist())]
         assert 0x0F in walk, name
@@ -148,7 +148,9 @@ def test_commands_lead_up_one_state_at_a_time(buses):
 
 
 def test_joystick_engages_without_a_push(flight, buses):
-    """In the first 50 ms of OPERATIONAL the hand feels less than 0.05 Nm on average (one encoder tick may spike)."""
+    """In the first 50 ms of OPERATIONAL the mean force on the hand is below 0.05 Nm (one encoder tick may
+    cause a peak).
+    """
     stick = buses["joystick"]
     rows = stick.frames(0x200 + STICK)
     times = stick.time_us[rows]
@@ -162,7 +164,7 @@ def test_joystick_engages_without_a_push(flight, buses):
 
 @pytest.mark.parametrize("bus", ["robot", "joystick"])
 def test_one_sync_every_cycle(buses, bus):
-    """One SYNC in each slot of 500 us, without a slip, as long as somebody sends it."""
+    """One SYNC in each slot of 500 us, without a gap, as long as a component sends it."""
     times = buses[bus].time_us[buses[bus].frames(SYNC)]
     slots = times // CYCLE_US
     steps = np.diff(slots)
@@ -172,7 +174,9 @@ def test_one_sync_every_cycle(buses, bus):
     assert (np.diff(times)[breaks] > 400_000).all()
     for part in np.split(times, breaks + 1):
         if len(part) == 1:
-            continue  # waited in the controller of a bus without partner, and went out when one was plugged in
+            # The frame waited in the controller of a bus without partner, and was sent when a device was
+            # plugged in
+            continue
         assert len(part) > 1000
         period = (part[-1] - part[0]) / (len(part) - 1)
         assert period == pytest.approx(CYCLE_US, abs=0.1)
@@ -242,7 +246,7 @@ def test_brakes_hold_whenever_actuators_are_off(truth):
 
 
 def test_remaining_drives_show_their_exit_on_the_bus(buses, truth):
-    """The cut node is mute; those that can speak say within 5 ms that they are out of operation-enabled."""
+    """The disconnected node sends nothing; the others report within 5 ms that they have left operation-enabled."""
     for _, cut_node, cut, _ in _unplugged(truth):
         for name, times, words in _statuswords(buses):
             if (name.startswith("stick") and cut_node == STICK) or name == f"joint {cut_node:#x}":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults drawn from seeds, one or two in a flight: what holds of every flight (campaign_rules.py) holds."""
+"""Faults drawn from seeds, one or two in a flight: the invariants of campaign_rules.py hold for every flight."""
 
 import os
 
@@ -11,12 +11,12 @@ import campaign_faults as faults
 BATCHES = 8
 LONG = {1: 250, 2: 125}  # Flights in a batch.
 SHORT = 5  # Flights with two faults.
-SLOW = ("way_cut",)  # Waits by the wall clock for what is lost.
+SLOW = ("way_cut",)  # Kinds that wait in wall-clock time for a lost process.
 
 
 @pytest.fixture(scope="module")
 def ground(hangar):
-    """What all flights need."""
+    """Shared by all flights."""
     return campaign.Ground(hangar / f"campaign-{os.getpid()}")
 
 
@@ -35,7 +35,7 @@ def _judge(ground, folder, flights, in_both=None):
 
 
 def test_each_kind_of_fault_keeps_the_invariants(ground, folder):
-    """The first seed of each."""
+    """The first seed of each kind."""
     drawn = _drawn(range(200), 1)
     kinds = {flight.kinds[0]: flight for flight in reversed(drawn) if flight.kinds[0] not in SLOW}
     assert len(kinds) >= len(faults.KINDS) - len(SLOW) - (os.geteuid() != 0)
@@ -52,7 +52,7 @@ def test_processes_give_the_octets_of_the_image_with_faults(ground, folder):
 
 
 def test_every_kind_of_fault_is_drawn():
-    """By the whole campaign, alone and beside another."""
+    """For the whole campaign, alone and with a second fault."""
     for count, batch in LONG.items():
         seeds = range(1000, 1000 + BATCHES * batch)
         assert {kind for seed in seeds for kind in faults.draw(seed, count).kinds} == {kind.__name__[1:] for kind in faults.KINDS}

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every fault of docs/can-faults.md in one flight: what is told, which state follows, what is counted, and the way back."""
+"""Every fault of docs/can-faults.md in one flight: the events, the following state, the counters, and the
+return to operation.
+"""
 
 import json
 import re
@@ -9,14 +11,14 @@ import pytest
 
 SLOT_S = 2.0
 FIRST_S = 0.3
-FAULT_S = 0.9  # after the begin of a slot
+FAULT_S = 0.9  # after the start of a slot
 OFFLINE, OPERATIONAL, ERROR = 0, 5, 6
 MANIPULATOR, DEVICE_LOST, DRIVE_FAULT, BUS_WARNING = 16, 1, 2, 8
 BOTH = {"11", "12"}
 WARNING, PASSIVE, BUS_OFF, OVERRUN, TIMEOUT, RESTARTED = "000001", "000002", "000003", "000004", "000005", "000006"
 
-# name: scenario lines (seconds after the fault's time), lost devices, conditions of our controller that must be told, counters
-# that must have grown. Without a lost device the arm stays in operation.
+# name: scenario lines (seconds after the fault's time), lost devices, conditions of our controller that must
+# be reported, counters that must have increased. Without a lost device the arm stays in operation.
 FAULTS = {
     "two_answers_missed": (["0 loss robot 1", "0.0009 loss robot 0"], set(), set(), {"PDO_MISSED"}),
     "answers_missed": (["0 loss robot 1", "0.01 loss robot 0"], BOTH, set(), {"PDO_MISSED"}),
@@ -40,7 +42,7 @@ FAULTS = {
 
 
 def _bring_up(at):
-    """The arm alone into operation, in position mode."""
+    """Bring the arm alone into operation, in position mode."""
     steps = ("state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR STAND_ALONE", "state MANIPULATOR SAFE_OPERATIONAL", "state MANIPULATOR OPERATIONAL")
     return [f"{at:.6f} operator {step}" for step in steps]
 
@@ -102,7 +104,9 @@ def test_forms_are_identical(flights):
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_lost_devices_end_in_the_safe_state(told, name):
-    """Each lost device by a HIGH event, ERROR_OPERATIONAL in that cycle, OFFLINE by the plan; else the arm stays where it is."""
+    """Each lost device: a HIGH event, ERROR_OPERATIONAL in that cycle, OFFLINE by the plan. Without a lost
+    device the arm keeps its state.
+    """
     _, lost, _, _ = FAULTS[name]
     inside = _in_slot(told, name)
     high = [(t, event, data) for t, service, subtype, event, data in inside if (service, subtype) == (5, 4)]
@@ -149,7 +153,9 @@ def test_faults_are_counted(flights):
 
 
 def test_controller_that_waits_for_an_order(hangar):
-    """Bus-off without automatic restart: the bring-up names the silent devices and gives up; after the restart it works."""
+    """Bus-off without automatic restart: the bring-up names the silent devices and ends; after the restart it
+    succeeds.
+    """
     path = flying.write_scenario(
         hangar / "restart.scn",
         "0.0 hand rest",
@@ -175,7 +181,7 @@ MANY, APART_S = 200, 0.005
 
 @pytest.fixture(scope="module")
 def foreign_sync(hangar):
-    """Another node sends SYNC: once, 200 times within a second, and once more after two seconds without."""
+    """Another node sends SYNC: once, 200 times within a second, and once more after two seconds without one."""
     path = flying.write_scenario(
         hangar / "foreign-sync.scn",
         "0.0 hand rest",
@@ -195,7 +201,9 @@ def foreign_sync(hangar):
 
 
 def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_told_once(foreign_sync):
-    """MEDIUM: SAFE_OPERATIONAL in that cycle. While it goes on it is told no more, and whoever commands the arm up has it."""
+    """MEDIUM: SAFE_OPERATIONAL in that cycle. While the fault lasts it is not reported again, and a command
+    up is still possible.
+    """
     flight = foreign_sync["image"]
     told, states = [], []
     for time_ns, direction, raw in flight.packets:

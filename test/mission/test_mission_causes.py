@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A transition tells why it happened as the supervisor knew when it ordered it, whatever state it leads to."""
+"""A report of a transition has the cause that the supervisor gave with its order, whatever the target state is."""
 
 import flying
 import pytest
@@ -23,10 +23,10 @@ def test_shutdown_and_autostart_are_no_plans(folder, form):
     assert flight.code == 0, flight.told()
     up = {3: REQUEST, 4: REQUEST, 5: REQUEST}
     ground = _causes(flight, COMMUNICATION, end_s=BEGIN_S)
-    assert {state: ground[state] for state in up} == up  # SAFE_OPERATIONAL was told as a plan
+    assert {state: ground[state] for state in up} == up  # SAFE_OPERATIONAL was reported with cause plan
     for member in (MANIPULATOR, JOYSTICK):
         down = _causes(flight, member, BEGIN_S)
-        assert down[4] == SHUTDOWN  # was told as a plan
+        assert down[4] == SHUTDOWN  # was reported with cause plan
         assert set(down.values()) == {SHUTDOWN}
 
 
@@ -39,4 +39,4 @@ def test_a_plan_that_ends_in_offline_is_no_shutdown(folder):
     assert _causes(flight, JOYSTICK, BEGIN_S)[6] == OWN_ERROR
     assert _causes(flight, MANIPULATOR, BEGIN_S)[6] == NETWORK
     for member in (MANIPULATOR, JOYSTICK):
-        assert _causes(flight, member, BEGIN_S)[0] == PLAN  # was told as a shutdown
+        assert _causes(flight, member, BEGIN_S)[0] == PLAN  # was reported with cause shutdown

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deaths in flight: whoever is killed, the run ends, says who, keeps its logs, and leaves nothing behind."""
+"""Deaths in flight: whichever process is killed, the run ends, names it, keeps its logs, and leaves nothing
+behind.
+"""
 
 import json
 import os
@@ -16,12 +18,14 @@ from hirosco_gse import run as runs
 MEMBERS = {"joystick": 17, "manipulator": 16}
 PROCESSES = ("simulator", "supervisor", "joystick", "manipulator", "communication", "operator", "packet-archive-sqlite")
 FLIGHT_S = 20
-END_S = 60  # Far beyond the moment of a death, however late that comes.
+END_S = 60  # Much longer than a process can take to die.
 SAFE_WITHIN_US = 20_000
 
 
 def _kill_at(flight, name, step):
-    """kill -9 of one child after this step of the operator; the simulated time in microseconds is not known."""
+    """kill -9 of one child after this step of the operator; the simulated time of the kill is not determined
+    to the microsecond.
+    """
     flying.wait_until(lambda: flight.steps() >= step or flight.process.poll() is not None, f"step {step} of the operator")
     assert flight.process.poll() is None, flight.told()
     pid = flight.children()[name]
@@ -29,7 +33,9 @@ def _kill_at(flight, name, step):
 
 
 def _lines():
-    """A flight of 20 s: up to OPERATIONAL, the hand in motion, a word with everybody each second, and down."""
+    """A flight of 20 s: up to OPERATIONAL, the hand in motion, one request to each subsystem every second,
+    and down.
+    """
     lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", "0.0 operator ping all", *flying.bring_up(0.1)]
     for second in range(3, FLIGHT_S):
         steps = {5: "log sqlite", 9: "log ascii", 12: "hk once MANIPULATOR 4711"}
@@ -43,7 +49,7 @@ IN_OPERATION = 1 + STEPS.index("state MANIPULATOR OPERATIONAL")
 
 @pytest.fixture(scope="module")
 def scenario(hangar):
-    """File of the flight that somebody dies in."""
+    """File of the flight in which a process dies."""
     return flying.write_scenario(hangar / "death.scn", *_lines())
 
 
@@ -117,7 +123,7 @@ def _die(folder, scenario, name, step, form="processes"):
 
 @pytest.mark.parametrize("name", PROCESSES)
 def test_kill_of_a_process(folder, scenario, name):
-    """After one of the operator's steps, drawn from the name."""
+    """After one of the operator's steps, chosen by the name."""
     flight = _die(folder, scenario, name, random.Random(name).randint(3, len(STEPS) - 3))
     _assert_ended_as_it_should(flight, name)
     _assert_log_is_complete(flight)
@@ -127,7 +133,9 @@ def test_kill_of_a_process(folder, scenario, name):
 
 @pytest.mark.parametrize("name", MEMBERS)
 def test_kill_of_a_member_in_operation(folder, scenario, name):
-    """The other reaches ERROR_OPERATIONAL by itself, the dead one's drives leave operation by their deadline."""
+    """The other one reaches ERROR_OPERATIONAL by itself; the drives of the dead one leave operation by their
+    deadline.
+    """
     flight = _die(folder, scenario, name, IN_OPERATION)
     _assert_ended_as_it_should(flight, name)
     other = next(apid for member, apid in MEMBERS.items() if member != name)
@@ -140,7 +148,9 @@ def test_kill_of_a_member_in_operation(folder, scenario, name):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder, form):
-    """Without supervisor OPERATIONAL ends in SAFE_OPERATIONAL: actuators off, brakes hold. Its fourth death within a minute is its last."""
+    """Without supervisor OPERATIONAL ends in SAFE_OPERATIONAL: actuators off, brakes engaged. After its
+    fourth death within a minute it is not started again.
+    """
     folder.mkdir()
     deaths = [f"{4 + death} fault kill supervisor" for death in range(4)]
     path = flying.write_scenario(folder / "deaths.scn", "0.0 hand rest", *deaths, *flying.bring_up(0.1), f"{END_S} operator shutdown")
@@ -157,7 +167,7 @@ def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_operator_that_never_comes(folder, scenario, form):
-    """Killed before it has joined the flight: nobody waits for it."""
+    """A process killed before it has joined the flight: nothing waits for it."""
     flight = flying.start(folder, "--scenario", scenario, "--form", form, report="yes")
     flying.wait_until(lambda: "operator" in flight.children(), "an operator")
     os.kill(flight.children()["operator"], signal.SIGKILL)
@@ -168,7 +178,7 @@ def test_operator_that_never_comes(folder, scenario, form):
 @pytest.mark.parametrize("form", ["processes", "image"])
 @pytest.mark.parametrize("lines", [(), ("0.1 operator ping all", "0.2 operator end")])
 def test_operator_that_leaves_early(folder, form, lines):
-    """A scenario that does not shut the mission down ends a moment after its operator has gone."""
+    """A scenario that does not shut the mission down ends soon after its operator has left."""
     folder.mkdir()
     path = flying.write_scenario(folder / "short.scn", "0.0 hand rest", *lines)
     flight = flying.fly(folder / "run", "--scenario", path, "--form", form)
@@ -180,7 +190,7 @@ def test_operator_that_leaves_early(folder, form, lines):
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["joystick", "simulator", "operator"])
 def test_somebody_stands_still(folder, name):
-    """A process that neither ends nor goes on: the launcher gives up after half a minute."""
+    """A process neither ends nor continues: the launcher gives up after half a minute."""
     flight = flying.start(folder, "--scenario", "telepresence")
     flying.wait_until(lambda: flight.steps() >= 10, "step 10")
     os.kill(flight.children()[name], signal.SIGSTOP)
@@ -191,14 +201,14 @@ def test_somebody_stands_still(folder, name):
 
 
 def _guard_of(flight):
-    """Process id of the guard of a flight, if it has one just now."""
+    """Process id of the guard of a flight; None if there is none at this moment."""
     mark = f"guard {flight.identity}".encode()
     return next((pid for pid, line in flying.command_lines() if re.search(re.escape(mark) + rb"(?![0-9])", line)), None)
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_kill_of_the_launcher(folder, form):
-    """Its children end with it, and its guard does what is left to do: names, logs, report."""
+    """The launcher's children end with it, and its guard does the rest: names, logs, report."""
     flight = flying.start(folder, "--scenario", "telepresence", "--form", form, report="yes")
     flying.wait_until(lambda: flight.steps() >= 10, "step 10")
     children = flight.children()
@@ -217,19 +227,21 @@ def test_kill_of_the_launcher(folder, form):
 
 @pytest.mark.parametrize("moment_s", [0.0, 0.002, 0.005, 0.01, 0.02])
 def test_kill_of_the_launcher_before_it_flies(folder, moment_s):
-    """As soon as there is a guard: whatever of the run was made by then goes."""
+    """Kill the launcher as soon as there is a guard: whatever was made of the run by then is removed."""
     flight = flying.start(folder, "--scenario", "commissioning")
     flying.wait_until(lambda: _guard_of(flight) or flight.process.poll() is not None, "a guard")
     time.sleep(moment_s)
     flight.process.kill()
     flight.wait()
     flying.assert_clean(flight)
-    is_over = flight.code == 0  # It was quicker.
+    is_over = flight.code == 0  # The launcher was faster.
     assert is_over or not folder.exists() or not (folder / "ground.port").exists() or flight.facts["exit_code"] == 1
 
 
 def _with_another_guard(folder, scenario):
-    """A flight whose guard was killed; its simulator is stopped, so that it is not over before that is seen."""
+    """A flight whose guard was killed; its simulator is suspended, so that the flight does not end before the
+    test sees that.
+    """
     flight = flying.start(folder, "--scenario", scenario)
     flying.wait_until(lambda: flight.steps() >= 1, "step 1")
     simulator = flight.children()["simulator"]
@@ -241,7 +253,7 @@ def _with_another_guard(folder, scenario):
 
 
 def test_kill_of_the_guard(folder, scenario):
-    """Another takes its place, who cleans up as well."""
+    """Another guard takes its place, and cleans up as well."""
     flight, _ = _with_another_guard(folder, scenario)
     flight.process.kill()
     flight.wait()
@@ -266,7 +278,9 @@ def test_kill_of_the_image(folder, scenario):
 
 
 def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
-    """Flushed every simulated second: bus logs and truth reach to the last second, each line whole but the last."""
+    """Logs are flushed every simulated second: bus logs and truth reach to the last second, each line
+    complete except the last.
+    """
     flight = _die(folder, scenario, "simulator", len(STEPS) - 4)
     told = max(int(float(json.loads(line)["end"])) for line in flight.read("operator.log").splitlines())
     run = runs.load(flight.folder)
@@ -276,7 +290,7 @@ def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
 
 
 def test_interrupted_flight_goes_down_in_order(folder, scenario):
-    """Ctrl-C in the middle: members to OFFLINE, nothing enabled, nothing left."""
+    """Ctrl-C in the middle: members to OFFLINE, no drive enabled, nothing left."""
     flight = flying.start(folder, "--scenario", scenario, report="yes")
     flying.wait_until(lambda: flight.steps() >= IN_OPERATION, "operation")
     os.kill(flight.process.pid, signal.SIGINT)
@@ -303,7 +317,7 @@ def test_interrupted_three_times_ends_at_once(folder):
 @pytest.mark.long
 @pytest.mark.parametrize("number", range(40))
 def test_kill_of_anybody_at_any_moment(folder, number):
-    """Many deaths; process and moment of wall-clock time drawn from the number."""
+    """Many deaths; process and instant of wall-clock time are drawn from the number."""
     chance = random.Random(number)
     name, moment = chance.choice(PROCESSES), chance.uniform(0.05, 3.5)
     flight = flying.start(folder, "--scenario", "telepresence", report="yes")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wrong descriptors: the run does not begin, and says in which file and line it is wrong."""
+"""Wrong descriptors: the run does not begin, and the message names file and line."""
 
 import json
 import re
@@ -21,7 +21,7 @@ LINKED = ("build", "sim", "gse")
 
 @pytest.fixture
 def house(folder):
-    """A copy of the descriptors in a folder that is otherwise the project's."""
+    """A copy of the descriptors in a folder that otherwise refers to the project."""
     folder.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", folder / "descriptors")
     for name in LINKED:
@@ -101,14 +101,14 @@ JOINT = '<Endnode type="CAN" bus="robot" redundantBus="robot-b" node="0x11"/>'
 )
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_devices_that_a_subsystem_cannot_drive_are_refused_before_the_flight(house, form, path, old, new, words):
-    """Not in flight, as a step that failed."""
+    """Refused before the flight, not by a failed step in it."""
     line = _replace(house, path, old, new)
     flight = _fly(house, form)
     assert flight.code == 1
     told = flight.output + flight.console
     place = re.search(r"(\w+\.xml):(\d+): [^\n]*" + re.escape(words), told)
     assert place, flight.told()
-    if "of its own" not in words:  # There the second to name the bus is told.
+    if "of its own" not in words:  # The message names the line of the second one that uses the bus.
         assert (place[1], int(place[2])) == (path.rpartition("/")[2], line)
     assert "0x0301" not in told
     flying.assert_clean(flight)
@@ -133,7 +133,7 @@ def test_executable_that_is_not_there(house, form):
 
 @pytest.mark.parametrize("address", ["moon", "10.0.0.1", "127.0.0.1 "])
 def test_ground_elsewhere_is_refused(house, address):
-    """The port is open on this machine only: what would be ignored is told."""
+    """The port is open to this machine only: an attribute that would have no effect is refused."""
     line = _replace(house, MISSION, '<Ground address="127.0.0.1"', f'<Ground address="{address}"')
     flight = _fly(house)
     assert flight.code == 1
@@ -142,7 +142,7 @@ def test_ground_elsewhere_is_refused(house, address):
 
 
 def test_a_mission_with_a_key_flies_with_it_only(house):
-    """Its path begins at the mission's file. With it the port may be open to other machines."""
+    """The path of the key begins at the mission's file. With a key the port may be open to other machines."""
     line = _replace(house, MISSION, '<Ground address="127.0.0.1" port="10015"', '<Ground address="0.0.0.0" port="10015"')
     flight = _fly(house)
     assert f"rokviss.xml:{line}: <Ground address=\"0.0.0.0\"> needs a key" in flight.output
@@ -160,7 +160,7 @@ def test_a_mission_with_a_key_flies_with_it_only(house):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_interface_that_differs_from_the_compiled_one(house, form):
-    """File, compiled and found hash, and what to do."""
+    """The message has the file, the compiled and the found hash, and what to do."""
     _replace(house, MANIPULATOR, '<Event name="BUS_WARNING" id="8"', '<Event name="BUS_NOTE" id="8"')
     flight = _fly(house, form)
     assert flight.code not in (0, None)
@@ -172,7 +172,7 @@ def test_interface_that_differs_from_the_compiled_one(house, form):
 
 
 def test_configuration_part_needs_no_recompilation(house):
-    """Another rate of housekeeping, read at run time: it flies, and tells another configuration hash."""
+    """Another rate of housekeeping, read at run time: the mission flies, and reports another configuration hash."""
     _replace(house, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
     flight = _fly(house)
     assert flight.code == 0, flight.told()
@@ -194,7 +194,9 @@ def test_configuration_part_needs_no_recompilation(house):
 
 
 def test_a_mistake_read_anew_is_told_with_its_place_and_leaves_the_old_in_force(house):
-    """TC[129,6] in the middle of a mission: refused with file, line, value and what was expected; then all goes on."""
+    """TC[129,6] in the middle of a mission: refused with file, line, value and expected value; then the
+    flight continues.
+    """
     flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
     try:
         assert flying.gse(flight, "state", "MANIPULATOR", "PRE_OPERATIONAL").returncode == 0
@@ -212,10 +214,10 @@ def test_a_mistake_read_anew_is_told_with_its_place_and_leaves_the_old_in_force(
 
 
 def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_told_with_both_hashes(house):
-    """It reads its descriptor anew, which has changed since; what the supervisor knows is that of the start."""
+    """The subsystem reads its changed descriptor again; the supervisor keeps the one read at the start."""
     flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
     try:
-        assert flying.gse(flight, "ping", "all").returncode == 0  # All have read theirs.
+        assert flying.gse(flight, "ping", "all").returncode == 0  # All components have read their descriptors.
         _replace(house, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
         script = flying.write_scenario(house / "anew.scn", "0.0 operator reload MANIPULATOR",
                                        "0.0 operator wait-event SUPERVISOR CONFIGURATION_DIFFERS 10", "0.0 operator shutdown")
@@ -235,8 +237,10 @@ def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_
 
 
 def _add_subsystems(house, count):
-    """Subsystems with a copy of communication's descriptor and program each, which need no bus, under a name and an id of their own. Returns the folder of the
-    programs and the last one's line in the mission."""
+    """Subsystems, each with a copy of communication's descriptor and program, which need no bus, under a name
+    and an id of their own. Returns the folder of the
+    programs and the last one's line in the mission.
+    """
     programs = house / "programs"
     shutil.copytree(flying.BIN, programs)
     plain = (house / "descriptors/subsystems/communication.xml").read_text(encoding="utf-8")
