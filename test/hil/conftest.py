@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures of the hardware-in-the-loop tests: the place where they run is chosen once, and told at the end."""
+"""Fixtures of the hardware-in-the-loop tests: the place where they run is chosen once, and named at the end."""
 
 import pathlib
 import shutil
@@ -19,7 +19,8 @@ CHOSEN = pytest.StashKey()
 
 @pytest.fixture(scope="session")
 def hil_folder(request):
-    """Folder for the results of this session; removed when all tests passed, else by a session an hour later."""
+    """Folder for the results of this session; removed when all tests have passed, otherwise by a session an
+    hour later."""
     parent = places.ROOT / "build" / "test"
     parent.mkdir(parents=True, exist_ok=True)
     for old in parent.glob("hil-*"):
@@ -33,14 +34,14 @@ def hil_folder(request):
 
 @pytest.fixture(scope="session")
 def place(request, hil_folder):
-    """Where commands with buses run: place.run(command) or place.group(name, command)."""
+    """The place where commands with buses run: place.run(command) or place.group(name, command)."""
     chosen = places.choose(hil_folder)
     request.config.stash[CHOSEN] = f"{chosen.name} ({chosen.why})"
     return chosen
 
 
 def pytest_sessionfinish(session):
-    """A worker tells the one who writes the summary."""
+    """A worker passes it to the process that writes the summary."""
     chosen = session.config.stash.get(CHOSEN, None)
     if chosen and hasattr(session.config, "workeroutput"):
         session.config.workeroutput["place"] = chosen

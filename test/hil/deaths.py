@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deaths and pulled plugs at instants of simulated time that are drawn from a number: what happens, the flight, what is left of it.
-
-Run as a program it flies the numbers that it is given where real buses are, and leaves in $OUT a folder for each: logs, end.json."""
+"""Deaths and pulled plugs at instants of simulated time that are drawn from a number: the case, the flight,
+and what the flight leaves. As a program it flies the given numbers on SocketCAN, and leaves in $OUT a
+folder for each: logs, end.json."""
 
 import json
 import os
@@ -30,13 +30,13 @@ CARRIERS = (("--bus", "vcan"), ("--bus", "vcan", "--transport", "tipc"), ("--tra
             ("--transport", "tipc", "--nodes", "2"), ("--nodes", "2"))  # CAN interfaces belong to one node.
 FIRST_US, LAST_US = 20_000, 2_400_000  # From before the first command to the shutdown.
 ENABLED_US = (1_120_000, 2_290_000)  # The scenario holds all drives in operation.
-DURATION_S = 5  # For operators that wait for what cannot come any more.
+DURATION_S = 5  # For operators that wait for an answer that cannot come any more.
 LIMIT_S = 600.0
 
 
 @dataclass(frozen=True)
 class Case:
-    """What happens, when, and on which flight."""
+    """One death or pulled plug, its time, and its flight."""
 
     number: int
     fault: str
@@ -54,7 +54,7 @@ class Case:
 
 
 def drawn(number, on_real_buses=False):
-    """The case of a number: three of five are deaths, more than half happen while all drives are in operation."""
+    """The case of a number: three of five are deaths, more than half are while all drives are in operation."""
     chance = random.Random(number)
     form = "processes" if on_real_buses else chance.choice(("processes", "processes", "processes", "image"))
     if chance.random() < 0.6:
@@ -67,14 +67,14 @@ def drawn(number, on_real_buses=False):
 
 
 def interfaces():
-    """Network interfaces and namespaces there are."""
+    """Existing network interfaces and namespaces."""
     words = (["ip", "-o", "link", "show"], ["ip", "netns", "list"])
     texts = [subprocess.run(word, stdin=subprocess.DEVNULL, capture_output=True, text=True).stdout for word in words]
     return sorted(line.split(":")[1].strip() for line in texts[0].splitlines()) + texts[1].split()
 
 
 def fly(case, folder, scenario_folder):
-    """The flight of a case; (Flight, what is left of it)."""
+    """Fly the case of a number; (Flight, what the flight left behind)."""
     scenario = scenario_folder / f"death-{case.number}.scn"
     scenario.write_text(f"{HIL.read_text()} {case.time_us / 1e6:.6f} fault {case.fault}\n")
     flight = flying.start(folder, "--scenario", scenario, "--duration", DURATION_S, *case.options,
@@ -87,7 +87,7 @@ def fly(case, folder, scenario_folder):
 
 
 def left_of(flight):
-    """What a run must not leave."""
+    """Names and processes that a run must not leave."""
     try:
         flying.wait_until(lambda: not flight.leftovers(), "")
     except AssertionError:
@@ -96,7 +96,7 @@ def left_of(flight):
 
 
 def main(numbers):
-    """One flight after the other; results.jsonl tells which of them came to an end, and left nothing."""
+    """One flight after the other; results.jsonl has for each whether it ended, and what it left."""
     out, work = pathlib.Path(os.environ["OUT"]), pathlib.Path("/dev/shm/deaths")
     work.mkdir()
     before = interfaces()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where hardware-in-the-loop tests run: on the kernel of this machine, in namespaces of their own, if it has vcan, vxcan and
-TIPC and lets this account use them; else in the micro-VM. `python3 test/hil/place.py` says which, and why."""
+"""The place where hardware-in-the-loop tests run: on the kernel of this machine, in namespaces of their own,
+if it has vcan, vxcan and TIPC and permits this account to use them; else in the micro-VM. `python3
+test/hil/place.py` prints the place and the reason."""
 
 import ast
 import contextlib
@@ -24,15 +25,18 @@ PROBE_SECONDS = 300
 SECONDS = 1200
 SHOWN_LINES = 40
 LIMIT_REACHED = microvm.LIMIT_REACHED
-# The micro-VM's processor has no fused multiply-add. The C library's functions round otherwise where there is one, so that a flight
-# elsewhere which is compared with one there, or with one on the running kernel, must go without. Other libraries ignore this.
+# The micro-VM's processor has no fused multiply-add. With it, functions of the C library round differently,
+# so a flight that is compared with one in the micro-VM, or with one on the running kernel, must not use it.
+# Other libraries ignore this variable.
 ARITHMETIC = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2"}
-# What the micro-VM finds: an own network, an own /run and /dev/shm, the loopback up.
+# Environment that commands have in the micro-VM: their own network, their own /run and /dev/shm, the loopback
+# up.
 SURROUNDINGS = "mount -t tmpfs run /run && mount -t tmpfs shm /dev/shm && ip link set lo up || exit 126; "
 
 
 class Result:
-    """How a command ended: `code` (124: its time was over), `stdout` and `stderr` as text, `folder` with what it left in $OUT."""
+    """Result of a command: `code` (124: its time was over), `stdout` and `stderr` as text, `folder` with what
+    it left in $OUT."""
 
     def __init__(self, code, stdout, stderr, folder):
         self.code, self.folder = code, folder
@@ -64,7 +68,8 @@ class Group(dict):
 
 
 class Place:
-    """Runs commands with buses. `folder` holds what they leave; `name` and `why` say which place it is."""
+    """Runs commands with buses. `folder` holds their results; `name` and `why` name the place and the reason
+    for it."""
 
     name = None
 
@@ -82,14 +87,15 @@ class Place:
     def run(self, command, seconds=SECONDS, cans=0, out=None, memory=microvm.MEMORY_MB):
         """Run a shell command as root of the place, in the project's folder, with $OUT; return a Result.
 
-        `cans`: emulated CAN controllers on one bus, can0 and on; they exist in the micro-VM only, which then is the place.
+        `cans`: emulated CAN controllers on one bus, can0 and on; only the micro-VM has them, so the command
+        runs there.
         `memory` [MB] is that of the micro-VM."""
         raise NotImplementedError
 
     def group(self, name, command, seconds=SECONDS, cans=0, memory=microvm.MEMORY_MB, everywhere=False):
         """The cases that the command reports in $OUT/results.jsonl (see guest/cases.py); it runs once in a session.
 
-        `everywhere`: on all processors of the machine, also where this process is held to one."""
+        `everywhere`: on all processors of the machine, also if this process is pinned to one."""
         if name not in self.groups:
             with on_all_processors() if everywhere else contextlib.nullcontext():
                 self.groups[name] = Group(name, self.run(command, seconds, cans, memory=memory))
@@ -98,7 +104,7 @@ class Place:
 
 @contextlib.contextmanager
 def on_all_processors():
-    """What this thread starts inside may run on any processor."""
+    """Commands that this thread starts inside may run on any processor."""
     before = os.sched_getaffinity(0)
     os.sched_setaffinity(0, range(os.cpu_count()))
     try:
@@ -108,7 +114,7 @@ def on_all_processors():
 
 
 class MicroVm(Place):
-    """A machine of its own for each command."""
+    """Starts a micro-VM for each command."""
 
     name = "micro-VM"
 
@@ -119,8 +125,8 @@ class MicroVm(Place):
 
 
 class RunningKernel(Place):
-    """The kernel of this machine, in a network, process and mount namespace of each command's own. Unlike in the micro-VM the
-    tree is the real one: what is written there stays."""
+    """The kernel of this machine, with network, process and mount namespaces for each command. Unlike in the
+    micro-VM the tree is the real one: written files stay."""
 
     name = "running kernel"
 
@@ -133,12 +139,14 @@ class RunningKernel(Place):
 
 
 def in_namespaces(command, seconds, environment):
-    """(exit code, stdout, stderr) of a shell command in fresh namespaces; 124 when its time was over. Nothing of it is left."""
+    """(exit code, stdout, stderr) of a shell command in fresh namespaces; 124 when its time was over. Nothing
+    of it remains."""
     paths = environment.get("PATH", "").split(":")
     environment["PATH"] = ":".join([*paths, *(path for path in microvm.SYSTEM_PATHS if path not in paths)])
     line = ["unshare", *([] if os.geteuid() == 0 else ["--map-root-user"]), "--net", "--mount", "--pid", "--fork",
             "--kill-child", "--mount-proc", "--", "/bin/sh", "-c", SURROUNDINGS + command]
-    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:  # Pipes would wait for what is left of it.
+    # Pipes would wait for processes that remain.
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         process = subprocess.Popen(line, cwd=ROOT, env=environment, stdin=subprocess.DEVNULL, stdout=out, stderr=err,
                                    start_new_session=True)
         try:
@@ -157,7 +165,7 @@ def in_namespaces(command, seconds, environment):
 
 
 def lacking():
-    """What the running kernel lacks, as text; empty if it has all."""
+    """Features that the running kernel lacks, as text; empty if it has all."""
     try:
         code, stdout, stderr = in_namespaces(f"exec /usr/bin/python3 {PROBE}", PROBE_SECONDS, dict(os.environ))
     except FileNotFoundError as missing:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Logs of candump, read and judged by tools that nobody here wrote."""
+"""Logs of candump, read and judged by tools of other projects."""
 
 import io
 import pathlib
@@ -10,7 +10,7 @@ import can
 
 TOOLS = ("7FE#EE", "7FF#FF")  # Probe and sentinel of the recorder.
 FD_FLAG = 0x4  # candump shows the kernel's mark of an FD frame among its flags; our log has the frame's own flags only.
-REPORT = re.compile(r" [2-3][0-9A-F]{7}#")  # What a controller reports is no frame of the bus.
+REPORT = re.compile(r" [2-3][0-9A-F]{7}#")  # The report of a controller is no frame of the bus.
 
 
 def frames(path, interface):
@@ -24,7 +24,8 @@ def frames(path, interface):
 
 
 def of_interface(path, interface):
-    """The log of one interface of a log of several, without the recorder's marks and blanks that only align, beside it."""
+    """Two logs side by side: that of one interface out of a log of several, without the recorder's marks and
+    alignment blanks."""
     own = pathlib.Path(path).with_name(f"{interface}.log")
     with open(path) as source, open(own, "w") as sink:
         rows = (line.split() for line in source)
@@ -44,7 +45,7 @@ def assert_database_knows_all(path, database):
 
 
 def assert_wireshark_names_all(path):
-    """Each frame is CANopen and none is malformed; what is left are the reports of a controller."""
+    """Each frame is CANopen and none is malformed; the remaining frames are reports of a controller."""
     arguments = ["tshark", "-r", path, "-d", "can.subdissector,canopen", "-T", "fields",
                  "-e", "_ws.col.Protocol", "-e", "can.flags.err", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
     told = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.splitlines()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scenario hil with everything that a controller reports: in operation what it gets over, and when all drives hold, what takes it
-off its bus."""
+"""The scenario hil with all reports of a controller: in operation those after which it continues, and, when
+all drives hold, those that take it off its bus."""
 
 import pathlib
 
@@ -16,7 +16,7 @@ FAULTS = """
  2.35   fault bus-off robot FLIGHT
  2.35   fault unplug joystick
 """
-# Of the error frames: class and what data[1] tells of the controller.
+# Class of the error frame, and the state of the controller in data[1].
 REPORTS = {"robot": {"004#0001", "004#0020", "004#0040", "002#0000", "040#0000", "104#0040"}, "joystick": {"020#0000", "004#0020"}}
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Byte order for real: a subsystem's program of a big-endian processor flies with little-endian ones, and nobody can tell from the buses."""
+"""Real byte order: a subsystem's program of a big-endian processor flies with little-endian ones, and the
+buses show no difference."""
 
 import concurrent.futures
 import os
@@ -23,7 +24,7 @@ FOREIGN = places.ROOT / "build" / "s390x"
 MEMBERS = {"MANIPULATOR": 16, "JOYSTICK": 17}
 RUNNER = "qemu-s390x"
 BUS_LOGS = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "can-joystick-b.log")
-END_S = 60  # Far beyond the moment of a death, however late that comes.
+END_S = 60  # Much longer than a process can take to die.
 FLIGHT_S = 20
 BIG, LITTLE = 0, 1  # Byte orders in an agreement of service 130.
 
@@ -67,7 +68,7 @@ def test_flight_is_in_order(foreign):
 
 
 def test_records_lie_in_the_storage_folder(native, foreign):
-    """Those of the remote-endian program as well, under the names that they have without it."""
+    """Names of the remote-endian program included, under the names that they have without it."""
     name, flight = foreign
     records = sorted(path.name for path in (flight.folder / "storage").iterdir())
     assert records == sorted(path.name for path in (native.folder / "storage").iterdir())
@@ -96,7 +97,7 @@ def _crc(octets):
 
 
 def _differing(native, flight):
-    """Number of packets that differ: each in the byte order of an agreement, and the checksum, only."""
+    """Number of packets that differ; they may differ only in the byte order of an agreement, and the checksum."""
     differing = 0
     assert len(flight.packets) == len(native.packets)
     for (time_ns, direction, here), (other_ns, other_direction, raw) in zip(native.packets, flight.packets):
@@ -113,7 +114,8 @@ def _differing(native, flight):
 
 
 def test_packets_differ_in_the_byte_order_of_its_link_only(native, foreign):
-    """Who produces a link says so when it is agreed: accepted by the producer, asked of the consumer, accepted by it and to the ground."""
+    """The producer of a link states its byte order in the negotiation: accepted by the producer, requested of
+    the consumer, accepted by it and to the ground."""
     _, flight = foreign
     assert _differing(native, flight) == 4
     told = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=True).stdout
@@ -123,7 +125,7 @@ def test_packets_differ_in_the_byte_order_of_its_link_only(native, foreign):
 
 @pytest.mark.long
 def test_whole_telepresence(folder):
-    """Contact, springs, pulled plugs and coming back: the same octets."""
+    """Contact, springs, pulled plugs and return to operation: the same octets."""
     one = flying.fly(folder / "telepresence-native", "--scenario", "telepresence", "--links", "udp")
     other = flying.fly(folder / "telepresence", "--scenario", "telepresence", "--foreign", "MANIPULATOR")
     assert (one.code, other.code) == (0, 0), other.told()
@@ -143,7 +145,7 @@ def scenario(folder):
 
 
 def _below(pid):
-    """Name -> process id of everything that descends from a process."""
+    """Name -> process id of all descendants of a process."""
     found, parents = {}, {pid}
     for _ in range(3):
         for child, parent, name in flying.processes():
@@ -155,7 +157,8 @@ def _below(pid):
 
 @pytest.mark.parametrize("victim", [RUNNER, "proxy"])
 def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
-    """The program, or its proxy: the subsystem is lost like any other, its drives leave operation, its partner follows."""
+    """The program or its proxy dies: the subsystem is lost like any other, its drives leave operation, its
+    partner follows."""
     flight = _die(folder / f"death-{victim}", scenario, victim, len(flying.bring_up(0.1)) + 2)
     states = [raw[22] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x81\x02"
               and int.from_bytes(raw[:2], "big") & 0x7FF == MEMBERS["JOYSTICK"]]
@@ -166,7 +169,7 @@ def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_kill_at_any_step(folder, scenario, seed):
-    """Also before it has joined."""
+    """Also before the program has joined."""
     draw = random.Random(seed)
     victim, step = draw.choice([RUNNER, "proxy"]), draw.randint(0, FLIGHT_S)
     _assert_safe(_die(folder / f"death-{seed}", scenario, victim, step))
@@ -202,8 +205,8 @@ def _assert_safe(flight):
 
 @pytest.mark.parametrize("name", MEMBERS)
 def test_lives_are_those_of_a_native_program(folder, name):
-    """Stops, kills, hangs and restarts of the program of another byte order and of its partner: the same buses, the same packets but for
-    the byte order in what is told of its link."""
+    """Stops, kills, hangs and restarts of the program of another byte order and of its partner: the same
+    buses, the same packets except for the byte order in reports of its link."""
     path = lives.scenario(folder / f"lives-{name}.scn")
     native = lives.fly(folder / f"lives-native-{name}", path, "--links", "udp")
     flights = [lives.fly(folder / f"lives-{name}-{number}", path, "--foreign", name) for number in range(2)]
@@ -222,7 +225,7 @@ def test_subsystem_that_cannot_be_foreign(folder, name, told):
 
 
 def test_program_that_is_not_built(folder):
-    """The launcher looks for programs in its working folder: one without any."""
+    """The launcher looks for programs in its working folder, which has none here."""
     root = folder / "bare"
     root.mkdir()
     shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
@@ -233,7 +236,7 @@ def test_program_that_is_not_built(folder):
 
 
 def test_stand_in_and_program_alone():
-    """Called by hand, each says who starts it."""
+    """Started by hand, each program says which program starts it."""
     alone = subprocess.run([flying.BIN / "proxy"], capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert alone.returncode == 2 and "hirosco run --foreign" in alone.stderr
     no_run = subprocess.run([flying.BIN / "proxy", "--run", "/hirosco-0.run", "--component", "2", "--program", "x", "--runner", "y"],
@@ -252,7 +255,8 @@ def _units():
 
 
 def test_units_pass_on_a_big_endian_processor():
-    """What puts numbers into octets: packets, services, parameters, links, CANopen (`make foreign-tests` builds them)."""
+    """Tests of conversions between numbers and octets: packets, services, parameters, links, CANopen (`make
+    foreign-tests` builds them)."""
     programs = _units()
     assert len(programs) >= 20, "make S390X=1 foreign-tests"
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The buses over SocketCAN: the same flight as on shared memory, frame by frame, as tools that nobody here wrote record it."""
+"""The buses over SocketCAN: the same flight as on shared memory, frame by frame, as tools of other projects
+record it."""
 
 import os
 import subprocess
@@ -22,20 +23,20 @@ COUNTERS = 4712  # Housekeeping structure.
 
 @pytest.fixture(scope="module")
 def group(place):
-    """Two processors: a frame that another one delivers comes late, and candump is served beside the flight."""
+    """Two processors: a frame that another processor delivers is late, and candump runs beside the flight."""
     return place.group("socketcan", f"{places.PYTHON} {PROGRAM}", seconds=SECONDS, cans=2, everywhere=True)
 
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory):
-    """The same flights on shared memory, here."""
+    """The same flights on shared memory, on this machine."""
     folder = tmp_path_factory.mktemp("buses")
     return {"vcan": fly_here(folder / "vcan", "rokviss", reports.write_scenario(folder)),
             "controllers": fly_here(folder / "controllers", "classic", "classic")}
 
 
 def fly_here(folder, mission, scenario):
-    """A flight on shared memory that computes as those do which it is compared with."""
+    """A flight on shared memory with the same floating point as the flights with which it is compared."""
     ended = subprocess.run([places.ROOT / "build" / "bin" / "hirosco", "run", "--mission", mission, "--scenario", scenario,
                             "--report", "no", "--out", folder], cwd=places.ROOT, stdin=subprocess.DEVNULL, capture_output=True,
                            text=True, env=os.environ | places.ARITHMETIC, timeout=places.SECONDS)
@@ -58,7 +59,7 @@ def test_logs_are_those_of_shared_memory(group, flown, name):
 
 @pytest.mark.parametrize("bus, least", [("robot", 10000), ("robot-b", 10), ("joystick", 10000)])
 def test_candump_recorded_the_same_frames(group, flown, bus, least):
-    """Channel B, which nobody uses, carries what devices say after they are switched on."""
+    """The unused channel B carries the frames that devices send after they are switched on."""
     group.check("vcan_flight_is_seen_by_candump")
     expected = frames(flown["vcan"] / f"can-{bus}.log", bus)
     recorded = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
@@ -68,14 +69,15 @@ def test_candump_recorded_the_same_frames(group, flown, bus, least):
 
 @pytest.mark.parametrize("bus", reports.REPORTS)
 def test_flight_over_vcan_has_met_what_a_controller_reports(group, bus):
-    """Bus-off and recovery, error passive, lost arbitration, no acknowledge, overflow: flight has answered them as on shared memory."""
+    """Bus-off and recovery, error passive, lost arbitration, no acknowledge, overflow: flight reacts as on
+    shared memory."""
     group.check("vcan_flight_is_seen_by_candump")
     seen = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
     assert reports.REPORTS[bus] <= {frame[5:13] for frame in seen if frame.startswith("20000") and "##" not in frame}
 
 
 def test_a_flood_leaves_no_drive_in_operation(group):
-    """By the truth of the drives: what they would report themselves waits for a SYNC that does not come through."""
+    """By the truth of the drives: their own reports wait for a SYNC that does not get through."""
     group.check("a_flood_on_the_wire_ends_in_a_safe_state")
     channels = logs.parse_lcm((group.result.folder / "flood" / "truth.lcm").read_bytes())
     histories = {}
@@ -86,7 +88,8 @@ def test_a_flood_leaves_no_drive_in_operation(group):
 
 
 def test_a_flood_is_counted(group):
-    """What flight could not send, take or make sense of, by its housekeeping reports before the flood and in its course."""
+    """Frames that flight could not send, receive or interpret, by its housekeeping reports before and during
+    the flood."""
     group.check("a_flood_on_the_wire_ends_in_a_safe_state")
     arm = dictionary.Dictionary.load(places.ROOT / "build" / "generated" / "classic.json").subsystem("MANIPULATOR")
     structure = arm.configuration("CLASSIC").structures[COUNTERS]
@@ -101,7 +104,8 @@ def test_a_flood_is_counted(group):
 @pytest.mark.long
 @pytest.mark.timeout(TELEPRESENCE_S + 600)
 def test_whole_telepresence_is_that_of_shared_memory(place, tmp_path):
-    """Contact, springs, pulled plugs and coming back: the logs, and what candump has recorded, which cantools and Wireshark know."""
+    """Contact, springs, pulled plugs and return to operation: the logs, and the recording of candump as
+    cantools and Wireshark read it."""
     flight = fly_here(tmp_path / "telepresence", "rokviss", "telepresence")
     group = place.group("telepresence", f"{places.PYTHON} {TELEPRESENCE}", seconds=TELEPRESENCE_S,
                         memory=TELEPRESENCE_MB, everywhere=True)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CANopen that others accept: PyPI canopen as master of the simulated devices, over the simulator's port and over SocketCAN; what
-candump has recorded there is judged by cantools, tshark and the generated database."""
+"""CANopen that other projects accept: PyPI canopen as master of the simulated devices, over the simulator's
+port and over SocketCAN; cantools, tshark and the generated database judge candump's recording."""
 
 import collections
 import os
@@ -21,7 +21,7 @@ LIMIT_S = 3000
 
 @pytest.fixture(scope="module")
 def here(hil_folder):
-    """The cases on this kernel, whatever it has: frames pass through the simulator's port."""
+    """The cases on this kernel, whatever it supports: frames pass through the simulator's port."""
     folder = hil_folder / "canopen-port"
     folder.mkdir()
     done = subprocess.run([PYTHON, MASTER], cwd=ROOT, env=dict(os.environ, OUT=str(folder)), capture_output=True, timeout=LIMIT_S)
@@ -35,7 +35,8 @@ def test_master_over_the_port(here, case):
 
 @pytest.fixture(scope="module")
 def over_vcan(place):
-    """What both programs left that run on vcan-robot and vcan-joystick, one after the other: to start a machine takes its time."""
+    """Results of both programs that run on vcan-robot and vcan-joystick, one after the other: starting a
+    machine is slow."""
     return place.run(f"mkdir -p $OUT/slaves $OUT/master; OUT=$OUT/slaves {PYTHON} {SLAVES}; "
                      f"OUT=$OUT/master CANOPEN_INTERFACES=vcan- {PYTHON} {MASTER}", LIMIT_S)
 
@@ -71,7 +72,7 @@ def recorded(there):
 
 def test_database_knows_every_frame_that_candump_recorded(recorded):
     database = cantools.database.load_file(ROOT / "build/generated/rokviss-robot.dbc", strict=True)
-    scanned = set(range(0x601, 0x680))  # The scan asks every node there may be.
+    scanned = set(range(0x601, 0x680))  # The scan queries every possible node.
     seen, moved = collections.Counter(), []
     for frame in can.CanutilsLogReader(recorded):
         if frame.arbitration_id in scanned - {0x611, 0x612}:
@@ -93,7 +94,8 @@ def test_wireshark_names_every_frame_that_candump_recorded(recorded):
 
 
 def test_candump_recorded_what_was_on_the_bus(there, recorded):
-    """The simulator's log and the recorder's hold the same frames, each once. Newer kernels mark FD frames in their flags."""
+    """The simulator's log and the recorder's have the same frames, each once. Newer kernels mark FD frames in
+    their flags."""
     def frames(path):
         text = re.sub(r"##([0-9A-F])", lambda match: f"##{int(match[1], 16) & 3:X}", path.read_text())
         return collections.Counter(line.split()[2] for line in text.splitlines())
@@ -102,7 +104,7 @@ def test_candump_recorded_what_was_on_the_bus(there, recorded):
 
 @pytest.fixture(scope="module")
 def commissioned(over_vcan):
-    """The flight side's master with slaves of PyPI canopen on vcan-robot, some of them strange."""
+    """The flight side's master with slaves of PyPI canopen on vcan-robot, some with a deviation."""
     return part(over_vcan, "slaves")
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""200 deaths and pulled plugs at instants drawn from their numbers: 180 on shared memory here, 20 over vcan and TIPC, on one or two
-nodes. Each ends as it is defined: the others safe, within the bounds, by the raw logs; the run ended and told, nothing left."""
+"""200 deaths and pulled plugs at instants drawn from their numbers: 180 on shared memory here, 20 over vcan
+and TIPC, on one or two nodes. Each ends as specified: the other subsystems in safe states, within the
+bounds, by the raw logs; the run ended and reported, nothing left."""
 
 import concurrent.futures
 import json
@@ -18,7 +19,7 @@ from hirosco_gse import run as runs
 from place import ARITHMETIC, PYTHON
 
 HERE = range(180)
-THERE = range(17660, 17680)  # Each carrier meets a member's death and a pulled plug in operation.
+THERE = range(17660, 17680)  # Each carrier has a member's death and a pulled plug in operation.
 AT_ONCE = min(2, len(os.sched_getaffinity(0)))
 THERE_S = 6000
 APIDS = {"joystick": 17, "manipulator": 16}
@@ -54,26 +55,28 @@ def enabled_at(drives, time_us):
 
 
 def left_after(drives, drive, time_us):
-    """Microseconds from then until the drive was first out of operation; None: never."""
+    """Microseconds from then until the drive first left operation; None: never."""
     return next((int(e["time_us"]) - time_us for e in drives[drive] if e["time_us"] >= time_us and not is_enabled(e)), None)
 
 
 def lines_before(path, time_us):
-    """Whole lines of a bus log before a time."""
+    """Complete lines of a bus log before a time."""
     lines = path.read_bytes().split(b"\n")[:-1]
     return [line for line in lines if int(line[1:11]) * 1_000_000 + int(line[12:18]) < time_us]
 
 
 def reports(packets, service, subtype):
-    """(time_us, APID, octets) of a kind of telemetry."""
+    """(time_us, APID, octets) of all telemetry of one type."""
     return [(time_ns // 1000, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for time_ns, direction, _, raw in packets
             if direction == "TM" and raw[7] == service and raw[8] == subtype]
 
 
-# --- what is defined ------------------------------------------------------------------------------------------------------
+# --- specified ends
+# -------------------------------------------------------------------------------------------------------
 
 def judge(case, end, folder, undisturbed):
-    """Raise AssertionError unless it ended as it is defined; `undisturbed`: logs of the same flight when nothing happens."""
+    """Raise AssertionError unless the flight ended as specified; `undisturbed`: logs of the same flight
+    without the fault."""
     assert not end.left, end.left
     for log in ("can-robot.log", "can-joystick.log"):
         judge_before(case, folder / log, undisturbed / log)
@@ -84,7 +87,7 @@ def judge(case, end, folder, undisturbed):
         return
     assert end.code in (0, 1) and facts["exit_code"] == end.code, end.output
     judge_packets(folder)
-    if case.victim in ("simulator", "image"):  # With it the devices are gone too.
+    if case.victim in ("simulator", "image"):  # The devices end with the simulator.
         judge_death(case, end, facts)
         return
     faults, drives = drives_of(folder)
@@ -102,7 +105,7 @@ def judge(case, end, folder, undisturbed):
 
 
 def judge_before(case, log, undisturbed):
-    """Until it happened the flight was as it is without; a simulator that dies has not written all."""
+    """Until the fault the flight equals the undisturbed one; a simulator that dies has not written all."""
     seen, expected = lines_before(log, case.time_us), lines_before(undisturbed, case.time_us)
     if case.victim in ("simulator", "image", "launcher"):
         expected = expected[: len(seen)]
@@ -119,24 +122,26 @@ def judge_packets(folder):
 
 
 def judge_death(case, end, facts):
-    """The run has failed, and says who died of what."""
+    """The run has failed, and names the process that died and the cause."""
     assert end.code == 1, end.output
     assert facts["exit_reason"].startswith(f"{case.victim} was ended by signal 9"), facts["exit_reason"]
     assert f"failed: {case.victim} was ended by signal 9" in end.output
-    # The ground link ends and opens in simulated time, but for a death before the operator has connected.
+    # The ground link ends and opens in simulated time, except after a death before the operator has
+    # connected.
     assert facts["reproducible"] is came_back(facts) or (facts["reproducible"] and case.victim == "communication")
     entry = next(entry for entry in facts["processes"] if entry["name"] == case.victim)
     assert entry.get("signal") == 9 or entry["starts"] == 2, entry
 
 
 def came_back(facts):
-    """The supervisor died and was started again at an instant of simulated time, and the operator reached its aim."""
+    """The supervisor died and was started again at an instant of simulated time, and the operator completed
+    its steps."""
     operator = next(entry for entry in facts["processes"] if entry["name"] == "operator")
     return "and was restarted" in facts["exit_reason"] and operator.get("exit_code") == 0
 
 
 def judge_launcher(end, facts):
-    """Its guard has ended the run, and says so."""
+    """The guard has ended the run, and reports it."""
     assert end.code in (-9, 137), "the launcher is the one that was killed"
     assert facts["exit_code"] == 1 and facts["exit_reason"].startswith("launcher was killed"), facts
     assert "failed: launcher was killed" in end.output
@@ -144,7 +149,8 @@ def judge_launcher(end, facts):
 
 
 def judge_others(case, drives, packets, facts):
-    """A member: all drives as after a pulled plug. The supervisor: within its time-out. Who is not vital: down in order."""
+    """A member: all drives as after a pulled plug. The supervisor: within its time-out. Other processes:
+    shutdown in order."""
     in_operation = enabled_at(drives, case.time_us)
     left = {drive: left_after(drives, drive, case.time_us) for drive in in_operation}
     if case.victim in APIDS and len(in_operation) == DRIVES:
@@ -169,9 +175,9 @@ def judge_told(case, packets, apids):
 
 
 def judge_pull(case, end, facts, drives, packets):
-    """All drives out of operation, all members told, the owner's HIGH event; nobody died of it."""
+    """All drives leave operation, all members report, the owner raises a HIGH event; no process died of it."""
     assert not [entry for entry in facts["processes"] if "signal" in entry or entry.get("starts", 1) != 1], facts["processes"]
-    if case.fault == "cut robot-b":  # The channel that is not in use.
+    if case.fault == "cut robot-b":  # The unused channel.
         assert end.code == 0 and facts["reproducible"], end.output
         return
     assert end.code == 0 or facts["exit_reason"].startswith("operator ended with exit code"), facts["exit_reason"]
@@ -188,13 +194,13 @@ def judge_pull(case, end, facts, drives, packets):
 # --- flights ----------------------------------------------------------------------------------------------------------------
 
 def asked(request, test):
-    """Numbers that this session tries."""
+    """Numbers that this session flies."""
     return [item.callspec.params["number"] for item in request.session.items if item.name.startswith(f"{test}[")]
 
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    """The flight in which nothing happens."""
+    """The flight without a fault."""
     folder = tmp_path_factory.mktemp("undisturbed") / "run"
     flight = flying.fly(folder, "--scenario", "hil", "--form", "image", environment=ARITHMETIC)
     assert flight.code == 0, flight.told()
@@ -203,7 +209,7 @@ def undisturbed(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def ended(request, tmp_path_factory, undisturbed):
-    """Number -> future of its flight and judgement: two at a time, ahead of the tests that ask for them."""
+    """Number -> future of its flight and judgement: two at a time, ahead of the tests that use them."""
     parent = tmp_path_factory.mktemp("deaths")
 
     def flown(number):
@@ -236,7 +242,7 @@ def test_death_on_real_buses(request, place, undisturbed, number):
 
 
 def test_everybody_dies_and_every_plug_is_pulled():
-    """What the numbers draw: all there is, also while all drives are in operation."""
+    """The numbers cover all kinds, also while all drives are in operation."""
     cases = [deaths.drawn(number) for number in HERE]
     expected = {f"kill {name}" for name in (*deaths.PROCESSES, *deaths.IN_IMAGE)} | set(deaths.PULLS)
     begin, end = deaths.ENABLED_US

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two on-board computers and TIPC. Network namespaces and UDP are tested on this kernel where it permits them; TIPC in one
-boot of the place that has it, with the C tests of its layer."""
+"""Two on-board computers and TIPC. Network namespaces and UDP are tested on this kernel if it permits them;
+TIPC in one boot of the place that has it, with the C tests of its layer."""
 
 import concurrent.futures
 import json
@@ -24,21 +24,21 @@ ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
 
 
 def has_namespaces():
-    """This kernel lets this account make network namespaces and join them."""
+    """This kernel permits this account to make network namespaces and join them."""
     command = "ip netns add one && ip -n one link add name one type veth peer name two && ip netns delete one"
     return places.in_namespaces(command, places.PROBE_SECONDS, dict(os.environ))[0] == 0
 
 
 @pytest.fixture(scope="session")
 def udp(place, hil_folder):
-    """The group over UDP: natively where that is possible."""
+    """The group over UDP: natively if possible."""
     here = places.RunningKernel(hil_folder, "it has network namespaces") if has_namespaces() else place
     return here.group("nodes-udp", f"{ENVIRONMENT} {places.PYTHON} {PROGRAM} udp", GROUP_SECONDS)
 
 
 @pytest.fixture(scope="session")
 def tipc(place):
-    """The group over TIPC, and before it the C tests, whose outcome is in $OUT/c-tests."""
+    """The group over TIPC, and before it the C tests, whose results are in $OUT/c-tests."""
     programs = " ".join(f"build/test/{name}" for name in TIPC_TESTS)
     tests = f'for test in {programs}; do $test >"$OUT/$(basename $test).txt" 2>&1; echo "$test $?" >>"$OUT/c-tests"; done; '
     return place.group("nodes-tipc", f"{tests} {ENVIRONMENT} {places.PYTHON} {PROGRAM} tipc", GROUP_SECONDS)
@@ -58,7 +58,8 @@ def test_over_tipc(tipc, case):
 
 @pytest.mark.parametrize("name", TIPC_TESTS)
 def test_layer_over_tipc(tipc, name):
-    """The same test programs as everywhere, on a kernel with TIPC: a slow receiver loses nothing silently there, too."""
+    """The same test programs as everywhere, on a kernel with TIPC: a slow receiver loses nothing silently
+    there, too."""
     path = tipc.result.folder / "c-tests"
     outcomes = dict(line.split() for line in path.read_text().splitlines()) if path.exists() else {}
     text = (tipc.result.folder / f"{name.rpartition('/')[2]}.txt")
@@ -68,7 +69,7 @@ def test_layer_over_tipc(tipc, name):
 
 
 def cuts_and_reactions(folder):
-    """Per cut, the time [us] in which each drive left operation, by the truth of the drives."""
+    """For each cut, the time [us] in which each drive left operation, by the truth of the drives."""
     from hirosco_gse import run as runs
 
     run = runs.load(folder)
@@ -96,7 +97,8 @@ def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
 
 
 def test_flights_of_two_containers_do_not_meet(tmp_path):
-    """Containers count processes from 1 each and may share /tmp: two launchers of one number fly at the same time."""
+    """Containers count processes from 1 each and may share /tmp: two launchers with one process number fly at
+    the same time."""
     if not has_namespaces():
         pytest.skip("no namespaces on this kernel for this account")
     meeting = tmp_path / "here"
@@ -121,7 +123,7 @@ def refused(command):
 
 
 def test_namespaces_that_are_not_permitted_are_told_with_the_next_step(tmp_path):
-    """As an account without privileges, here one of a user namespace that maps nobody to root."""
+    """As an account without privileges, here in a user namespace that maps no account to root."""
     line = ["unshare", "--user", "--map-user=1000", "build/bin/hirosco", "run", "--nodes", "2", "--out", str(tmp_path / "run")]
     said = refused(line)
     assert "sudo make sim-run NODES=2" in said and "make vm SECONDS=" in said
@@ -137,7 +139,7 @@ def test_kernel_without_tipc_is_told_with_the_next_step(tmp_path):
         said = refused(["build/bin/hirosco", "run", "--transport", "tipc", "--out", str(tmp_path / "run")])
         assert "modprobe tipc" in said and "make vm SECONDS=" in said
         assert not (tmp_path / "run").exists()
-    else:  # It flies: that the refusal is right elsewhere, elsewhere shows.
+    else:  # The flight succeeds: other tests cover the refusal.
         done = subprocess.run(["build/bin/hirosco", "run", "--transport", "tipc", "--scenario", "commissioning", "--report", "no",
                                "--out", str(tmp_path / "run")], cwd=places.ROOT, stdin=subprocess.DEVNULL, timeout=600)
         assert done.returncode == 0

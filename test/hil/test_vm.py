@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The micro-VM as people and tests use it: one command, a shell on a terminal, and everything that can go wrong."""
+"""The micro-VM as users and tests use it: one command, a shell on a terminal, and all failures of it."""
 
 import concurrent.futures
 import contextlib
@@ -43,7 +43,7 @@ def mentioning(text):
 
 @pytest.fixture
 def kernel_folder(tmp_path):
-    """A folder to boot from of the test's own: nothing that other micro-VMs do shows up in it."""
+    """A boot folder for this test only: other micro-VMs do not show up in it."""
     folder = tmp_path / "boot"
     folder.mkdir()
     for name in ("vmlinux", "initramfs.cpio"):
@@ -64,7 +64,8 @@ def test_command_streams_its_output_and_returns_its_exit_code_and_only_the_outpu
     process = subprocess.Popen([*RUNNER, "--out", tmp_path, script], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE)
     try:
-        assert process.stdout.readline() == b"first\n"  # The command still runs: it waits for the next line's file.
+        # The command still runs: it waits for the file of the next line.
+        assert process.stdout.readline() == b"first\n"
         (tmp_path / "go-on").touch()
         stdout, stderr = process.communicate(timeout=BOUND_S)
     finally:
@@ -83,7 +84,7 @@ def test_make_passes_the_command_as_it_is_written(tmp_path):
                            "CMD=echo \"$((6 * 7))\" 'a  b' >$OUT/said; exit 9"],
                           cwd=places.ROOT, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     assert (tmp_path / "said").read_text() == "42 a  b\n"
-    assert made.returncode == 2 and "Error 9" in made.stderr  # make's own way to tell an exit code
+    assert made.returncode == 2 and "Error 9" in made.stderr  # make's own form of an exit code
 
 
 def test_time_limit_ends_a_command_that_hangs(kernel_folder, tmp_path):
@@ -134,7 +135,7 @@ def test_what_a_killed_runner_left_is_removed_and_what_is_in_use_is_not(tmp_path
 
 @pytest.mark.long
 def test_two_run_side_by_side(tmp_path):
-    """Each waits for what only the host can tell it: that the other one runs too."""
+    """Each machine waits for a file that only the host can give it: that the other one runs, too."""
     command = "touch $OUT/here; while [ ! -e $OUT/both ]; do sleep 0.05; done; echo $OUT"
     outs = [tmp_path / "a", tmp_path / "b"]
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
@@ -189,7 +190,7 @@ def test_an_emulator_that_hangs_before_the_guest_begins_is_started_once_more(ker
 
 @pytest.mark.parametrize("knows, told", [(False, "the package lists do not know linux-image-amd64"), (True, "cannot be fetched")])
 def test_a_kernel_that_cannot_be_fetched_is_told_with_the_next_step(tmp_path, monkeypatch, knows, told):
-    """No sources and no lists at all, or lists that name a server which is not there."""
+    """No sources and no lists at all, or lists that name a server that does not exist."""
     (tmp_path / "lists" / "partial").mkdir(parents=True)
     sources = tmp_path / "sources.list"
     sources.write_text("")
@@ -237,7 +238,7 @@ def test_a_shell_without_a_terminal_is_refused():
 # --- a shell on a terminal --------------------------------------------------------------------------------------------
 
 class Terminal:
-    """The runner on a pseudo terminal, and what it showed."""
+    """The runner on a pseudo terminal, and its output."""
 
     def __init__(self, *options):
         self.pid, self.master = pty.fork()
@@ -273,9 +274,10 @@ def test_shell_on_a_terminal(tmp_path):
         terminal.expect(b"made 42")
         terminal.type(b"PS1='rea''dy '\n")
         terminal.expect(b"ready ")
-        terminal.type(b"sh -c 'echo slee\"\"ps; exec sleep 1000'\n")  # who says so has the terminal already
+        # the shell that prints this already has the terminal
+        terminal.type(b"sh -c 'echo slee\"\"ps; exec sleep 1000'\n")
         terminal.expect(b"sleeps")
-        terminal.type(b"\x03")  # goes to the command, not to the emulator; what is typed ahead goes with it
+        terminal.type(b"\x03")  # this input goes to the command, not to the emulator; what is typed ahead goes with it
         terminal.expect(b"ready ")
         terminal.type(b"echo aft''er $?; tty; echo kept >$OUT/kept\n")
         terminal.expect(b"after 130")

@@ -5,8 +5,7 @@
 
 To repeat a flight:
 
-test/mission/campaign.py SEED [--faults 1|2] [--form image|processes]
-"""
+    test/mission/campaign.py SEED [--faults 1|2] [--form image|processes]"""
 
 import argparse
 import collections
@@ -48,8 +47,7 @@ LASTING = (
 
 class Ground:
     """Shared by all flights of a campaign: the probe, an initial record store, a mission with one member on
-    each node.
-    """
+    each node."""
 
     def __init__(self, place):
         self.place = place
@@ -81,8 +79,7 @@ class Ground:
     @property
     def split(self):
         """A copy of the tree in which the mission places JOYSTICK on node 1, so that the links go between the
-        nodes.
-        """
+        nodes."""
 
         def make(tree):
             (tree / "descriptors").mkdir(parents=True)

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Flights of the fault campaign, drawn from seeds: the same seed gives the same flight. Each kind of fault is
 a function of (rng, flight) that adds a fault to the flight: lines of the scenario, writes that the disk
-refuses, damage to the initial record store, a connection between two nodes that is cut.
-"""
+refuses, damage to the initial record store, a connection between two nodes that is cut."""
 
 import errno
 import random
@@ -109,8 +108,7 @@ def _requests(rng, flight):
 
 def _events(rng, flight):
     """Load: a member raises notes as fast as it takes in requests, a procedure or monitors raise events, or
-    all at once.
-    """
+    all at once."""
     at, name, kind = flight.moment(rng), rng.choice(MEMBERS), rng.choice(("notes", "notes", "procedure", "procedure", "monitor", "high"))
     if kind == "notes":
         flight.lines += [f"{at:.6f} operator try nowait cmd {name}.RAISE EVENT=9"] * rng.choice((50, 300))

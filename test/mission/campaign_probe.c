@@ -3,8 +3,8 @@
 // while: of the writes into files whose path contains a text, the first refused one writes half, the others
 // nothing. Writes are counted over all programs and lives of the flight, so the same writes fail each time
 // and in every form. At its end each program records how many descriptors it has open.
-// CAMPAIGN_DISK=<text>:<first write>:<number>:<errno>   CAMPAIGN_COUNT=<file of 4 octets>
-// CAMPAIGN_ENDS=<file>
+//     CAMPAIGN_DISK=<text>:<first write>:<number>:<errno>   CAMPAIGN_COUNT=<file of 4 octets>
+//     CAMPAIGN_ENDS=<file>
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <dlfcn.h>

@@ -182,8 +182,7 @@ def _is_supervisor_away(seen, at_ns):
 
 def _high_comes_in_its_cycle(seen):
     """HIGH events reach the supervisor; the member and its partner in operation are in ERROR_OPERATIONAL by
-    then or a cycle later.
-    """
+    then or a cycle later."""
     for time_ns, direction, raw in seen.packets:
         if direction != "TM" or raw[7:9] != b"\x05\x04":
             continue
@@ -204,8 +203,7 @@ def _high_comes_in_its_cycle(seen):
 
 def failure_on_the_bus_is_seen(seen):
     """The drives of a dead member stop and report it on the bus; two cycles later the partner in operation is
-    in ERROR_OPERATIONAL.
-    """
+    in ERROR_OPERATIONAL."""
     for time_ns, apid in seen.ends_of_lives():
         if apid not in PARTNER or seen.has_cut:
             continue

@@ -23,8 +23,7 @@ KEPT_RUNS = 2  # in memory: one image has hundreds of megabytes
 @pytest.fixture(scope="session")
 def hangar(request):
     """Folder for the runs of this session; removed when all tests have passed, otherwise by a session an hour
-    later.
-    """
+    later."""
     place = flying.ROOT / "build" / "test"
     place.mkdir(parents=True, exist_ok=True)
     for old in place.glob("mission-*"):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A flight in which processes are stopped, killed, suspended and started again, for tests that fly it in
-every form.
-"""
+every form."""
 
 import hashlib
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A mission with a port that feeds two readers: in addition to rokviss a second arm, SHADOW, also reads
 HAND_POSITION. It is the manipulator's code, compiled for a descriptor with a name and an id of its own;
-its two joints are motor benches on a bus of their own.
-"""
+its two joints are motor benches on a bus of their own."""
 
 import shutil
 import subprocess

@@ -2,8 +2,8 @@
 // Preloaded into the supervisor: a disk below the packet log that is slow, hangs, or becomes read-only.
 //
 // SLOW_DISK_FOLDER names a folder of the test. While it contains a file
-// hold      a write does not end; the file "held" shows that one waits
-// readonly  nothing can be written, shortened, or opened for writing
+//     hold      a write does not end; the file "held" shows that one waits
+//     readonly  nothing can be written, shortened, or opened for writing
 // Without that variable each fiftieth write takes 300 ms.
 #define _GNU_SOURCE
 #include <dlfcn.h>

@@ -3,13 +3,11 @@
 """Soak: hours of simulated time with random traffic of an operator; nothing grows, drifts or stalls.
 
 A seed determines the traffic: the mission rests, flies telepresence, moves the arm alone, loses and regains a
-process, and gets
-requests of every kind in between. Buses and truth are not logged. To repeat a flight:
+process, and gets requests of every kind in between. Buses and truth are not logged. To repeat a flight:
 
-test/mission/soak.py SEED --hours 24 [--form image|processes] [--out FOLDER]
+    test/mission/soak.py SEED --hours 24 [--form image|processes] [--out FOLDER]
 
-The samples of every process are in FOLDER/soak.jsonl: one line for each second of wall-clock time.
-"""
+The samples of every process are in FOLDER/soak.jsonl: one line for each second of wall-clock time."""
 
 import argparse
 import collections

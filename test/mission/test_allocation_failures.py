@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """In each pool and quota one of the first requests is refused, each in a flight of its own: no crash, nothing
 left behind, and the refusal is counted and reported. Flies the programs of SANITIZE=1, which can be told
-to refuse.
-"""
+to refuse."""
 
 import json
 import re

@@ -149,8 +149,7 @@ def test_commands_lead_up_one_state_at_a_time(buses):
 
 def test_joystick_engages_without_a_push(flight, buses):
     """In the first 50 ms of OPERATIONAL the mean force on the hand is below 0.05 Nm (one encoder tick may
-    cause a peak).
-    """
+    cause a peak)."""
     stick = buses["joystick"]
     rows = stick.frames(0x200 + STICK)
     times = stick.time_us[rows]

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every fault of docs/can-faults.md in one flight: the events, the following state, the counters, and the
-return to operation.
-"""
+return to operation."""
 
 import json
 import re
@@ -105,8 +104,7 @@ def test_forms_are_identical(flights):
 @pytest.mark.parametrize("name", FAULTS)
 def test_lost_devices_end_in_the_safe_state(told, name):
     """Each lost device: a HIGH event, ERROR_OPERATIONAL in that cycle, OFFLINE by the plan. Without a lost
-    device the arm keeps its state.
-    """
+    device the arm keeps its state."""
     _, lost, _, _ = FAULTS[name]
     inside = _in_slot(told, name)
     high = [(t, event, data) for t, service, subtype, event, data in inside if (service, subtype) == (5, 4)]
@@ -154,8 +152,7 @@ def test_faults_are_counted(flights):
 
 def test_controller_that_waits_for_an_order(hangar):
     """Bus-off without automatic restart: the bring-up names the silent devices and ends; after the restart it
-    succeeds.
-    """
+    succeeds."""
     path = flying.write_scenario(
         hangar / "restart.scn",
         "0.0 hand rest",
@@ -202,8 +199,7 @@ def foreign_sync(hangar):
 
 def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_told_once(foreign_sync):
     """MEDIUM: SAFE_OPERATIONAL in that cycle. While the fault lasts it is not reported again, and a command
-    up is still possible.
-    """
+    up is still possible."""
     flight = foreign_sync["image"]
     told, states = [], []
     for time_ns, direction, raw in flight.packets:

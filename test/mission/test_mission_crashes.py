@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Deaths in flight: whichever process is killed, the run ends, names it, keeps its logs, and leaves nothing
-behind.
-"""
+behind."""
 
 import json
 import os
@@ -24,8 +23,7 @@ SAFE_WITHIN_US = 20_000
 
 def _kill_at(flight, name, step):
     """kill -9 of one child after this step of the operator; the simulated time of the kill is not determined
-    to the microsecond.
-    """
+    to the microsecond."""
     flying.wait_until(lambda: flight.steps() >= step or flight.process.poll() is not None, f"step {step} of the operator")
     assert flight.process.poll() is None, flight.told()
     pid = flight.children()[name]
@@ -34,8 +32,7 @@ def _kill_at(flight, name, step):
 
 def _lines():
     """A flight of 20 s: up to OPERATIONAL, the hand in motion, one request to each subsystem every second,
-    and down.
-    """
+    and down."""
     lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", "0.0 operator ping all", *flying.bring_up(0.1)]
     for second in range(3, FLIGHT_S):
         steps = {5: "log sqlite", 9: "log ascii", 12: "hk once MANIPULATOR 4711"}
@@ -134,8 +131,7 @@ def test_kill_of_a_process(folder, scenario, name):
 @pytest.mark.parametrize("name", MEMBERS)
 def test_kill_of_a_member_in_operation(folder, scenario, name):
     """The other one reaches ERROR_OPERATIONAL by itself; the drives of the dead one leave operation by their
-    deadline.
-    """
+    deadline."""
     flight = _die(folder, scenario, name, IN_OPERATION)
     _assert_ended_as_it_should(flight, name)
     other = next(apid for member, apid in MEMBERS.items() if member != name)
@@ -149,8 +145,7 @@ def test_kill_of_a_member_in_operation(folder, scenario, name):
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder, form):
     """Without supervisor OPERATIONAL ends in SAFE_OPERATIONAL: actuators off, brakes engaged. After its
-    fourth death within a minute it is not started again.
-    """
+    fourth death within a minute it is not started again."""
     folder.mkdir()
     deaths = [f"{4 + death} fault kill supervisor" for death in range(4)]
     path = flying.write_scenario(folder / "deaths.scn", "0.0 hand rest", *deaths, *flying.bring_up(0.1), f"{END_S} operator shutdown")
@@ -240,8 +235,7 @@ def test_kill_of_the_launcher_before_it_flies(folder, moment_s):
 
 def _with_another_guard(folder, scenario):
     """A flight whose guard was killed; its simulator is suspended, so that the flight does not end before the
-    test sees that.
-    """
+    test sees that."""
     flight = flying.start(folder, "--scenario", scenario)
     flying.wait_until(lambda: flight.steps() >= 1, "step 1")
     simulator = flight.children()["simulator"]
@@ -279,8 +273,7 @@ def test_kill_of_the_image(folder, scenario):
 
 def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
     """Logs are flushed every simulated second: bus logs and truth reach to the last second, each line
-    complete except the last.
-    """
+    complete except the last."""
     flight = _die(folder, scenario, "simulator", len(STEPS) - 4)
     told = max(int(float(json.loads(line)["end"])) for line in flight.read("operator.log").splitlines())
     run = runs.load(flight.folder)

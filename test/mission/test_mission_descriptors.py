@@ -195,8 +195,7 @@ def test_configuration_part_needs_no_recompilation(house):
 
 def test_a_mistake_read_anew_is_told_with_its_place_and_leaves_the_old_in_force(house):
     """TC[129,6] in the middle of a mission: refused with file, line, value and expected value; then the
-    flight continues.
-    """
+    flight continues."""
     flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
     try:
         assert flying.gse(flight, "state", "MANIPULATOR", "PRE_OPERATIONAL").returncode == 0
@@ -238,9 +237,7 @@ def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_
 
 def _add_subsystems(house, count):
     """Subsystems, each with a copy of communication's descriptor and program, which need no bus, under a name
-    and an id of their own. Returns the folder of the
-    programs and the last one's line in the mission.
-    """
+    and an id of their own. Returns the folder of the programs and the last one's line in the mission."""
     programs = house / "programs"
     shutil.copytree(flying.BIN, programs)
     plain = (house / "descriptors/subsystems/communication.xml").read_text(encoding="utf-8")

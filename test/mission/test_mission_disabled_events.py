@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """An event whose report is disabled (TC[5,6]) still has effects: on the network, by its plan and by actions
-on board.
-"""
+on board."""
 
 import flying
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A disk that is full, becomes full, or is gone: the flight goes on, says so, and run.json is whole."""
+"""A disk that is full, becomes full, or is removed: the flight continues and reports it, and run.json is complete."""
 
 import contextlib
 import json
@@ -25,7 +25,7 @@ RESTARTED = bytes.fromhex("0014")
 
 @pytest.fixture
 def disk(folder):
-    """Mounts a small disk of so many octets; its folder."""
+    """Mounts a small disk with this number of octets; its folder."""
     made = []
 
     def mount(size):
@@ -44,7 +44,7 @@ def disk(folder):
 
 @pytest.fixture(scope="module")
 def scenario(hangar):
-    """A flight in which everybody is asked each second."""
+    """A flight in which each subsystem gets a request every second."""
     return flying.write_scenario(hangar / "disk.scn", "0 hand rest", *(f"{second} operator ping all" for second in range(1, SECONDS)), f"{SECONDS} operator shutdown")
 
 
@@ -63,12 +63,12 @@ def _fill(path):
 
 
 def _is_logging(flight):
-    """Whether the supervisor has the file of the packet log open."""
+    """True if the supervisor has the file of the packet log open."""
     files = pathlib.Path(f"/proc/{flight.children().get('supervisor')}/fd")
     try:
         return any(os.readlink(entry).endswith("/packets.ascii") for entry in files.iterdir())
     except OSError:
-        return True  # It has just closed something, or is not there yet.
+        return True  # The process has just closed a file, or does not exist yet.
 
 
 def test_full_disk_from_the_first_second(disk):
@@ -90,7 +90,7 @@ def test_full_disk_from_the_first_second(disk):
 
 
 def test_log_goes_on_when_there_is_room_again(disk, scenario):
-    """What came meanwhile is in memory, and nothing is missing at the end."""
+    """Records of that time were kept in memory, and nothing is missing at the end."""
     place = disk(64_000_000)
     flight = flying.start(place / "out", "--scenario", scenario)
     try:
@@ -129,7 +129,7 @@ def test_folder_that_is_removed_in_flight(folder, scenario):
 
 
 def test_missing_records_are_named(folder):
-    """By the merge, also those behind the last one that is there."""
+    """By the merge, also those after the last existing one."""
     flight = flying.fly(folder / "out", "--scenario", "commissioning")
     lines = flight.read("packets.ascii").splitlines(keepends=True)
     count = len(lines)
@@ -147,7 +147,7 @@ def test_missing_records_are_named(folder):
 
 @pytest.fixture(scope="module")
 def programs(hangar):
-    """The programs of a mission whose supervisor has slow_disk.c below it."""
+    """The programs of a mission whose supervisor has slow_disk.c preloaded."""
     programs = hangar / "programs"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "slow.so", pathlib.Path(__file__).with_name("slow_disk.c"), "-ldl"], check=True)
@@ -177,7 +177,7 @@ def _station(folder, programs, time):
 
 
 def _strategies(ground):
-    """(from, to) of each change of strategy that was told."""
+    """(from, to) of each reported change of strategy."""
     return [(p.data[0], p.data[1]) for p, _ in ground.reports if p.message == (131, 4)]
 
 
@@ -195,7 +195,8 @@ def _assert_whole(flight, changes):
 
 @pytest.mark.parametrize("time", ["real", "free"])
 def test_a_disk_that_does_not_answer_holds_nobody_up(folder, programs, time):
-    """A write of the log does not end before everybody has answered, and the log has said that it is in the ring."""
+    """A write of the log does not end until every subsystem has answered and the log has reported that the
+    ring is in force."""
     with _station(folder, programs, time) as (flight, ground, gate):
         (gate / "hold").touch()
         flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and (gate / "held").exists(), "a write that waits")
@@ -212,7 +213,7 @@ def test_a_disk_that_does_not_answer_holds_nobody_up(folder, programs, time):
 
 
 def test_death_while_the_disk_does_not_answer(folder, programs):
-    """The records that the writer had not written are those of the next supervisor."""
+    """The next supervisor writes the records that the writer had not written."""
     with _station(folder, programs, "free") as (flight, ground, gate):
         (gate / "hold").touch()
         flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and (gate / "held").exists(), "a write that waits")
@@ -230,12 +231,12 @@ def test_death_while_the_disk_does_not_answer(folder, programs):
 
 @pytest.mark.parametrize("time", ["real", "free"])
 def test_disk_that_is_read_only_for_a_while(folder, programs, time):
-    """Writes fail, the file can be neither shortened nor opened, and then all is well again."""
+    """Writes fail, and the file can be neither shortened nor opened; later all works again."""
     with _station(folder, programs, time) as (flight, ground, gate):
         (gate / "readonly").touch()
         flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and _strategies(ground) == [(0, 3)], "the log in the ring")
         began = ground.now()
-        while ground.now() <= began + 4.0:  # While tries fail. The ring holds what so few requests are recorded by.
+        while ground.now() <= began + 4.0:  # While retries fail. The ring holds the records of so few requests.
             assert ground.do("JOYSTICK", 17, 1).is_completed
             sleep(0.05)
         assert _strategies(ground) == [(0, 3)]
@@ -246,7 +247,7 @@ def test_disk_that_is_read_only_for_a_while(folder, programs, time):
 
 @pytest.fixture
 def failing_disk(folder):
-    """Mounts a file system that can be made to fail; its folder, and how."""
+    """Mounts a file system that can be made to fail; its folder, and a function that makes it fail."""
     image, path = folder / "image", folder / "disk"
     path.mkdir(parents=True)
     with image.open("wb") as file:
@@ -259,7 +260,7 @@ def failing_disk(folder):
 
 
 def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
-    """As after an error of the disk: open files fail, and it stays so. The flight goes on to its end."""
+    """As after an error of the disk: open files fail, permanently. The flight continues to its end."""
     place, fail = failing_disk
     flight = flying.start(place / "out", "--scenario", scenario)
     try:
@@ -276,7 +277,7 @@ def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
 
 
 def test_slow_disk_is_told_and_changes_nothing(folder, programs):
-    """In stepped time the wall waits, and simulated time does not."""
+    """In stepped time wall-clock time passes, and simulated time stands still."""
     flight = flying.fly(folder / "slow", "--scenario", "commissioning", binaries=programs)
     assert flight.code == 0, flight.told()
     told = re.search(r"supervisor: one write of the packet log took (\d+) ms", flight.console)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One port with two readers in flight: whatever becomes of one reader, the other does not lose a sample."""
+"""One port with two readers in flight: whatever happens to one reader, the other loses no sample."""
 
 import os
 import struct
@@ -9,10 +9,10 @@ import pytest
 import second_reader
 
 CYCLE_NS = 500_000
-TOGETHER_NS = 600_000_000  # Looks of one closing or one death are not further apart.
+TOGETHER_NS = 600_000_000  # Link reports before and after one closing or one death are at most this far apart.
 FIRST_DEATH_NS = 3_100_000_000
 ROW = struct.Struct(">HBHHHH21xIIIII")
-LOOK_NS = 100_000_000  # The members tell one after the other.
+LOOK_NS = 100_000_000  # The members report one after the other.
 APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17, "SHADOW": 18}
 LINKS = {2: "MANIPULATOR", 3: "SHADOW"}  # by their number in the mission
 
@@ -41,7 +41,7 @@ def _up(at):
 
 
 def _closing(at):
-    """Each reader's link closed and opened again, with a look at all before, between and after."""
+    """Each reader's link is closed and opened again, with link reports of all members before, between and after."""
     lines = [f"{at} operator link list"]
     for reader, link in second_reader.READERS.items():
         lines += [f"{at} operator link close {link}", f"{at + 0.2} operator link list", f"{at + 0.2} operator link open {link}", f"{at + 0.4} operator link list"]
@@ -50,7 +50,8 @@ def _closing(at):
 
 
 def _dying(at):
-    """Each reader killed, with a look at all before, and after while the network waits for its recovery plan; then all again."""
+    """Each reader is killed, with link reports of all members before, and after it while the network waits
+    for its recovery plan; then all is brought up again."""
     lines = []
     for reader in second_reader.READERS:
         lines += [f"{at} operator link list", f"{at + 0.1} fault kill {reader.lower()}", f"{at + 0.3} operator link list", *_up(at + 1.5)]
@@ -58,7 +59,7 @@ def _dying(at):
     return [*lines, f"{at} operator link list", f"{at + 0.1} operator shutdown"]
 
 
-# SHADOW reads on the first computer what JOYSTICK writes on the second, where MANIPULATOR reads it, too.
+# SHADOW reads on the first computer what JOYSTICK writes on the second; MANIPULATOR reads it there, too.
 WAYS = {
     "shm": ("--links", "shm"),
     "udp": ("--links", "udp"),
@@ -70,24 +71,25 @@ def fly(house, folder, *options):
     folder.mkdir()
     scenario = flying.write_scenario(folder / "readers.scn", *_up(0.0), *_closing(1.0), *_dying(3.0))
     flight = second_reader.fly(house, folder / "run", scenario, *options)
-    assert "ended by signal 9" in flight.output, flight.told()  # A death fails a run, and here nothing else does.
+    assert "ended by signal 9" in flight.output, flight.told()  # A death fails a run; nothing else may fail this one.
     assert "FAILED" not in flight.console, flight.told()
     return flight
 
 
 def _stretches(told, number, reader):
-    """What a reader took of its link between two looks at it, with the other link away or not: (end_ns, samples, cycles, is_away)."""
+    """Samples that a reader took from its link between two link reports, with the other link closed or not:
+    (end_ns, samples, cycles, is_away)."""
     other = next(link for link in LINKS if link != number)
     mine = [(time_ns, rows[number][2]) for time_ns, apid, rows in told if apid == APIDS[reader] and number in rows]
     theirs = [(time_ns, other in rows) for time_ns, apid, rows in told if apid == APIDS["JOYSTICK"]]
     for (before_ns, before), (after_ns, after) in zip(mine, mine[1:]):
-        if after >= before and after_ns - before_ns <= TOGETHER_NS:  # else opened anew in between
+        if after >= before and after_ns - before_ns <= TOGETHER_NS:  # else the link was opened again in between
             is_away = any(not is_there for at_ns, is_there in theirs if before_ns <= at_ns <= after_ns + LOOK_NS)
             yield after_ns, after - before, (after_ns - before_ns) // CYCLE_NS, is_away
 
 
 def _epochs(flight):
-    """Of every TC[130,6] that a reader got."""
+    """Epochs of every TC[130,6] that a reader received."""
     return [raw[13:17] for _, direction, raw in flight.packets if direction == "TC" and raw[7:9] == b"\x82\x06" and raw[0] & 7 == 0 and raw[1] in (16, 18)]
 
 
@@ -99,7 +101,8 @@ def test_a_reader_that_closes_dies_and_comes_again_costs_the_other_nothing(house
 
 
 def judge(flight):
-    """Both readers of a flight have every sample of the cycles in which their link was open, whatever became of the other one."""
+    """Both readers of a flight have every sample of the cycles in which their link was open, whatever
+    happened to the other one."""
     told = _lists(flight)
     for time_ns, apid, rows in told:
         for number, (_, _, _, lost, late) in rows.items():

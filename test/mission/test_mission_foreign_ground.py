@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ground clients that take no part in simulated time: they are served, they do not disturb, and they are told of."""
+"""Ground clients that take no part in simulated time: they are served, they disturb nothing, and the run
+reports them."""
 
 import contextlib
 import socket
@@ -43,7 +44,8 @@ def quiet(fleet):
 
 
 def test_telecommand_of_a_foreign_client_is_served_and_told(folder):
-    """TC[17,1] gets its chain on the connection that asked; the run passes and says that it is not reproducible."""
+    """TC[17,1] gets its reports on the connection that sent it; the run passes and reports that it is not
+    reproducible."""
     flight = flying.start(folder, *OPTIONS)
     stream = flying.connect(flight.port())
     stream.settimeout(flying.MOMENT_S)
@@ -69,12 +71,13 @@ def test_telecommand_of_a_foreign_client_is_served_and_told(folder):
 
 
 def _of_others(flight):
-    """What the packet log holds of the members: all but `communication`, which tells who listens, and the supervisor."""
+    """Packets of the members in the packet log, without `communication`, which reports its clients, and
+    without the supervisor."""
     return [(t, raw) for t, direction, raw in flight.packets if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF in (16, 17)]
 
 
 def test_listeners_do_not_disturb(folder, quiet):
-    """One reads everything, one never reads: what members and buses do is that of the quiet flight, octet by octet."""
+    """One client reads everything, one never reads: members and buses have the same octets as in the quiet flight."""
     flight = flying.start(folder, *OPTIONS)
     reader, sleeper = flying.connect(flight.port()), flying.connect(flight.port())
     sleeper.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
@@ -99,7 +102,7 @@ def test_listeners_do_not_disturb(folder, quiet):
 
 @pytest.mark.parametrize("rubbish", [b"\x00" * 64, b"\xff" * 512, bytes(range(256)) * 64, b"GET / HTTP/1.0\r\n\r\n", _ping(16)[:-1] + b"\x00"], ids=("noughts", "ones", "all", "http", "crc"))
 def test_rubbish_does_not_disturb(folder, rubbish):
-    """The flight goes on, whatever is thrown at its ground port."""
+    """The flight continues, whatever octets its ground port receives."""
     flight = flying.start(folder, "--scenario", "commissioning")
     stream = flying.connect(flight.port())
     with contextlib.suppress(OSError):
@@ -111,7 +114,7 @@ def test_rubbish_does_not_disturb(folder, rubbish):
 
 
 def test_request_with_a_wrong_crc_is_refused(folder):
-    """TM[1,2] from the supervisor, with the request's id, to the one who sent it."""
+    """TM[1,2] from the supervisor, with the request's id, to the sender of the request."""
     flight = flying.start(folder, *OPTIONS)
     stream = flying.connect(flight.port())
     stream.settimeout(flying.MOMENT_S)
@@ -133,7 +136,7 @@ def test_request_with_a_wrong_crc_is_refused(folder):
 
 
 def test_more_clients_than_there_is_room_for(folder):
-    """The one too many is turned away; the operator, who may come last, is not among them."""
+    """The client that exceeds the limit is refused; the operator is never that one, even if it connects last."""
     flight = flying.start(folder, "--scenario", "commissioning")
     flight.port()
     streams = []

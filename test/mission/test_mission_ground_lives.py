@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ground link over the lives of communication: it ends and opens in simulated time, and each request ends once."""
+"""The ground link over the lives of communication: it ends and opens in simulated time, and each request ends
+once."""
 
 import collections
 import itertools
@@ -28,7 +29,8 @@ SCHEDULE = (
     "tc SUPERVISOR 11,20 n=[1]",
     "schedule enable",
 )
-LINK_LOST = (3.0, 4.0, 5.5, 6.5, 7.6)  # In the slot behind the end of each life that served the operator, or as soon as its hang is found.
+# In the slot after the end of each life that served the operator, or as soon as its hang is detected.
+LINK_LOST = (3.0, 4.0, 5.5, 6.5, 7.6)
 
 
 def _asked(begin_s, count, step_s, step):
@@ -36,7 +38,8 @@ def _asked(begin_s, count, step_s, step):
 
 
 def _link_scenario(path):
-    """Communication is killed, stopped, started and hung while the operator asks, also before its new life listens."""
+    """Communication is killed, stopped, started and suspended while the operator sends requests, also before
+    its new life listens."""
     lines = ["0.0 hand rest", "2.0 hand circle 0.1 0.5 1 3 1"] + flying.bring_up(0.2)
     lines += ["3.0 fault kill communication"] + _asked(2.98, 60, 0.0005, "try nowait ping MANIPULATOR") + _asked(3.05, 10, 0.01, "ping MANIPULATOR")
     lines += [f"{3.8 + i * 0.02:.3f} operator {step}" for i, step in enumerate(SCHEDULE)]
@@ -56,12 +59,12 @@ def _steps(flight):
 
 
 def _losses(flight):
-    """Entries of the operator's log that tell of a lost link."""
+    """Entries of the operator's log that report a lost link."""
     return [step for step in _steps(flight) if step["verb"] == "link" and "lost" in step["outcome"]]
 
 
 def _assert_each_request_ends_once(flight):
-    """Every request in the packet log has one end there. Returns their number."""
+    """Every request in the packet log ends once there. Returns the number of requests."""
     asked, ended, scheduled = collections.Counter(), collections.Counter(), set()
     for _, direction, raw in flight.packets:
         if direction == "TC" and raw[9:11] == OPERATOR:
@@ -76,7 +79,7 @@ def _assert_each_request_ends_once(flight):
 
 
 def _assert_numbers_whole(flight):
-    """Nobody but communication has a second life: each report of the others has the number after the one before."""
+    """No component but communication has a second life: the reports of all others have consecutive numbers."""
     numbers = collections.defaultdict(list)
     for _, direction, raw in flight.packets:
         if direction == "TM":
@@ -94,7 +97,8 @@ def _fly(folder, path, *options):
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces of two nodes need root")
 def test_the_link_to_ground_ends_and_opens_in_simulated_time(folder):
-    """The operator loses its connection with each life of communication, at one instant, and gets the next in the same way in every form."""
+    """The operator loses its connection with each life of communication, at one instant, and gets the next
+    one in the same way in every form."""
     folder.mkdir()
     path = _link_scenario(folder / "link.scn")
     flights = {name: _fly(folder / name, path, *options) for name, options in FORMS.items()}
@@ -107,14 +111,16 @@ def test_the_link_to_ground_ends_and_opens_in_simulated_time(folder):
 
 
 def _burst(at_s, count):
-    """Requests at one instant, to all; some have long answers, and those to communication cannot end while it is away."""
+    """Requests to all subsystems at one instant; some have long answers, and those to communication cannot
+    end while it is dead."""
     long = ("schedule list", "ping COMMUNICATION", "hk once MANIPULATOR 4711")
     short = ("ping MANIPULATOR", "ping SUPERVISOR", "ping JOYSTICK")
     return [f"{at_s} operator try nowait {long[i // 20 % 3] if i % 20 == 0 else short[i % 3]}" for i in range(count)]
 
 
 def test_a_restart_under_load_loses_and_doubles_no_request_untold(folder):
-    """Queues are full and thousands of requests under way: those that the ground was not told to be lost have their end."""
+    """Queues are full and thousands of requests under way: each request that was not reported to the ground
+    as lost has an end."""
     folder.mkdir()
     lines = ["0.0 hand rest", "2.0 operator " + SCHEDULE[0]] + flying.bring_up(0.2) + ["2.1 operator at 100 ping MANIPULATOR"] * 60
     lines += _burst(3.0, 1500) + ["3.004 fault kill communication"] + _burst(3.02, 600)
@@ -126,7 +132,8 @@ def test_a_restart_under_load_loses_and_doubles_no_request_untold(folder):
     for flight in flights:
         ended = _assert_each_request_ends_once(flight)
         _assert_numbers_whole(flight)
-        sent = sum(line.split()[1] == "operator" for line in lines) + 4  # `ping all` is four, `link open` two, `wait-event` none.
+        # `ping all` sends four requests, `link open` two, `wait-event` none.
+        sent = sum(line.split()[1] == "operator" for line in lines) + 4
         told = sum(int(step["outcome"].split("; ")[1].split()[0]) for step in _losses(flight))
         assert len(_losses(flight)) == 3
         assert ended >= sent - told > 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A ground that asks more than can be answered at once, connections that nobody uses, and datagrams that nobody sent."""
+"""A ground that sends more requests than can be answered at once, idle connections, and forged datagrams."""
 
 import collections
 import contextlib
@@ -24,7 +24,7 @@ def _ping(apid, count):
 
 
 class Ground:
-    """A client that reads all the time, and keeps what its own requests were answered with."""
+    """A client that reads all the time, and keeps the answers to its own requests."""
 
     def __init__(self, port):
         self.stream = flying.connect(port)
@@ -53,17 +53,17 @@ class Ground:
         self.sequences[int.from_bytes(raw[:2], "big") & 0x7FF].append(int.from_bytes(raw[2:4], "big") & 0x3FFF)
 
     def ended(self):
-        """Requests that came to an end, whatever it was."""
+        """Requests that have ended, with success or not."""
         return sum(self.answers[1, subtype] for subtype in (2, 7, 8, 10))
 
     def ask(self, apid, count):
-        """So many pings, as fast as the connection takes them."""
+        """Send this number of pings as fast as the connection takes them."""
         self.stream.sendall(b"".join(_ping(apid, i) for i in range(count)))
 
 
 @pytest.fixture
 def mission(folder, tmp_path):
-    """A flight that goes on until it is told to end: its operator waits for a time that does not come."""
+    """A flight that continues until it is told to end: its operator waits for a time that does not come."""
     scenario = flying.write_scenario(tmp_path / "long.scn", *(f"{at:.6f} operator ping MANIPULATOR" for at in (0.1, 3000.0)))
     flight = flying.start(folder, "--scenario", scenario)
     try:
@@ -81,7 +81,8 @@ def mission(folder, tmp_path):
 @pytest.mark.parametrize("apid", [SUPERVISOR, MANIPULATOR])
 @pytest.mark.parametrize("count", [5000, pytest.param(100_000, marks=pytest.mark.long)])
 def test_burst_of_requests_gets_every_answer(mission, apid, count):
-    """A storm of TC[17,1] gets slower; each one still gets its acceptance, start, answer and completion, without a gap."""
+    """A storm of TC[17,1] is slowed down; each one still gets its acceptance, start, answer and completion,
+    without a gap."""
     ground = Ground(mission.port())
     ground.ask(apid, count)
     flying.wait_until(lambda: ground.answers[1, 7] >= count, f"{count} completions, not {ground.answers}", 60 + count / 200)
@@ -93,11 +94,12 @@ def test_burst_of_requests_gets_every_answer(mission, apid, count):
 
 PINGS = 200
 FIRST_S, SPACING_S = 0.5, 0.02
-PATIENCE_S = 0.1  # of the supervisor with who takes nothing in
+PATIENCE_S = 0.1  # failure code of the supervisor with the APID of the subsystem that takes in nothing
 
 
 def _fly_under_burst(folder, path, *lines):
-    """The operator pings the joystick, at known times, while another client floods the manipulator; (flight, answers to the flood)."""
+    """The operator pings the joystick, at known times, while another client floods the manipulator; (flight,
+    answers to the flood)."""
     pings = [f"{FIRST_S + SPACING_S * i:.6f} operator ping JOYSTICK" for i in range(PINGS)]
     scenario = flying.write_scenario(path, *pings, *lines, "3000.0 operator ping JOYSTICK")
     flight = flying.start(folder, "--scenario", scenario)
@@ -113,14 +115,15 @@ def _fly_under_burst(folder, path, *lines):
 
 
 def _delays_s(flight):
-    """Of each ping of the operator, from its time in the scenario to its end."""
+    """Duration of each ping of the operator, from its time in the scenario to its end."""
     ends = [t / 1e9 for t, kind, raw in flight.packets
             if kind == "TM" and raw[:2] == bytes((8, JOYSTICK)) and raw[7:9] == b"\1\7" and raw[11:13] != struct.pack(">H", USER)]
     return [end - (FIRST_S + SPACING_S * i) for i, end in enumerate(ends[:PINGS])]
 
 
 def test_burst_to_one_does_not_keep_others_waiting(folder, tmp_path):
-    """What fills the mailbox of one subsystem waits in the connection; a request to another one passes within few slots."""
+    """Requests that fill the mailbox of one subsystem wait in the connection; a request to another one passes
+    within few slots."""
     flight, answers = _fly_under_burst(folder, tmp_path / "flood.scn")
     assert answers == {(1, 1): 20000, (1, 3): 20000, (17, 2): 20000, (1, 7): 20000}
     delays = _delays_s(flight)
@@ -128,7 +131,8 @@ def test_burst_to_one_does_not_keep_others_waiting(folder, tmp_path):
 
 
 def test_burst_to_a_subsystem_that_hangs_holds_others_up_once(folder, tmp_path):
-    """Its requests end with a reason: refused, or lost with it; others wait until it is known, and no longer."""
+    """Requests to the dead subsystem end with a reason: refused, or lost with it; others wait until its death
+    is detected, and no longer."""
     flight, answers = _fly_under_burst(folder, tmp_path / "hang.scn", f"{FIRST_S + 0.1:.6f} fault hang manipulator")
     assert sum(answers[1, subtype] for subtype in (2, 7, 8, 10)) == 20000
     assert answers[1, 7] == answers[17, 2] < 20000
@@ -138,7 +142,7 @@ def test_burst_to_a_subsystem_that_hangs_holds_others_up_once(folder, tmp_path):
 
 
 def test_operator_gets_the_place_of_an_idle_client(mission):
-    """Idle connections, one with half a header, take every place; the operator comes later and is served."""
+    """Idle connections, one with half a header, take all places; the operator connects later and is served."""
     idle = [Ground(mission.port()) for _ in range(4)]
     idle[1].stream.sendall(_ping(SUPERVISOR, 1)[:3])
     served = None
@@ -159,7 +163,7 @@ def test_operator_gets_the_place_of_an_idle_client(mission):
 
 
 def _udp_port(pid):
-    """Port of the first UDP socket of a process: the one of its messages."""
+    """Port of the first UDP socket of a process: that of its messages."""
     inodes = set()
     for entry in os.listdir(f"/proc/{pid}/fd"):
         with contextlib.suppress(OSError):
@@ -171,7 +175,7 @@ def _udp_port(pid):
 
 
 def _forge(source, target, payload):
-    """One datagram with somebody else's port as its source."""
+    """Send one datagram with the port of another component as its source."""
     length = 8 + len(payload)
     datagram = struct.pack(">HHHH", source, target, length, 0) + payload
     head = struct.pack(">BBHHHBBH4s4s", 0x45, 0, 20 + length, 0, 0, 64, 17, 0, b"\x7f\0\0\1", b"\x7f\0\0\1")
@@ -182,7 +186,8 @@ def _forge(source, target, payload):
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root forges the source of a datagram")
 @pytest.mark.parametrize("life", [1, 0xFFFFFFFF], ids=("sequence", "life"))
 def test_channel_survives_forged_datagrams(mission, life):
-    """Datagrams in the supervisor's name with numbers far ahead, or of a later life: the next requests pass."""
+    """Datagrams in the supervisor's name with numbers far ahead, or of a later life: the next requests pass
+    all the same."""
     pids = mission.children()
     supervisor, manipulator = _udp_port(pids["supervisor"]), _udp_port(pids["manipulator"])
     for ahead in (20, 1000, 0x80000000):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The launcher's command line: what it refuses and why; two runs at once; programs called by hand."""
+"""The launcher's command line: what it refuses and why; two runs at once; programs started by hand."""
 
 import re
 import shutil
@@ -109,7 +109,7 @@ PROGRAMS = sorted(path.name for path in flying.BIN.glob("*")) or ["hirosco"]
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("words", [(), ("--help",), ("--no-such-option",), ("--run",), ("--run", "/hirosco-0.run", "--component", "0")])
 def test_program_called_by_hand_tells_its_usage(name, words):
-    """No program of the house crashes or waits for ever, however it is called."""
+    """No program of the project crashes or waits without end, whatever its arguments."""
     done = subprocess.run([flying.BIN / name, *words], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
     assert done.returncode in (0, 1, USAGE), f"{name} {words} ended with {done.returncode}"
     told = done.stdout + done.stderr
@@ -119,7 +119,7 @@ def test_program_called_by_hand_tells_its_usage(name, words):
 
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_program_says_its_version_and_its_usage(name):
-    """On standard output, with success; the version is the one of the project's header."""
+    """On standard output, with exit code 0; the version is the one of the project's header."""
     version = re.search(r'HIROSCO_VERSION "([^"]+)"', (flying.ROOT / "base" / "version.h").read_text(encoding="utf-8"))[1]
     for word in ("--version", "--help"):
         done = subprocess.run([flying.BIN / name, word], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
@@ -199,7 +199,7 @@ def test_error_in_a_scenario_is_told_with_its_line(folder, form, line, words):
 
 
 def test_two_runs_at_once(hangar, fleet):
-    """They take different ports and fly what each would have flown alone, octet by octet."""
+    """The runs take different ports, and each has the same octets as alone."""
     options = ("--scenario", "telepresence", "--form", "processes")
     pair = [flying.start(hangar / f"pair-{seed}", *options, "--seed", seed) for seed in (1, 2)]
     for flight in pair:

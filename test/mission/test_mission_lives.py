@@ -45,7 +45,7 @@ def test_lives_are_the_same_in_every_form_and_repeat(folder):
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("forms", SAME, ids=["shm", "udp"])
 def test_twenty_repeats_give_one_sum(folder, forms):
-    """Stops, kills, hangs and restarts, twenty times in each form: one sum of each log."""
+    """Stops, kills, hangs and restarts, twenty times in each form: each log has one checksum."""
     folder.mkdir()
     path, sums = lives.scenario(folder / "lives.scn"), set()
     for name in forms:
@@ -85,7 +85,7 @@ HIGH_EVENT = b"\x05\x04"
 
 
 def _hung(flight):
-    """APIDs of the processes that the supervisor has told to hang."""
+    """APIDs of the processes that the supervisor has reported to hang."""
     return {
         int.from_bytes(raw[23:25], "big")
         for _, direction, raw in flight.packets
@@ -95,7 +95,8 @@ def _hung(flight):
 
 @pytest.mark.parametrize(("name", "apid"), [("joystick", 17), ("manipulator", 16), ("communication", 2)])
 def test_a_process_that_stands_still_does_not_stop_the_others(folder, name, apid):
-    """By the wall clock: it is found by its beat, killed and started again; simulated time goes on without it."""
+    """In wall-clock time: the hang is detected by the beat; the process is killed and started again;
+    simulated time continues without it."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         flight.port()
@@ -115,14 +116,17 @@ def test_a_process_that_stands_still_does_not_stop_the_others(folder, name, apid
 
 
 def test_free_running_processes_fly_and_one_that_stands_still_is_replaced(folder):
-    """Every process by its own clock, the simulator as a peer: no identity is claimed, lateness is reported."""
+    """Every process has its own clock, the simulator as well: the run is not declared reproducible, and
+    lateness is reported."""
     flight = flying.start(folder, "--time", "free", "--scenario", "none")
     try:
         flight.port()
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
         for name in ("JOYSTICK", "MANIPULATOR"):
-            assert "completed" in flying.gse(flight, "state", name, "PRE_OPERATIONAL").stdout  # its devices answer on the bus
-        # What speaks with devices has the priority of its descriptor, 80, as the simulator has it, where the system permits that.
+            # the simulator's devices answer on the bus
+            assert "completed" in flying.gse(flight, "state", name, "PRE_OPERATIONAL").stdout
+        # A subsystem that drives devices has the priority of its descriptor, 80, like the simulator, if the
+        # system permits that.
         assert len({os.sched_getparam(flight.children()[name]).sched_priority for name in ("joystick", "manipulator", "simulator")}) == 1
         stopped = flight.children()["joystick"]
         os.kill(stopped, signal.SIGSTOP)
@@ -144,7 +148,7 @@ def test_free_running_processes_fly_and_one_that_stands_still_is_replaced(folder
 
 @pytest.mark.parametrize("kind", ["real", "free"])
 def test_a_supervisor_that_stands_still_is_replaced(folder, kind):
-    """By the wall clock; the next one carries requests again."""
+    """In wall-clock time; the next life carries requests again."""
     flight = flying.start(folder, "--time", kind, "--scenario", "none")
     try:
         flight.port()
@@ -170,7 +174,7 @@ def _assert_gone(flight):
 
 
 def _programs(folder):
-    """The programs, but for a joystick whose second life begins and never joins."""
+    """The programs, except that the second life of the joystick begins and never joins."""
     programs, count = folder / "programs", folder / "starts"
     folder.mkdir()
     shutil.copytree(flying.BIN, programs)
@@ -184,7 +188,8 @@ def _programs(folder):
 
 
 def test_a_start_that_does_not_join_is_ended_and_time_goes_on(folder):
-    """Stepped: simulated time stands still for it, for ten seconds of the wall clock; then it is lost, and the next one joins."""
+    """Stepped: simulated time stands still for ten seconds of wall-clock time; then the life is given up, and
+    the next one joins."""
     programs = _programs(folder)
     lines = ["0.0 hand rest", "0.5 fault kill joystick", "0.52 operator ping MANIPULATOR", "3.0 operator ping all", "3.1 operator shutdown"]
     flight = flying.fly(folder / "run", "--scenario", flying.write_scenario(folder / "join.scn", *lines), binaries=programs)
@@ -197,7 +202,7 @@ def test_a_start_that_does_not_join_is_ended_and_time_goes_on(folder):
 
 @pytest.mark.parametrize("kind", ["real", "free"])
 def test_nobody_waits_for_a_start_in_real_time(folder, kind):
-    """The others answer while it is away; it is ended, and the next life answers."""
+    """The others answer meanwhile; the life is ended, and the next life answers."""
     flight = flying.start(folder / "run", "--time", kind, "--scenario", "none", binaries=_programs(folder))
     try:
         flight.port()

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Descriptors with one thing changed by a seed: each is refused with file and line, or flies; and what fails in flight says why.
+"""Descriptors with one place changed by a seed: each is refused with file and line, or flies; each failure in
+flight is explained by a report.
 
-    build/venv/bin/python -m pytest test/mission/test_mission_mutations.py -k 'seed3'        one seed again
+    build/venv/bin/python -m pytest test/mission/test_mission_mutations.py -k 'seed3'        repeat one seed
     MUTATION_SEEDS=500 build/venv/bin/python -m pytest test/mission/test_mission_mutations.py    a campaign"""
 
 import os
@@ -26,7 +27,7 @@ PLACE = re.compile(r"\w+\.xml:\d+: ")
 
 
 def _mutate(place, chance):
-    """Damage one descriptor until the readers take it with the interface that is compiled; its name."""
+    """Change one descriptor until the readers accept it with the compiled interface; its name."""
     plain = mission_reader.load(flying.ROOT / "descriptors" / FILES[0]).interface_hash
     while True:
         name = chance.choice(FILES)
@@ -60,7 +61,7 @@ def test_a_descriptor_is_refused_with_its_place_or_flies(folder, seed):
 
 
 def _explains(flight):
-    """A step that failed is explained by an event of its subsystem, anything else by the refusal itself."""
+    """The cause of a failed step is an event of its subsystem, the cause of any other failure the refusal itself."""
     if "0x0301" not in flight.console:
         return re.search(r"FAILED: .+|[Cc]annot|expected", flight.console + flight.output) is not None
     done = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every packet of a flight, seen by independent decoders and by the rules of verification and states."""
+"""Every packet of a flight, checked by independent decoders and by the rules of verification and states."""
 
 import collections
 import itertools
@@ -24,7 +24,7 @@ ACK_ACCEPTANCE, ACK_START, ACK_COMPLETION = 0x1, 0x2, 0x8
 SUPERVISOR, COMMUNICATION, MANIPULATOR, JOYSTICK = 1, 2, 16, 17
 SUBSYSTEMS = {"SUPERVISOR": 1, "COMMUNICATION": 2, "MANIPULATOR": 16, "JOYSTICK": 17}
 CYCLE_NS = 500_000
-# The table of states: from -> those that may follow, rest and pass states alike.
+# The table of states: state -> states that may follow, rest and transition states alike.
 NEXT = {
     0: {1},
     1: {2, 9, 0},
@@ -42,7 +42,7 @@ Seen = collections.namedtuple("Seen", "time_ns direction apid sequence service s
 
 
 def _independent(time_ns, direction, raw):
-    """The packet by PyPI spacepackets, which raises where it is malformed."""
+    """The packet by PyPI spacepackets, which raises an exception for a malformed one."""
     header = SpacePacketHeader.unpack(raw)
     assert check_pus_crc(raw), "CRC"
     assert header.packet_type == (PacketType.TC if direction == "TC" else PacketType.TM)
@@ -64,13 +64,13 @@ def _independent(time_ns, direction, raw):
 
 @pytest.fixture(scope="module")
 def flight(fleet):
-    """The flight whose packets are looked at."""
+    """The flight whose packets are checked."""
     return fleet.flight()
 
 
 @pytest.fixture(scope="module")
 def packets(flight):
-    """All its packets by the independent decoder."""
+    """All packets, read by the independent decoder."""
     return [_independent(*packet) for packet in flight.packets]
 
 
@@ -99,7 +99,7 @@ def test_verification_reports_decode_as_service_1(packets):
 
 
 def test_all_reports_read_the_same_by_the_database(packets, tmp_path):
-    """The generated XTCE file and space_packet_parser give the values that our ground reads."""
+    """The generated XTCE file and space_packet_parser give the same values as our ground segment."""
     generated = flying.ROOT / "build" / "generated"
     dictionary = Dictionary.load(generated / "rokviss.json")
     definition = Flattened(generated / "rokviss.xtce.xml").definition(tmp_path)
@@ -126,7 +126,7 @@ def test_pusdump_reads_all_and_agrees(flight, packets):
 
 
 def test_packet_time_is_epoch_and_simulated_time(packets):
-    """A report carries the instant at which it was made: a few slots before it was logged at most."""
+    """A report has the time at which it was made: at most a few slots before it was logged."""
     for packet in packets:
         if packet.direction == "TM":
             seconds, fraction = int.from_bytes(packet.raw[14:18], "big"), int.from_bytes(packet.raw[18:21], "big")
@@ -146,7 +146,7 @@ def test_sequence_counts_have_no_gaps(packets):
 
 
 def test_message_counters_have_no_gaps(packets):
-    """The message type counter of each APID, type and destination."""
+    """The message type counter counts for each APID, type and destination."""
     expected = collections.defaultdict(int)
     for packet in packets:
         if packet.direction == "TM":
@@ -157,7 +157,7 @@ def test_message_counters_have_no_gaps(packets):
 
 
 def _chains(packets):
-    """[(request, [its verification reports])]; a request id may come again after 16384 requests only."""
+    """[(request, [its verification reports])]; a request id is used again after 16384 requests at the earliest."""
     chains, open_chains = [], {}
     for packet in packets:
         if packet.direction == "TC":
@@ -170,7 +170,7 @@ def _chains(packets):
 
 
 def test_every_request_is_verified_to_its_end(packets):
-    """Acceptance, start, completion as asked for, in this order, once; or a failure and nothing after it."""
+    """Acceptance, start, completion as requested, in this order, once; or a failure and nothing after it."""
     chains = _chains(packets)
     assert len(chains) > 100
     for request, reports in chains:
@@ -199,7 +199,7 @@ def test_verification_comes_from_the_addressee_and_refusal_from_the_supervisor(p
 
 
 def test_progress_steps_are_the_states_passed(packets):
-    """TM[1,5] carries the number of the state just entered."""
+    """TM[1,5] has the number of the state that was just entered."""
     states = {}
     for packet in packets:
         if packet.direction != "TM":
@@ -220,13 +220,13 @@ def test_transitions_are_a_walk_of_the_table(packets, name):
         assert previous == state, report
         assert now in NEXT[previous] or now == previous, f"{previous} -> {now} at {report.time_ns / 1e9} s"
         state = now
-    if name != "SUPERVISOR":  # The last word of the supervisor is the end of the log.
+    if name != "SUPERVISOR":  # The last report of the supervisor is the last packet of the log.
         assert state == 0
 
 
 @pytest.mark.parametrize("name", ["MANIPULATOR", "JOYSTICK"])
 def test_status_tells_the_state_of_the_last_transition(packets, name):
-    """TM[129,5] comes every second and never contradicts the transitions."""
+    """TM[129,5] comes every second and never contradicts the reported transitions."""
     apid, state, times = SUBSYSTEMS[name], 0, []
     for packet in packets:
         if packet.direction == "TM" and packet.apid == apid and packet.service == 129:
@@ -332,7 +332,7 @@ def test_housekeeping_samples_move_with_the_hand(packets):
 
 
 def test_links_open_at_both_ends_and_in_order(packets):
-    """TM[130,10]: link, previous, state: requested, accepted, then open (3) at producer and consumer."""
+    """TM[130,10]: link, previous state, state: requested, accepted, then open (3) at producer and consumer."""
     for link in (1, 2):
         for apid in (MANIPULATOR, JOYSTICK):
             states = [p.data[3] for p in _reports(packets, 130, 10, apid) if p.data[:2] == struct.pack(">H", link)]
@@ -354,7 +354,7 @@ def _link_rows(report):
 
 
 def test_links_lose_nothing_by_the_counts_of_both_ends(packets):
-    """What the producer sent until then the consumer has received, but for the sample on its way."""
+    """The consumer has received all samples that the producer had sent by then, except one under way."""
     at = [p for p in _reports(packets, 130, 9) if 63.4e9 < p.time_ns < 63.6e9]
     rows = {p.apid: _link_rows(p) for p in at}
     assert {MANIPULATOR, JOYSTICK} <= rows.keys()

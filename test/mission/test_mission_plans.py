@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A MEDIUM plan that goes on for a while does not keep the supervisor from reacting to HIGH, nor from its plan."""
+"""While a MEDIUM plan runs, the supervisor still reacts to HIGH, and still runs the plan for it."""
 
 import shutil
 
@@ -19,7 +19,7 @@ SLOW = """<Plan name="SLOW" severity="MEDIUM">
 
 @pytest.fixture(scope="module")
 def packets(hangar):
-    """In operation the manipulator tells of a strained drive (MEDIUM), then the joystick is unplugged (HIGH)."""
+    """In operation the manipulator reports a strained drive (MEDIUM), then the joystick is unplugged (HIGH)."""
     house = hangar / "slow-plan"
     house.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", house / "descriptors")

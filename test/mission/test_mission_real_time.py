@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wall-clock time and a person at the command line. Nothing here depends on how fast the machine is."""
+"""Wall-clock time and a user at the command line. No test depends on the speed of the machine."""
 
 import json
 import os
@@ -45,7 +45,7 @@ def _last_states(flight):
 
 
 def test_a_person_commands_the_mission(mission):
-    """Ping, look, bring up, move, be refused, stop, shut down: each answered in words and by the exit code."""
+    """Ping, show, bring up, move, be refused, stop, shut down: each answered in words and by the exit code."""
     assert {line.split()[0] for line in _told(mission, "ping", "all").splitlines()} == set(SUBSYSTEMS)
     assert _status(mission) == {"JOYSTICK": "OFFLINE", "MANIPULATOR": "OFFLINE", "SUPERVISOR": "OPERATIONAL", "COMMUNICATION": "OPERATIONAL"}
 
@@ -59,7 +59,7 @@ def test_a_person_commands_the_mission(mission):
     assert "refused" in refused.stderr
 
     _told(mission, "config", "MANIPULATOR", "STAND_ALONE")
-    # 4711 comes four times a second, and it looks for two.
+    # Structure 4711 is reported four times a second; the command waits for two reports.
     flying.wait_until(lambda: _told(mission, "hk", "MANIPULATOR").count("DES_POSITION") >= 4, "housekeeping")
     for state in ("SAFE_OPERATIONAL", "OPERATIONAL"):
         _told(mission, "state", "MANIPULATOR", state)
@@ -81,7 +81,7 @@ def test_a_person_commands_the_mission(mission):
 
 
 def test_usage_errors_need_no_link():
-    """Exit code 2, and what would have been right."""
+    """Exit code 2, and a message with the correct form."""
 
     class Nobody:
         """Stands for a mission that does not exist."""
@@ -151,7 +151,7 @@ def test_ctrl_c_of_a_terminal_reaches_all_and_still_ends_in_order(mission):
 
 
 def test_following_ends_with_an_interrupt(mission):
-    """`gse hk -f` goes on until Ctrl-C and is content then."""
+    """`gse hk -f` runs until Ctrl-C and then ends with success."""
     _told(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
     _told(mission, "config", "MANIPULATOR", "STAND_ALONE")
     words = [sys.executable, str(flying.ROOT / "gse" / "gse"), "--port", str(mission.port()), "hk", "-f", "MANIPULATOR"]
@@ -170,7 +170,7 @@ def test_following_ends_with_an_interrupt(mission):
 
 
 def test_scenario_in_wall_clock_time(folder):
-    """The same operator, the same steps, as fast as time goes."""
+    """The same operator, the same steps, in free time."""
     flight = flying.fly(folder, "--time", "real", "--scenario", "commissioning")
     assert flight.code == 0, flight.told()
     assert flight.facts["simulated_s"] >= 3.5

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A subsystem whose process dies in OPERATIONAL telepresence is back there with its links, where the mission says so."""
+"""A subsystem whose process dies in OPERATIONAL telepresence returns to that state with its links, if the
+mission requires it."""
 
 import shutil
 
@@ -15,7 +16,7 @@ AT_ONCE = ('state="OFFLINE" after="500ms"', 'state="OFFLINE"')
 
 @pytest.fixture(scope="module")
 def house(hangar):
-    """rokviss with both members to be led back, and a recovery plan that does not wait."""
+    """rokviss in which both members are recommissioned, with a recovery plan without delay."""
     place = hangar / "again"
     place.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", place / "descriptors")
@@ -44,7 +45,7 @@ def _events(flight, number):
 
 
 def _replies(flight, service, subtype):
-    """(time_s, data) of every such report of the manipulator."""
+    """(time_s, data) of every report of this kind from the manipulator."""
     return [(time_ns / 1e9, raw[21:-2]) for time_ns, direction, raw in flight.packets
             if direction == "TM" and raw[7:9] == bytes((service, subtype)) and raw[1] == 16]
 
@@ -71,7 +72,8 @@ def test_a_member_that_dies_is_back_with_its_links(house, folder, victim):
     assert up_s - DEATH_S - calibration_s < BOUND_S, (back, safe_s)
     lists = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x09" and raw[1] == 1]
     assert lists and lists[-1][21:23] == b"\x00\x02", "both links are open"
-    # What was commanded of reports is not restored: by a new process, and for periodic ones by the configuration.
+    # Commanded settings of reports are not restored: a new process does not have them, and the configuration
+    # sets the periodic ones.
     before, after = (data.hex() for _, data in _replies(flight, 5, 8))
     assert (before, after) == ("00010009", "0000" if victim == "manipulator" else "00010009")
     told = [time_s for time_s, data in _replies(flight, 3, 25) if data[:2] == (4711).to_bytes(2, "big")]
@@ -79,7 +81,7 @@ def test_a_member_that_dies_is_back_with_its_links(house, folder, victim):
     flying.assert_clean(flight)
 
 
-@pytest.mark.parametrize("later_s", [0.0101, 0.03, 0.09])  # The first: it has just ordered the start.
+@pytest.mark.parametrize("later_s", [0.0101, 0.03, 0.09])  # The first supervisor: it has just ordered the start.
 def test_the_supervisor_may_die_while_it_leads_back(house, folder, later_s):
     lines = [f"{DEATH_S} fault kill manipulator", f"{DEATH_S + later_s} fault kill supervisor",
              "6.0 operator link list", "6.0 operator shutdown"]

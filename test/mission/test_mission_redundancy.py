@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Channels A and B of each bus: a cut of A is met like an unplug, and the mission goes on over B by command."""
+"""Channels A and B of each bus: a cut of A has the effects of an unplug, and by command the mission continues
+on B."""
 
 import flying
 import numpy as np
@@ -21,7 +22,8 @@ CHANNEL_LOGS = ("can-robot-b.log", "can-joystick-b.log")
 
 
 def _scenario(path):
-    """In operation on A; robot's A is cut while the arm moves; on B again; then the joystick's; then up and moving."""
+    """In operation on A; robot's A is cut while the arm moves; on B again; then the joystick's; then up again
+    and moving."""
     lines = ["0.0 hand rest", "0.2 hand circle 0.1 0.5 1 9 1", *flying.bring_up(0.2, tare=False)]
     for bus, (owner, _) in OWNER.items():
         cut, up = CUT_S[bus], UP_S[bus]
@@ -46,7 +48,7 @@ def flights(hangar):
 
 @pytest.fixture(scope="module")
 def run(flights):
-    """Logs of one of them."""
+    """Logs of one of these flights."""
     return runs.load(flights["image"].folder)
 
 
@@ -74,7 +76,7 @@ def test_forms_are_identical(flights):
 
 
 def test_cut_is_met_like_an_unplug(flights, run):
-    """All four axes out of operation within 5 ms, both subsystems told within 10 ms, then OFFLINE by the plan."""
+    """All four axes leave operation within 5 ms, both subsystems report within 10 ms, then OFFLINE by the plan."""
     entries = {}
     for entry in run.truth["DRIVE"]:
         entries.setdefault((entry["bus"], int(entry["node"]), int(entry["axis"])), []).append(entry)
@@ -102,7 +104,8 @@ def test_arm_was_moving_and_stops(run):
 
 @pytest.mark.parametrize("bus", NODES)
 def test_all_nodes_are_heard_on_b_in_time(buses, run, bus):
-    """From the master's first heartbeat on B to the first frame of each node there: within Ttoggle x heartbeat time."""
+    """From the master's first heartbeat on B to the first frame of each node there: within Ttoggle x
+    heartbeat time."""
     b = buses[f"{bus}-b"]
     first = b.time_us[b.frames(MASTER)][0]
     assert first > UP_S[bus] * 1e6, "nobody commands there before the order"
@@ -117,7 +120,7 @@ def test_all_nodes_are_heard_on_b_in_time(buses, run, bus):
 
 @pytest.mark.parametrize("bus", NODES)
 def test_master_speaks_on_one_channel(buses, bus):
-    """Before the order nothing of flight's on B, after it nothing on A."""
+    """Before the order flight sends nothing on B, after it nothing on A."""
     order = UP_S[bus] * 1e6
     mine = [0x000, SYNC, MASTER, *(base + node for base in (0x200, 0x300, 0x600) for node in NODES[bus])]
     a, b = buses[bus], buses[f"{bus}-b"]
@@ -128,7 +131,7 @@ def test_master_speaks_on_one_channel(buses, bus):
 
 @pytest.mark.parametrize("bus", NODES)
 def test_mission_goes_on_over_b(flights, buses, run, bus):
-    """SYNC and the answer of each node in every cycle on B, subsystems in operation, the arm in motion."""
+    """SYNC and the answer of each node in every cycle on B, subsystems in operation, the arm moves."""
     b = buses[f"{bus}-b"]
     start, end = (END_S - 0.5) * 1e6, (END_S - 0.1) * 1e6
     for identifier in (SYNC, *(0x180 + node for node in NODES[bus])):
@@ -142,7 +145,7 @@ def test_mission_goes_on_over_b(flights, buses, run, bus):
 
 
 def _arm(at):
-    """The arm alone into operation, in position mode."""
+    """Bring the arm alone into operation, in position mode."""
     steps = ("state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR STAND_ALONE", "state MANIPULATOR SAFE_OPERATIONAL", "state MANIPULATOR OPERATIONAL")
     return [f"{at:.6f} operator {step}" for step in steps]
 
@@ -217,7 +220,8 @@ DIFFICULT = {
 
 @pytest.mark.parametrize("name", DIFFICULT)
 def test_difficult_ways_end_in_operation(folder, name):
-    """Cuts at the wrong moment, of both channels, of one device: by command the arm is in operation again, and moves."""
+    """Cuts during a transition, of both channels, of one device: by command the arm is in operation again,
+    and moves."""
     lines = ["0.0 hand rest", *_arm(0.3), *DIFFICULT[name]]
     end = max(float(line.split()[0]) for line in lines) + 1.0
     lines += [

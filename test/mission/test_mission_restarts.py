@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Restarts by the hundred: stopped by command or killed, a member comes back, and no name, descriptor, socket or memory is left over."""
+"""Hundreds of restarts: stopped by command or killed, a member returns, and no name, descriptor, socket or
+memory remains."""
 
 import re
 import shutil
@@ -10,11 +11,11 @@ import soak
 
 MEMBERS = ("JOYSTICK", "MANIPULATOR")
 KILLS_MAX = 200  # A scenario has 256 faults at most.
-SHORT, LONG = {"processes": 40, "image": 200}, 1000  # The image flies fast, and is looked at by the wall clock.
+SHORT, LONG = {"processes": 40, "image": 200}, 1000  # The image flies fast, and the test samples it in wall-clock time.
 
 
 def _mission(folder):
-    """A tree like this one, whose mission takes each death for the first."""
+    """A copy of the tree in which the mission treats each death as the first."""
     root = folder / "root"
     root.mkdir(parents=True)
     for name in ("build", "gse", "sim", "pus"):
@@ -29,7 +30,8 @@ def _mission(folder):
 
 
 def _scenario(path, count):
-    """Members take turns; a fifth are killed, the others stopped; every other one has its bus and a link at that time."""
+    """Members take turns; a fifth are killed, the others stopped; every other one has its bus and a link open
+    at that time."""
     lines, at = ["0.0 hand rest"], 0.5
     for number in range(count):
         name, kills = MEMBERS[number % 2], number % 5 == 0 and number // 5 < KILLS_MAX

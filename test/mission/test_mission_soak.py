@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hours of simulated time with random traffic (soak.py): nothing grows, drifts or stalls. The judge sees each of them."""
+"""Hours of simulated time with random traffic (soak.py): nothing grows, drifts or stalls. The judge finds
+each of these."""
 
 import os
 
@@ -22,7 +23,7 @@ def test_ten_minutes_of_random_traffic(folder):
 @pytest.mark.timeout(24 * soak.HOUR_S)
 @pytest.mark.parametrize("form", ["image", "processes"])
 def test_hours_of_random_traffic(folder, form):
-    """SOAK_HOURS and SOAK_SEED say how long, and which."""
+    """SOAK_HOURS and SOAK_SEED set the duration and the seed."""
     _, _, _, problems = soak.fly(folder, SEED, HOURS if form == "image" else min(HOURS, 1.0), form)
     assert not problems, problems
 
@@ -32,7 +33,7 @@ def test_a_seed_gives_one_scenario():
 
 
 def _samples(**grows):
-    """Forty samples in which the image has more of what is named, the later the more."""
+    """Forty samples in which the named resources of the image grow with time."""
     return [
         {"processes": {"image": {word: value + grows.get(word, 0) * i for word, value in ENTRY.items()}}, "names": 8 + grows.get("names", 0) * i}
         for i in range(40)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""More to report than the way to ground takes at once: long lists come whole, and storms of events add up."""
+"""More reports than the connection to ground takes at once: long lists arrive complete, and storms of events
+are fully counted."""
 
 import os
 import pathlib
@@ -24,7 +25,7 @@ PINGS = 30
 
 @pytest.fixture(scope="module")
 def station(hangar):
-    """Ground station of a flight that ends with the tests."""
+    """Ground station of a flight, which ends with the tests."""
     flight = stations.launch(hangar / f"storms-{os.getpid()}")
     try:
         ground = stations.Station(flight, stations.Notes())
@@ -37,7 +38,7 @@ def station(hangar):
 
 @pytest.fixture(scope="module")
 def full_schedule(station):
-    """The time-based schedule with as many activities as it takes."""
+    """The time-based schedule with as many activities as it can hold."""
     due = station.now() + 1e7
     station.do("SUPERVISOR", 11, 22, n=[{"group_id": 1, "group_status": "enabled"}])
     for first in range(0, ACTIVITIES, AT_ONCE):
@@ -48,7 +49,7 @@ def full_schedule(station):
 @pytest.mark.usefixtures("full_schedule")
 @pytest.mark.parametrize("request_type, report", [(17, 13), (16, 10)])
 def test_a_long_list_comes_whole(station, request_type, report):
-    """48 and 68 packets; the request completes behind the last."""
+    """48 and 68 packets; the request completes after the last one."""
     since = len(station.reports)
     assert station.do("SUPERVISOR", 11, request_type).is_completed
     entries = sum(int.from_bytes(p.data[:2], "big") for p, _ in station.reports[since:] if p.message == (11, report))
@@ -56,7 +57,7 @@ def test_a_long_list_comes_whole(station, request_type, report):
 
 
 def _raised(reports):
-    """How often the event of the storm was raised, as its reports and what is told of its limiter say."""
+    """Number of times that the event of the storm was raised, by its reports and the reports of its limiter."""
     seen, told = 0, 0
     for packet, _ in reports:
         if packet.service == 5 and packet.data[:2] == WARNING.to_bytes(2, "big"):
@@ -93,7 +94,7 @@ BEGIN_S = 1.5
 
 @pytest.fixture(scope="module")
 def stormy(hangar):
-    """The programs of a mission whose joystick is full of news."""
+    """The programs of a mission whose joystick raises a storm of events."""
     programs = hangar / "stormy"
     shutil.copytree(flying.BIN, programs)
     libraries = [str(path) for path in (flying.ROOT / "build" / "lib").glob("lib*.a") if not path.name.startswith(("libsim", "libtest"))]
@@ -104,7 +105,7 @@ def stormy(hangar):
 
 
 def _fly_storm(folder, programs, seconds, *more):
-    """A storm of so many seconds with HIGH half a second before its end, and a ping each 0.1 s."""
+    """A storm of this many seconds with a HIGH event half a second before its end, and a ping every 0.1 s."""
     folder.mkdir()
     lines = ["0 hand rest", *flying.bring_up(0.1), *more]
     lines += [f"{BEGIN_S + tenth / 10:.1f} operator nowait ping JOYSTICK" for tenth in range(seconds * 10)]
@@ -121,13 +122,13 @@ def _events(flight, apid, identity):
 
 
 def _made(flight):
-    """All occurrences of the storm's event: reported, or told to be suppressed."""
+    """All occurrences of the storm's event: reported, or reported as suppressed."""
     told = sum(int.from_bytes(p.data[4:8], "big") for _, p in _events(flight, JOYSTICK, SUPPRESSED.to_bytes(2, "big")) if p.data[2:4] == NOTE)
     return len(_events(flight, JOYSTICK, NOTE)) + told
 
 
 def _pings(flight):
-    """Time [ns] that each ping of the joystick waited for its answer in the supervisor; None: lost."""
+    """Time [ns] that each ping of the joystick waited in the supervisor for its answer; None: lost."""
     sent = [(at, p) for at, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]
     answered = [at for at, p in flight.parsed if p.direction == "TM" and p.message == (17, 2) and p.apid == JOYSTICK]
     completed = [(p.data[:4], p.user) for _, p in flight.parsed if p.direction == "TM" and p.message == (1, 7) and p.apid == JOYSTICK]
@@ -165,7 +166,7 @@ def test_a_storm_of_a_minute(folder, stormy):
 
 FAULTS = {
     "death": ("2.65 fault kill supervisor",),
-    "hang": ("2.65 fault hang supervisor",),  # Its members find it and kill it.
+    "hang": ("2.65 fault hang supervisor",),  # The members detect its hang and kill it.
     "short-hang": ("2.65 fault hang supervisor", "2.67 fault resume supervisor"),
     "ground": ("2.65 fault hang communication", "2.66 fault resume communication"),
 }
@@ -173,7 +174,8 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_within_a_storm(folder, stormy, fault):
-    """Whoever carries the reports is away for a while: none that must get through is lost, doubled, or out of order."""
+    """Each process that carries reports is suspended for a while: no firm report is lost, doubled, or out of
+    order."""
     flight = _fly_storm(folder, stormy, 3, *FAULTS[fault])
     ends = fault in ("death", "hang")
     assert flight.code == (1 if ends else 0), flight.told()
@@ -188,7 +190,8 @@ def test_a_fault_within_a_storm(folder, stormy, fault):
 
 
 def test_the_raiser_of_a_storm_dies(folder, stormy):
-    """What it had not told yet dies with it: at most what it raises within the second between two reports. Nobody else notices."""
+    """Counts not yet reported are lost with the process: at most those of the second between two reports. No
+    other component is affected."""
     flight = _fly_storm(folder, stormy, 3, "3.05 fault kill joystick")
     first_ns = _events(flight, JOYSTICK, NOTE)[0][0]
     raised = round((3_050_000_000 - first_ns) / SLOT_NS) * EACH

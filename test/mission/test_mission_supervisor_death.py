@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The supervisor dies in a busy flight and comes back: nobody but the packet log notices.
+"""The supervisor dies in a busy flight and is started again: only the packet log shows it.
 
-A point is an instant of the flight at which `fault kill supervisor` strikes: between two steps. A call is one of the
-system within a step, at which kill_point.c strikes; an odd number: when it returns. What fails flies again, alone, with
+A point is an instant of the flight at which `fault kill supervisor` kills it: between two steps. A call is a
+system call within a step, at which kill_point.c kills it; an odd number: on its return. To repeat a failed
+flight alone:
+
     POINTS=2.1335,2.7120 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_points
-    CALLS=5310 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_calls
-"""
+    CALLS=5310 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_calls"""
 
 import os
 import pathlib
@@ -19,12 +20,12 @@ import pytest
 from hirosco_gse import packets
 
 SLOT_S = 0.0005
-BOOT_S = 0.050  # Declared for the supervisor where its mission says nothing.
-FOUND_S = 0.031  # Its promise, 20 ms more, and the step of a member.
+BOOT_S = 0.050  # Boot time of the supervisor if its mission gives none.
+FOUND_S = 0.031  # Its promised step, 20 ms more, and the step of a member.
 BRINGING_UP_S = (0.1, 1.5)
 BUSY_S = (2.0, 3.8)
 END_S = 4.4
-TICK_S = 0.010  # The supervisor steps so often at least.
+TICK_S = 0.010  # Steps of the supervisor are at most this far apart.
 APART_S = 0.2  # Two points of one flight.
 FLIGHTS, LONG_FLIGHTS = 6, 500  # Of two points each.
 CALLS, LONG_CALLS = 8, 300
@@ -35,7 +36,7 @@ RESTARTED_CODE = 0x040B
 
 
 def _lines():
-    """Both members in operation, then commands of every kind that shows no trace on a bus."""
+    """Both members in operation, then commands of every kind that leaves no trace on a bus."""
     steps = [
         "ping MANIPULATOR",
         "nowait ping JOYSTICK",
@@ -72,7 +73,7 @@ def _write(folder, name, points=()):
 
 @pytest.fixture(scope="module")
 def undisturbed(hangar):
-    """The flight in which nobody dies."""
+    """The flight without a death."""
     flight = flying.fly(hangar / "alive", "--scenario", _write(hangar, "alive"), "--port", flying.free_port())
     assert flight.code == 0, flight.told()
     return flight
@@ -108,7 +109,7 @@ def mortal(hangar):
 
 
 def _fly_to_call(folder, mortal, lines, call):
-    """A flight in which the supervisor dies at that call; 0: it lives. The flight, and the number of calls."""
+    """A flight in which the supervisor dies at that call; 0: it does not die. The flight, and the number of calls."""
     folder.mkdir(parents=True, exist_ok=True)
     mark = folder / f"{call}.mark"
     path = flying.write_scenario(folder / f"call-{call}.scn", *lines)
@@ -117,7 +118,7 @@ def _fly_to_call(folder, mortal, lines, call):
     return flight, int(mark.read_text(encoding="ascii") or "0")
 
 
-# ---- What holds after each ----
+# ---- Invariants after each death ----
 
 
 def _apid(raw):
@@ -141,11 +142,12 @@ def _assert_nothing_is_doubled_or_missing(flight):
 
 
 def _assert_each_request_ends_once(flight):
-    """One completion, or one failure, of each telecommand that asked for it. Returns those that ended because of the restart."""
+    """Each telecommand that asks for completion has one completion or one failure. Returns those that ended
+    because of the restart."""
     requests, ends, restarted = {}, {}, 0
     for _, direction, raw in flight.packets:
         if direction == "TC" and raw[6] & 0x08:
-            identity = raw[:4] + raw[9:11]  # with who asked
+            identity = raw[:4] + raw[9:11]  # with the source of each
             requests[identity] = requests.get(identity, 0) + 1
         elif direction == "TM" and raw[7] == 1 and raw[8] in (2, 4, 7, 8, 10):
             identity = raw[21:25] + raw[11:13]
@@ -163,7 +165,7 @@ def _assert_links_stay_fresh(flight):
 
 
 def _returns_s(flight):
-    """When each next supervisor told that it is there, and the last record before."""
+    """Time at which each next supervisor reported its restart, and the last record before."""
     times_s, found = [0.0], []
     for time_ns, direction, raw in flight.packets:
         if time_ns / 1e9 > times_s[-1]:
@@ -202,7 +204,7 @@ def _assert_nobody_notices(flight, undisturbed):
 
 
 def _fly_all(folder, undisturbed, pairs):
-    """Commands that take effect on a bus come later where they wait for the supervisor: only the others leave no trace."""
+    """Commands with effect on a bus are late if they wait for the supervisor: only the others leave no trace."""
     for points in pairs:
         flight = _fly(folder, points)
         try:
@@ -230,33 +232,33 @@ def _fly_all_calls(folder, mortal, undisturbed, calls):
 
 
 def test_undisturbed_flight_is_whole(undisturbed):
-    """The checks hold where nobody dies."""
+    """The checks hold in a flight without a death."""
     _assert_log_is_whole(undisturbed)
     _assert_nothing_is_doubled_or_missing(undisturbed)
     assert _assert_each_request_ends_once(undisturbed) == 0
 
 
 def test_death_by_points(folder, undisturbed):
-    """At instants drawn from a seed, or at those that POINTS names."""
+    """At instants drawn from a seed, or at those of POINTS."""
     named = [[float(text) for text in pair.split(",")] for pair in os.environ.get("POINTS", "").split()]
     _fly_all(folder, undisturbed, named or _draw(FLIGHTS, "short"))
 
 
 def test_death_while_members_come_up(folder, undisturbed):
-    """Configurations, negotiations and transitions under way go on."""
+    """Configurations, negotiations and transitions under way continue."""
     _fly_all(folder, undisturbed, _draw(FLIGHTS // 2, "up", BRINGING_UP_S))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
 def test_death_by_many_points(folder, undisturbed, part):
-    """A thousand instants, two in each flight, one in ten while members come up."""
+    """A thousand instants, two in each flight, one in ten while members are brought up."""
     count = LONG_FLIGHTS // PARTS
     _fly_all(folder, undisturbed, _draw(count // 10, part, BRINGING_UP_S) + _draw(count - count // 10, part))
 
 
 def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
-    """The members find it by its beat, at the same instant in every form; one that hangs for less goes on."""
+    """The members detect a hang by the beat, at the same instant in every form; after a shorter hang it continues."""
     folder.mkdir()
     for name, words, ends in (("hang", ["2.5 fault hang supervisor"], 1), ("blink", ["2.5 fault hang supervisor", "2.52 fault resume supervisor"], 0)):
         path = flying.write_scenario(folder / f"{name}.scn", *words, *_lines())
@@ -275,7 +277,7 @@ def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
 
 @pytest.mark.parametrize("name", ["supervisor", "manipulator", "communication"])
 def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
-    """Killed, and at the instant at which the next life begins, that one hangs: it has promised nothing yet."""
+    """Killed, and suspended at the instant at which the next life begins: that life has promised nothing yet."""
     folder.mkdir()
     faults = [f"2.5 fault kill {name}", f"{2.5 + BOOT_S} fault hang {name}"]
     pings = [f"2.8 operator ping {one}" for one in ("SUPERVISOR", "MANIPULATOR", "COMMUNICATION")]
@@ -291,7 +293,8 @@ def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
 
 
 def test_a_mission_of_which_all_hang_is_ended(folder):
-    """Nobody is left who could follow the request to shut down: the launcher ends the flight after its patience of 30 s."""
+    """No process is left that could follow the request to shut down: the launcher ends the flight after its
+    patience of 30 s."""
     folder.mkdir()
     names = ("SUPERVISOR", "COMMUNICATION", "JOYSTICK", "MANIPULATOR")
     path = flying.write_scenario(folder / "all.scn", *(f"2.5 fault hang {name}" for name in names))
@@ -319,13 +322,13 @@ def test_death_in_the_image(folder, undisturbed):
 
 @pytest.fixture(scope="module")
 def busy_calls(hangar, mortal, undisturbed):
-    """Numbers of the first call while the flight is busy, and of the last."""
+    """Numbers of the first call while the flight is busy, and of the last call."""
     lines = [line for line in _lines() if float(line.split()[0]) < BUSY_S[0]]
     _, first = _fly_to_call(hangar / "calls", mortal, [*lines, f"{BUSY_S[0]} operator shutdown"], 0)
     flight, last = _fly_to_call(hangar / "all-calls", mortal, _lines(), 0)
     for name in flying.TRACED:
         assert flight.octets(name) == undisturbed.octets(name), name
-    return 2 * first, 2 * (last - last // 10)  # The end of the flight needs few.
+    return 2 * first, 2 * (last - last // 10)  # The end of the flight has few calls.
 
 
 def _draw_calls(count, seed, between):
@@ -334,7 +337,7 @@ def _draw_calls(count, seed, between):
 
 
 def test_death_by_calls(folder, mortal, busy_calls, undisturbed):
-    """At calls drawn from a seed, or at those that CALLS names."""
+    """At calls drawn from a seed, or at those of CALLS."""
     named = [int(text) for text in os.environ.get("CALLS", "").split()]
     _fly_all_calls(folder, mortal, undisturbed, named or _draw_calls(CALLS, "short", busy_calls))
 
@@ -346,17 +349,17 @@ def test_death_by_many_calls(folder, mortal, busy_calls, undisturbed, part):
     _fly_all_calls(folder, mortal, undisturbed, _draw_calls(LONG_CALLS // PARTS, part, busy_calls))
 
 
-# ---- At work ----
+# ---- During long work ----
 
 WORK_S = (1.0, 1.5)
 WORK_END_S = 1.8
-ACTIVITIES = 750  # Of which a report has more packets than one step sends.
-AT_END = 100  # Calls of the shutdown, about.
-DEATHS, LONG_DEATHS = 2, 20  # Of each work, at instants and at calls.
+ACTIVITIES = 750  # Such a report has more packets than one step sends.
+AT_END = 100  # Calls of the shutdown, approximately.
+DEATHS, LONG_DEATHS = 2, 20  # For each kind of work, at instants and at calls.
 
 
 def _steps(step, each_s):
-    """Lines of the operator, one after the other while there is work."""
+    """Lines of the operator, one after the other while the work is done."""
     count = round((WORK_S[1] - WORK_S[0]) / each_s)
     return [f"{WORK_S[0] + number * each_s:.4f} operator {step(number)}" for number in range(count)]
 
@@ -390,7 +393,7 @@ WORKS = {
 
 
 def _assert_reports_are_whole(flight):
-    """Who completes a request for a report has sent all of it."""
+    """A completed request for a report has sent all of the report."""
     entries, asked = 0, []
     for _, direction, raw in flight.packets:
         if direction == "TC" and raw[7:9] == bytes([11, 16]):
@@ -422,7 +425,7 @@ def _fly_work(folder, mortal, work, count):
 
 @pytest.mark.parametrize("work", WORKS)
 def test_death_at_work(folder, mortal, work):
-    """While the packet log is switched, a schedule releases, a long report is sent, events storm."""
+    """While the packet log is switched, a schedule releases, a long report is sent, or events storm."""
     folder.mkdir(exist_ok=True)
     _fly_work(folder, mortal, work, DEATHS)
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A member whose supervisor is away stays in OPERATIONAL as long as its mission says, then goes to SAFE_OPERATIONAL by itself."""
+"""A member without supervisor stays in OPERATIONAL as long as its mission allows, then goes to
+SAFE_OPERATIONAL by itself."""
 
 import datetime
 import shutil
@@ -9,14 +10,14 @@ import pytest
 from hirosco_gse import packets
 
 DEATH_S = 2.0
-AWAY_S = 5.0  # declared boot time of the supervisor here
+AWAY_S = 5.0  # declared boot time of the supervisor
 MANIPULATOR = 16
 EPOCH_S = (datetime.datetime(2026, 6, 1, 12) - datetime.datetime(1958, 1, 1)).total_seconds()  # of rokviss
 SUPERVISOR_LOST = 6  # cause in TM[129,2]
 
 
 def _mission(hangar, patience):
-    """rokviss with a supervisor that comes back late."""
+    """rokviss with a supervisor that is started again late."""
     place = hangar / f"patience-{patience or 'default'}"
     shutil.copytree(flying.ROOT / "descriptors", place / "descriptors")
     for name in ("build", "sim", "gse"):
@@ -34,7 +35,7 @@ def _mission(hangar, patience):
 
 
 def _left_s(flight):
-    """When the arm left OPERATIONAL because of the supervisor, by the time of its own report [s]."""
+    """Time at which the arm left OPERATIONAL because of the supervisor, by its own report [s]."""
     found = [packets.decode_time(raw[13:21]) / 1e9 - EPOCH_S for _, direction, raw in flight.packets
              if direction == "TM" and raw[7:9] == b"\x81\x02" and raw[1] == MANIPULATOR and raw[21:23] == b"\x05\x04" and raw[26] == SUPERVISOR_LOST]
     assert len(found) <= 1
@@ -52,6 +53,6 @@ def test_a_member_without_supervisor_is_as_patient_as_its_mission(hangar, folder
     if patience_s is None:
         assert left_s is None
     else:
-        # The last heartbeat came at most a third of the patience, or a second, before the death.
+        # The last heartbeat was at most a third of the patience, or a second, before the death.
         assert DEATH_S - min(1.0, patience_s / 3) + patience_s < left_s <= DEATH_S + patience_s + 0.001, flight.told()
     flying.assert_clean(flight)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Telepresence in both forms and with two seeds: the figures, the logs and what must be equal."""
+"""Telepresence in both forms and with two seeds: the figures, the logs, and the logs that must be equal."""
 
 import flying
 import numpy as np
@@ -100,7 +100,7 @@ def test_another_seed_differs_in_sensor_noise(fleet):
     one, other = fleet.flight(seed=1), fleet.flight(seed=2)
     for name in flying.BUS_LOGS:
         assert one.octets(name) != other.octets(name)
-    start, end = 2000 * 5, 2000 * 6  # Standing still with brakes: what differs is noise, of the same size.
+    start, end = 2000 * 5, 2000 * 6  # At rest with brakes: two seeds differ only in noise, of the same size.
     first = [fleet.run(seed=1).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
     second = [fleet.run(seed=2).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
     for a, b in zip(first, second):

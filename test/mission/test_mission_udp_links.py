@@ -24,14 +24,14 @@ def test_forms_give_identical_logs(fleet):
 
 
 def test_hand_and_robot_do_not_know_the_difference(fleet):
-    """What goes over the buses is the same, octet by octet, as with links in shared memory."""
+    """The frames on the buses are the same, octet by octet, as with links in shared memory."""
     one, other = fleet.flight(), fleet.flight(**UDP)
     for name in flying.BUS_LOGS:
         assert one.octets(name) == other.octets(name), name
 
 
 def test_the_method_is_agreed_and_told(fleet):
-    """TM[130,4] of each link names UDP, and its endpoint is a logical name."""
+    """TM[130,4] of each link names UDP, and its end node is a logical name."""
     flight = fleet.flight(**UDP)
     accepted = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x04"]
     assert accepted

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every device cut at 20 phases of the cycle, with the hand in motion: all drives out of operation, all members told."""
+"""Every device is cut off at 20 phases of the cycle, with the hand in motion: all drives leave operation, all
+members report it."""
 
 import flying
 import numpy as np
@@ -11,7 +12,7 @@ PHASES = 20
 CYCLE_S = 500e-6
 PERIOD_S = 2.5
 FIRST_S = 0.5
-BRING_UP_S = 1.2  # devices may first have to come to the active channel
+BRING_UP_S = 1.2  # devices may first have to change to the active channel
 REACTION_US = 5000
 STOPPING_S = 0.015
 DRIVES = {("robot", 0x11, 0), ("robot", 0x12, 0), ("joystick", 0x21, 0), ("joystick", 0x21, 1)}
@@ -58,7 +59,8 @@ def test_cuts_cover_the_cycle(unplugged):
 
 
 def test_all_drives_leave_operation_within_5_ms(unplugged):
-    """By the truth of the drives: each one that was enabled at the cut is not, at latest 5 ms later, and stays so."""
+    """By the truth of the drives: each one that was enabled at the cut is disabled at most 5 ms later, and
+    stays so."""
     device, _, run = unplugged
     entries = {}
     for entry in run.truth["DRIVE"]:
@@ -92,7 +94,8 @@ def test_all_members_are_told(unplugged):
 
 
 def test_arm_stops_and_is_held(unplugged):
-    """A moving arm stops on the way it makes in 15 ms (reaction, brake, spring of the joint); then it is held."""
+    """A moving arm stops within the distance that it covers in 15 ms (reaction, brake, spring of the joint);
+    then it is held."""
     _, _, run = unplugged
     link, speed = run.at_cycles("JOINTS", "position_rad"), run.at_cycles("JOINTS", "velocity_rad_s")
     fastest = 0.0
@@ -115,7 +118,7 @@ def test_every_engagement_is_without_a_jerk(unplugged):
 
 
 def test_figures_agree(unplugged):
-    """What the report computes is what was found here."""
+    """The report has the same figures as this test."""
     _, _, run = unplugged
     found = figures.unplug(run)
     assert found["unplugs"] == PHASES

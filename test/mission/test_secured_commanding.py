@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Authenticated commanding in flight: who has the key commands; forged, replayed, changed, cut and reordered frames do nothing, whether
-they come before or after a restart of communication or of the whole mission."""
+"""Authenticated commanding in flight: only the holder of the key commands; forged, replayed, changed,
+truncated and reordered frames have no effect, whether they are sent before or after a restart of
+communication or of the whole mission."""
 
 import contextlib
 import os
@@ -39,7 +40,7 @@ def _ping(count):
 
 
 def _pings(flight):
-    """Sequence counts of the pings of the other user that the supervisor was given."""
+    """Sequence counts of the other user's pings that reached the supervisor."""
     found = [packets.parse(raw) for _, direction, raw in flight.packets if direction == "TC"]
     return [packet.sequence for packet in found if packet.message == (17, 1) and packet.user == OTHER_USER]
 
@@ -56,7 +57,8 @@ def _is_up(flight, key):
 
 
 def _throw(port, octets):
-    """Send on a connection of its own, and wait until it is ended, or, if all was read, end it; what came back."""
+    """Send on a connection of its own, and wait until it is ended, or end it when everything was read; the
+    received octets."""
     heard = b""
     with contextlib.suppress(ConnectionError), flying.connect(port) as stream:
         stream.sendall(octets)
@@ -67,7 +69,7 @@ def _throw(port, octets):
 
 
 class Tap:
-    """A proxy on the way to the spacecraft that keeps what goes up."""
+    """A proxy between ground and spacecraft that records the uplink."""
 
     def __init__(self, port):
         self.heard = []
@@ -104,7 +106,7 @@ class Tap:
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
-    """Stepped time stays what it is: the same octets on the buses with the key, twice, and without."""
+    """Stepped time is unchanged: the same octets on the buses with the key, twice, and without it."""
     folder.mkdir()
     flights = [flying.fly(folder / str(i), "--scenario", "commissioning", "--form", form, *options)
                for i, options in enumerate((("--key", key), ("--key", key), ()))]
@@ -120,8 +122,9 @@ def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
 
 
 def test_communication_that_comes_again_takes_the_key_again(folder, key):
-    """Killed twice and hung: the operator's link opens anew each time, as a new session of the key, in both forms; the same octets
-    as without a key but for what communication counts."""
+    """Communication is killed twice and suspended once: the operator's link opens again each time, as a new
+    session of the key, in both forms; the same octets as without a key, except for the counters of
+    communication."""
     folder.mkdir()
     pings = [f"{at + i * 0.01:.3f} operator ping MANIPULATOR" for at in (0.5, 1.2, 2.2, 3.2) for i in range(10)]
     faults = ["1.0 fault kill communication", "2.0 fault kill communication", "3.0 fault hang communication"]
@@ -143,7 +146,7 @@ def test_communication_that_comes_again_takes_the_key_again(folder, key):
 
 
 def test_only_who_has_the_key_commands(folder, key):
-    """Also through the gateway, which speaks for programs without keys."""
+    """Also through the gateway, which secures the packets of programs without keys."""
     flight = flying.start(folder, *LIVE, "--key", key)
     try:
         flying.wait_until(_is_up(flight, key), "everybody alive")
@@ -151,7 +154,7 @@ def test_only_who_has_the_key_commands(folder, key):
         before = _counters(flight, key)
         assert before["IS_ON"] == 1 and before["NO_FRAME"] == 1
         with contextlib.ExitStack() as idle:
-            for _ in range(8):  # More than there are places.
+            for _ in range(8):  # More connections than there are places.
                 idle.enter_context(flying.connect(flight.port()))
                 assert flying.gse(flight, "--key", key, "ping", "SUPERVISOR").returncode == SUCCESS, "nobody is locked out"
         with _gateway(flight, key) as port, flying.connect(port) as stream:
@@ -190,7 +193,8 @@ def _gateway(flight, key):
 
 
 def _hostile(chance, tape, key):
-    """One attack as octets for a connection of its own: of three frames at most, since then it is ended."""
+    """One attack as octets for a connection of its own: of three frames at most, since the third refused
+    frame ends it."""
     genuine = chance.choice(tape)
     kind = chance.randrange(6)
     if kind == 0:  # Replay of a whole connection, or of the end of one.
@@ -199,13 +203,13 @@ def _hostile(chance, tape, key):
         cipher = sdls._cipher(chance.randbytes(32))
         return b"".join(sdls.frame(cipher, 10**6, count, sdls.WHOLE, _ping(99)) for count in range(3))
     octets = bytearray(genuine)
-    if kind == 2:  # Flipped bits; the session is one that would be accepted.
+    if kind == 2:  # Flipped bits; the session itself would be accepted.
         for _ in range(chance.randrange(1, 5)):
             octets[chance.randrange(len(octets))] ^= 1 << chance.randrange(8)
         octets[12:16] = chance.choice((bytes(octets[12:16]), (10**6).to_bytes(4, "big")))
-    elif kind == 3:  # Cut.
+    elif kind == 3:  # Truncated.
         del octets[chance.randrange(1, len(octets)) :]
-    elif kind == 4:  # Packets as they are, or nothing at all.
+    elif kind == 4:  # Packets without protection, or no frame at all.
         return chance.choice((_ping(99), chance.randbytes(chance.randrange(1, 2000))))
     else:  # With the key, but not in order.
         cipher = sdls._cipher(sdls.read_key(key))
@@ -221,7 +225,7 @@ def _attack(flight, key, tape, chance, times):
 
 
 def test_attackers_are_refused_over_restarts(folder, key):
-    """What was recorded on the link is worth nothing: at once, after communication has died, and in the next flight."""
+    """A recording of the link has no effect: at once, after communication has died, and in the next flight."""
     folder.mkdir()
     chance, tape = random.Random(SEED), []
     for number in range(2):
@@ -254,14 +258,14 @@ def test_attackers_are_refused_over_restarts(folder, key):
 
 
 def _revive(flight):
-    """Let communication die; its next life."""
+    """Kill communication; returns its next life."""
     before = flight.children()["communication"]
     os.kill(before, signal.SIGKILL)
     flying.wait_until(lambda: flight.children().get("communication", before) != before, "another life of communication")
 
 
 def test_a_mark_that_is_lost_in_flight_closes_the_link(folder, key):
-    """Telemetry goes on and tells of it; with the mark there again, so is commanding."""
+    """Telemetry continues and reports it; when the mark is there again, commanding works again."""
     flight = flying.start(folder, *LIVE, "--key", key)
     mark, away = key.with_name("ground.key.received"), key.with_name("away")
     try:
@@ -296,7 +300,7 @@ def _wait_for_event(stream, number):
 
 @contextlib.contextmanager
 def _gateway_through(tap, key):
-    class Way:  # What _gateway needs of a flight.
+    class Way:  # The part of a flight that _gateway uses.
         @staticmethod
         def port():
             return tap.port

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tutorial, executed as it stands in a copy of the tree, and what it leaves in the logs of its flights."""
+"""The tutorial, executed as it is written in a copy of the tree, and the logs of its flights."""
 
 import json
 import os
@@ -16,14 +16,14 @@ import flying
 
 TUTORIAL = flying.ROOT / "docs" / "tutorial.md"
 BLOCK = re.compile(r"^```(sh|diff|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-# What was built is taken along, so that only what the tutorial adds is compiled.
+# What was built is copied, so that only the additions of the tutorial are compiled.
 BUILT = ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "sanitize")
 STEP_LIMIT_S = 900
 
 
 @dataclass
 class Step:
-    """A block that does something, and what the block of text behind it expects to be said."""
+    """A block of commands, and the output that the text block after it expects."""
 
     kind: str
     text: str
@@ -47,7 +47,7 @@ STEPS = read_steps()
 
 
 def copy_of_tree(place):
-    """A copy of the project that is built as far as this one is."""
+    """A copy of the project, built as far as this one is."""
     shutil.copytree(flying.ROOT, place, ignore=lambda folder, names: {"build", "runs", ".git", "__pycache__"} & set(names))
     (place / "build").mkdir()
     for name in BUILT:
@@ -61,7 +61,7 @@ def copy_of_tree(place):
 
 
 class Pupil:
-    """Somebody who does what the tutorial says."""
+    """A user who follows the tutorial."""
 
     def __init__(self, place):
         self.place = copy_of_tree(place)
@@ -69,7 +69,7 @@ class Pupil:
         self.said = {}  # line of the step -> output
 
     def run(self, command, **how):
-        """Run a command as in a shell of one's own; the finished process."""
+        """Run a command as in a user's own shell; the finished process."""
         kept = {key: os.environ[key] for key in ("PATH", "HOME", "LANG") if key in os.environ}
         return subprocess.run(
             command, cwd=self.place, env=kept, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=STEP_LIMIT_S, **how
@@ -80,7 +80,8 @@ class Pupil:
         if step.kind == "diff":
             done = self.run(["patch", "-p1", "--fuzz=0", "--no-backup-if-mismatch"], input=step.text)
         else:
-            # Each line must succeed; bash takes `! command` as success of what shall fail only without -e.
+            # Each line must succeed; bash counts `! command` as success of a command that must fail only
+            # without -e.
             lines = [f"{line} || exit 1" for line in step.text.splitlines()]
             done = self.run(["bash", "-c", "\n".join(lines)])
         self.said[step.line] = done.stdout
@@ -90,7 +91,7 @@ class Pupil:
 
 @pytest.fixture(scope="module")
 def pupil(hangar):
-    """One pupil for the whole tutorial."""
+    """One user for the whole tutorial."""
     pupil = Pupil(hangar / "tutorial")
     yield pupil
     if not pupil.has_failed:
@@ -138,7 +139,7 @@ def reports(folder, apid, message):
 
 
 def test_housekeeping_is_what_the_drive_sent(pupil):
-    """Structure 2 once and then five times a report; the jaw stops where it has met something."""
+    """Structure 2 once and then five times per report; the jaw stops where it has touched something."""
     first, last = flights(pupil, "grasp")[0], flights(pupil, "grasp")[-1]
     for folder, samples in ((first, 1), (last, 5)):
         found = [bytes.fromhex(r["values"]) for r in reports(folder, 18, (3, 25)) if r["structure"] == 2]
@@ -158,7 +159,7 @@ def test_event_carries_the_jaw_at_that_moment(pupil):
 
 
 def test_rate_address_and_method_came_from_the_descriptor(pupil):
-    """Twice the SYNCs per second, another node, links by UDP; the binaries are those of before."""
+    """Twice the SYNCs per second, another node, links by UDP; the binaries are the same as before."""
     found = flights(pupil, "grasp")
     first, last = found[0], found[-1]
     for folder, node, link, period_us in ((first, 0x31, "shm", 1000), (last, 0x32, "udp", 500)):
@@ -172,7 +173,7 @@ def test_rate_address_and_method_came_from_the_descriptor(pupil):
 
 
 def test_ground_speaks_the_language_of_the_mission_flown(pupil):
-    """Without being told, the command line takes the dictionary of the mission of the latest run."""
+    """Without an option, the command line takes the dictionary of the mission of the latest run."""
     flights(pupil, "grasp")
     done = pupil.run(["gse/gse", "permissions"])
     assert done.returncode == 0, done.stdout
@@ -183,7 +184,7 @@ def test_ground_speaks_the_language_of_the_mission_flown(pupil):
 
 
 def test_nothing_was_compiled_for_a_change_of_configuration(pupil):
-    """From the changes on, make never calls a compiler or a linker."""
+    """After these changes make calls neither a compiler nor a linker."""
     flights(pupil, "grasp")
     at = next(step.line for step in STEPS if step.kind == "diff" and 'links="UDP"' in step.text)
     said = [text for line, text in pupil.said.items() if line > at]
@@ -225,7 +226,7 @@ def test_new_subsystem_refuses_and_changes_nothing(pupil, options, words):
 
 
 def snapshot(place):
-    """Every source file with its time of change."""
+    """Every source file with its modification time."""
     folders = ("descriptors", "fsw", "sim", "test/unit")
     return {path: path.stat().st_mtime_ns for folder in folders for path in pathlib.Path(place, folder).rglob("*")}
 

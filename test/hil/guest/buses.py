@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The place itself: its buses work with tools and sockets that nobody here wrote."""
+"""Checks of the place itself: its buses work with tools and sockets of other projects."""
 
 import contextlib
 import os
@@ -23,7 +23,7 @@ def command(*words):
 
 
 def until(happened):
-    """Poll, within a generous bound."""
+    """Poll, with a generous time limit."""
     end = time.monotonic() + BOUND_S
     while not happened():
         assert time.monotonic() < end, "it did not happen in time"
@@ -31,19 +31,19 @@ def until(happened):
 
 
 def command_lines():
-    """Of all processes there are."""
+    """Commands of all processes."""
     for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
         with contextlib.suppress(OSError):
             yield path.read_bytes()
 
 
 def recorded(listen, send, *frames):
-    """What `candump -L` records on one interface of what `cansend` sends on another."""
+    """The frames that `candump -L` records on one interface while `cansend` sends on another."""
     log = pathlib.Path(os.environ["OUT"]) / f"{listen}.log"
     with open(log, "w") as file:
         recorder = subprocess.Popen(["candump", "-L", listen], stdout=file, stdin=subprocess.DEVNULL)
         try:
-            # It listens when a probe frame arrives; it has all when the last frame has arrived.
+            # candump listens when a probe frame has arrived; it has all frames when the last one has arrived.
             def heard(frame):
                 command("cansend", send, frame)
                 return f" {frame}\n" in log.read_text()

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""PyPI canopen as master of the simulated devices, in lock-step with the simulator.
-
-CANOPEN_INTERFACES=vcan-: the simulator stands on vcan-robot and vcan-joystick, which are made here, and all frames pass there,
-recorded by candump into $OUT; without it they pass through the simulator's own port, on any kernel."""
+"""PyPI canopen as master of the simulated devices, in lock-step with the simulator. CANOPEN_INTERFACES=vcan-:
+the simulator is on vcan-robot and vcan-joystick, which are made here, and all frames pass there, recorded
+by candump into $OUT; without it they pass through the simulator's own port, on any kernel."""
 
 import contextlib
 import os
@@ -30,13 +29,13 @@ SENTINEL = 0x7FF
 
 
 class Master:
-    """One bus: network, bus in lock-step, and what is sent in each cycle."""
+    """One bus: network, bus in lock-step, and the frames that are sent in each cycle."""
 
     def __init__(self, port, bus):
         interface = PREFIX + bus if PREFIX else None
         self.bus = lock_step.LockStepBus(port, bus, interface, STEPS_PER_CYCLE)
         self.network = canopen.Network(self.bus)
-        self.cyclic = []  # Called once per cycle, then SYNC is sent; nothing while it is empty.
+        self.cyclic = []  # Called once per cycle, then SYNC is sent; no SYNC while it is empty.
         self.bus.on_step.append(self._step)
         self.network.connect()
 
@@ -48,19 +47,19 @@ class Master:
             self.network.send_message(SYNC, [])
 
     def pass_steps(self, count):
-        """Let simulated time pass, 0.5 ms each."""
+        """Let simulated time pass, in steps of 0.5 ms."""
         wanted = self.bus.steps + count
         until(lambda: self.bus.steps >= wanted, f"{count} steps")
 
     def drive(self, number, sheet="joint-drive"):
-        """A node of the network with patience; the network's only one with this number."""
+        """A node of the network with long time-outs; the network's only one with this number."""
         node = simulated.patient(BaseNode402(number, str(simulated.SHEETS / f"{sheet}.eds")))
         self.network[number] = node
         return node
 
     @contextlib.contextmanager
     def cycles(self, *functions):
-        """SYNC, and these before it, in every cycle."""
+        """Send these frames and SYNC in every cycle."""
         self.cyclic[:] = functions or (lambda: None,)
         try:
             yield
@@ -86,7 +85,7 @@ class World:
         self.bus, self._master = None, None
 
     def master(self, bus):
-        """The master of a bus. There is one at a time: time waits for it."""
+        """The master of a bus. Only one exists at a time, because time waits for it."""
         if self.bus != bus:
             self._leave()
             self.bus, self._master = bus, Master(self.simulator.port, bus)
@@ -104,7 +103,7 @@ class World:
         self._mark()
 
     def _mark(self):
-        """A frame that the recorder must have before we go on."""
+        """Wait until the recorder has this frame."""
         marks = self.log.read_text().count(f" {SENTINEL:03X}#")
 
         def seen():
@@ -122,7 +121,7 @@ class World:
 
 
 def refusal(call, *arguments):
-    """Abort code of an access; 0 if it went well."""
+    """Abort code of an access; 0 if it succeeded."""
     try:
         call(*arguments)
     except canopen.SdoAbortedError as aborted:
@@ -207,7 +206,7 @@ def case_heartbeat_and_boot_up_are_heard():
     boot = seen.index(0, mark)
     until(lambda: len(seen) > boot + 11, "heartbeats")
     assert set(seen[boot + 1 : boot + 12]) == {127}
-    assert 390 <= steps[boot + 11] - steps[boot + 1] <= 410  # One in 20 ms of simulated time, that is 40 steps.
+    assert 390 <= steps[boot + 11] - steps[boot + 1] <= 410  # One in 20 ms of simulated time, which is 40 steps.
 
 
 def case_emergency_of_a_drive_whose_master_falls_silent():
@@ -226,7 +225,7 @@ def case_emergency_of_a_drive_whose_master_falls_silent():
 
 
 def prepared(master, mode):
-    """Joint 1 in NMT OPERATIONAL, in a mode, its PDOs known here."""
+    """Joint 1 in NMT OPERATIONAL, in a mode, its PDOs configured here."""
     drive = master.drive(0x11)
     drive.nmt.state = "PRE-OPERATIONAL"
     drive.sdo[0x1400][5].raw = 0  # This master is no real-time master: no deadline.
@@ -310,6 +309,6 @@ def case_simulator_and_recorder_end_well():
 
 
 if __name__ == "__main__":
-    sys.setswitchinterval(0.0005)  # The bus and the one who waits for it take turns.
+    sys.setswitchinterval(0.0005)  # The bus and the task that waits for it take turns.
     WORLD = World()
     cases.run(globals())

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The flight side's master commissions PyPI canopen's slaves on vcan-robot: good ones, and some that are strange in one way. Every
-way there is flies on shared memory (test/conformance/test_strange_devices.py)."""
+"""The flight side's master commissions slaves of PyPI canopen on vcan-robot: correct ones, and some with one
+deviation each. All deviations fly on shared memory (test/conformance/test_strange_devices.py)."""
 
 import os
 import pathlib
@@ -14,7 +14,7 @@ import strange
 
 
 def refused(change, told):
-    """A strange device is not brought up; the event says why."""
+    """A device with a deviation is not brought up; the event gives the reason."""
     STAGE.play(change)
     assert not STAGE.ground.request("PRE_OPERATIONAL")
     assert STAGE.refusals() == [told], STAGE.refusals()
@@ -57,7 +57,7 @@ def case_the_flight_ends_well():
 
 
 if __name__ == "__main__":
-    sys.setswitchinterval(0.0005)  # The bus and the one who waits for it take turns.
+    sys.setswitchinterval(0.0005)  # The bus and the task that waits for it take turns.
     FOLDER = pathlib.Path("/tmp/strange")
     FOLDER.mkdir(exist_ok=True)
     STAGE = strange.Stage(FOLDER, "vcan-robot", ("--bus", "vcan"))

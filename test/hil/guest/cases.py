@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the cases of a guest program: one process for all, because imports are slow in an emulated machine.
-
-A guest program defines functions `case_...()` that raise if something is wrong, and ends with `cases.run(globals())`.
-Each case's outcome is a line of $OUT/results.jsonl as soon as it is known; one that hangs fails after its time."""
+"""Runs the cases of a guest program: one process for all, because imports are slow in an emulated machine. A
+guest program defines functions `case_...()` that raise an exception on failure, and ends with
+`cases.run(globals())`. The outcome of each case is written as a line of $OUT/results.jsonl at once; a case
+that hangs fails after its time."""
 
 import json
 import os
@@ -11,7 +11,7 @@ import signal
 import sys
 import traceback
 
-SECONDS = 900  # Against waiting for ever: an emulated machine on a busy one takes its time.
+SECONDS = 900  # Ends waits without end only: an emulated machine on a busy host is slow.
 
 
 def on_alarm(number, frame):
@@ -19,7 +19,7 @@ def on_alarm(number, frame):
 
 
 def run(names, seconds=SECONDS):
-    """Run all cases in the order they are defined; exit code 1 if one failed."""
+    """Run all cases in the order of their definition; exit code 1 if one has failed."""
     functions = {name.removeprefix("case_"): value for name, value in names.items() if name.startswith("case_")}
     failed = 0
     signal.signal(signal.SIGALRM, on_alarm)

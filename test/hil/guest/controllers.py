@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two emulated CAN controllers on one bus: frames go from one to the other, through Debian's own driver."""
+"""Two emulated CAN controllers on one bus: frames go from one to the other, through Debian's driver."""
 
 import pathlib
 import subprocess

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two on-board computers, joined by a veth: `nodes.py udp` or `nodes.py tipc` says what carries messages and links."""
+"""Two on-board computers, joined by a veth: `nodes.py udp` or `nodes.py tipc` selects the carrier of messages
+and links."""
 
 import contextlib
 import os
@@ -22,16 +23,17 @@ import test_mission_fan_out as fan_out
 METHOD = sys.argv[1] if len(sys.argv) > 1 else "udp"
 OUT = pathlib.Path(os.environ.get("OUT", "."))
 NUMBER = {"shm": 0, "tipc": 1, "udp": 2}
-LIMIT_S = 1200  # Against waiting for ever only.
+LIMIT_S = 1200  # Ends waits without end only.
 NODES = ("--nodes", 2, "--transport", METHOD)
 BOTH = ("JOYSTICK", "MANIPULATOR")
 MANIPULATOR, JOYSTICK = 16, 17  # application process ids
 OFFLINE, OPERATIONAL, ERROR_OPERATIONAL = 0, 5, 6
-SAFELY = {4, 6, 7, 8, 9, OFFLINE}  # drives hold, are secured, or are on their way down
+SAFELY = {4, 6, 7, 8, 9, OFFLINE}  # states in which drives hold, are secured, or are being shut down
 
 
 def split_mission():
-    """A tree like this one, but for its mission: the joystick is on node 1, so that the links go between the nodes."""
+    """A copy of the tree in which the mission places the joystick on node 1, so that the links go between the
+    nodes."""
     tree = OUT / "split"
     if not tree.exists():
         (tree / "descriptors").mkdir(parents=True)
@@ -46,7 +48,8 @@ def split_mission():
 
 
 def run(name):
-    """A folder for a run: its path has its limits, and shared memory maps of logs are not possible on every output folder."""
+    """A folder for a run: the length of its path is limited, and not every output folder supports memory maps
+    of logs."""
     folder = pathlib.Path("/tmp" if pathlib.Path("/run/vm").is_dir() else OUT) / name
     shutil.rmtree(folder, ignore_errors=True)
     return folder
@@ -71,7 +74,7 @@ def assert_gone(flight):
 
 @contextlib.contextmanager
 def frozen(flight):
-    """Simulated time stands still: its owner is stopped."""
+    """Let simulated time stand still: the process that owns it is suspended."""
     simulator = flight.children()["simulator"]
     os.kill(simulator, signal.SIGSTOP)
     yield
@@ -79,7 +82,7 @@ def frozen(flight):
 
 
 def begun(name, *options):
-    """A flight that stands still after the operator's first steps; one that is over before it is seen is flown again."""
+    """A flight whose time stands still after the operator's first steps; one that ends before that is flown again."""
     while True:
         flight = flying.start(run(name), *options)
         flying.wait_until(lambda: flight.steps() >= 1 or flight.process.poll() is not None, "the operator did not begin", LIMIT_S)
@@ -94,7 +97,7 @@ def begun(name, *options):
 
 
 def wait_for(flight, text):
-    """Until the operator's log has the text."""
+    """Wait until the operator's log has the text."""
     path = flight.folder / "operator.log"
 
     def has():
@@ -109,7 +112,7 @@ def network_of(pid):
 
 
 def local_addresses(pid):
-    """Local addresses of all sockets of the network of a process."""
+    """Local addresses of all sockets in the network namespace of a process."""
     found = set()
     for name in ("tcp", "udp"):
         for line in pathlib.Path(f"/proc/{pid}/net/{name}").read_text().splitlines()[1:]:
@@ -126,7 +129,7 @@ def methods_accepted(flight):
 # --- one mission on two computers ----------------------------------------------------------------------------------
 
 def case_two_nodes_fly_as_one_image():
-    """Same octets; each process on its node; nothing bound but the ends of the veth."""
+    """Same octets; each process on its node; sockets are bound to the ends of the veth only."""
     flight = begun("two", "--scenario", "hil", *NODES, "--links", METHOD)
     pids = flight.children()
     places = {name: network_of(pids[name]) for name in ("supervisor", "communication", "joystick", "manipulator")}
@@ -165,7 +168,7 @@ def case_lives_are_those_of_the_image():
 
 
 def case_one_port_feeds_readers_on_both_computers():
-    """Whatever becomes of one reader, the other does not lose a sample."""
+    """Whatever happens to one reader, the other loses no sample."""
     house = second_reader.build(run("shadow"))
     judged = fan_out.fly(house, run("shadowed"), *NODES, "--links", METHOD)
     fan_out.judge(judged)
@@ -175,7 +178,7 @@ def case_one_port_feeds_readers_on_both_computers():
 # --- links between nodes -------------------------------------------------------------------------------------------
 
 def case_shared_memory_is_not_offered_between_nodes():
-    """Nobody said which: within a node shared memory, between nodes what carries the messages."""
+    """Without an option: within a node shared memory, between nodes the carrier of the messages."""
     within = fly("within", "--scenario", "hil", *NODES)
     assert set(methods_accepted(within)) == {NUMBER["shm"]}
     between = fly("between", "--scenario", "hil", *NODES, root=split_mission())
@@ -193,7 +196,7 @@ def case_shared_memory_between_nodes_is_refused():
 
 
 def case_unplug_between_nodes():
-    """Plugs are pulled while the links go between the nodes; what the drives did is judged by who called."""
+    """Plugs are pulled while the links go between the nodes; the caller judges the drives."""
     lines = ["0.0 hand rest", "0.2 hand circle 0.1 0.5 1 5 1"]
     for start, bus, device in ((0.3, "joystick", "STICK"), (2.6, "robot", "JOINT1")):
         cut = start + 0.9 + 0.000137
@@ -208,7 +211,8 @@ def case_unplug_between_nodes():
     shutil.copytree(two.folder, OUT / f"judged-{METHOD}")
 
 
-# --- a way that is cut ---------------------------------------------------------------------------------------------
+# --- a connection that is cut
+# --------------------------------------------------------------------------------------
 
 def set_veth(flight, state):
     subprocess.run(["ip", "-n", f"{flight.identity}.node1", "link", "set", "node1", state], check=True)
@@ -224,7 +228,8 @@ def states_told(flight, apid):
 
 
 def cut_and_mend(name, root):
-    """Cut the veth in operation, mend it when the supervisor misses who is behind it, and bring all up again by command."""
+    """Cut the veth in operation, restore it when the supervisor has detected the loss of the component behind
+    it, and bring all up again by command."""
     folder = run(name)
     lines = flying.bring_up(0.1, tare=False)
     lines += ["1.2 operator wait-event SUPERVISOR SUBSYSTEM_SILENT 1000",
@@ -241,7 +246,8 @@ def cut_and_mend(name, root):
         wait_for(flight, "SUBSYSTEM_SILENT")
         with frozen(flight):
             set_veth(flight, "up")
-        # Neighbours who are still unaware of each other leave commands unanswered: then all of it is done again.
+        # While neighbours do not know of each other yet, commands have no answer: then everything is
+        # repeated.
         end = time.monotonic() + LIMIT_S
         while True:
             done = flying.gse(flight, "script", again, timeout=LIMIT_S)
@@ -258,15 +264,16 @@ def cut_and_mend(name, root):
 
 
 def after_operation(flight, apid):
-    """The states told from the first OPERATIONAL on, without repetitions."""
+    """The reported states from the first OPERATIONAL on, without repetitions."""
     states = [state for _, state in states_told(flight, apid)]
     after = states[states.index(OPERATIONAL):]
     return [state for index, state in enumerate(after) if index == 0 or after[index - 1] != state]
 
 
 def assert_safe_and_again(states, safely):
-    """What was seen first after OPERATIONAL is one of `safely`; it came there again, as often as commands were repeated, and
-    ended in OFFLINE. What a member told while the way was cut may be lost, but it can only be on a way down."""
+    """The first state reported after OPERATIONAL is one of `safely`; it was reached again, as often as
+    commands were repeated, and ended in OFFLINE. Reports sent while the connection was cut may be lost, but
+    only reports of lower states."""
     assert states[0] == OPERATIONAL and states[1] in safely, states
     assert OPERATIONAL in states[2:] and states[-1] == OFFLINE, states
 
@@ -279,7 +286,7 @@ def case_members_cut_from_the_supervisor_hold_safely_and_come_again():
 
 def case_members_cut_from_each_other_secure_themselves_and_come_again():
     flight = cut_and_mend("cut-between", split_mission())
-    # Its link goes stale: in that cycle, with or without a supervisor.
+    # Its link becomes stale: in that cycle, with or without a supervisor.
     assert_safe_and_again(after_operation(flight, JOYSTICK), {ERROR_OPERATIONAL})
     assert_safe_and_again(after_operation(flight, MANIPULATOR), SAFELY)
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SocketCAN as carrier of the buses: flights over vcan and over emulated controllers, watched by can-utils; what is refused."""
+"""SocketCAN as carrier of the buses: flights over vcan and over emulated controllers, recorded by can-utils;
+refused options."""
 
 import contextlib
 import json
@@ -27,7 +28,7 @@ CONTRACTS = ["contract/osal/test_can", "contract/osal/test_can_socket", "contrac
 CASES = {"test_can_socket": 16, "test_flow_can_socket": 4}
 KEPT = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log", "operator.log", "console.log", "run.json",
         "truth.lcm")
-FIRST, LAST = "7FE#EE", "7FF#FF"  # Probe and sentinel: identifiers that nobody of the mission sends.
+FIRST, LAST = "7FE#EE", "7FF#FF"  # Probe and sentinel: identifiers that no node of the mission sends.
 
 
 def ip(*words):
@@ -56,7 +57,7 @@ def facts(name):
 
 
 def kept(name):
-    """What the other side compares goes to the output share."""
+    """Files that the other side compares go to the output share."""
     (OUT / name).mkdir()
     for file in KEPT:
         if (WORK / name / file).exists():
@@ -72,7 +73,7 @@ def flown(name, *options, seconds=BOUND_S):
 
 
 def last_of(path):
-    """The last lines of a file that grows, which may be long."""
+    """The last lines of a growing file, which may be long."""
     with open(path, "rb") as file:
         file.seek(-min(path.stat().st_size, 65536), os.SEEK_END)
         return file.read().decode()
@@ -80,8 +81,9 @@ def last_of(path):
 
 @contextlib.contextmanager
 def recorder(path, probe, *interfaces, backlog=BACKLOG):
-    """candump of these interfaces, or all, on the processor that the flight does not use: nothing lost, nothing missed at either
-    end, however late it is served while the backlog [octets of each interface] is not full."""
+    """candump of these interfaces, or all, on the processor that the flight does not use: nothing lost,
+    nothing missed at either end, even if it is served late, while the backlog [octets of each interface] is
+    not full."""
     filters = [f"{interface},0:0,#FFFFFFFF" for interface in interfaces or ("any",)]
     with open(path, "w") as file:
         process = subprocess.Popen(["taskset", hex(1 << max(os.sched_getaffinity(0))), "candump", "-L", "-d", "-r", str(backlog), *filters],
@@ -107,13 +109,13 @@ def command_names(parent):
 
 
 def has_line(name, frame):
-    """The log of bus robot of a flight under way has the frame."""
+    """Wait until the log of bus robot of a flight under way has the frame."""
     log = WORK / name / "can-robot.log"
     return log.exists() and f" {frame}" in log.read_text()
 
 
 def shut_down(process):
-    """As Ctrl-C does, in order; what the launcher said."""
+    """End the launcher in order, as Ctrl-C does; its output."""
     process.send_signal(signal.SIGINT)
     said = process.communicate(timeout=BOUND_S)[0]
     assert process.returncode == 0, said
@@ -145,7 +147,7 @@ def case_contract_holds_on_this_kernel():
 # --- what is refused ------------------------------------------------------------------------------------------------
 
 def do_as_told(said):
-    """What a refusal tells to type as root."""
+    """The command that a refusal tells the user to type as root."""
     subprocess.run(["sh", "-ec", said.rpartition("as root: ")[2]], check=True, timeout=BOUND_S)
 
 
@@ -193,7 +195,7 @@ def case_bad_interfaces_are_refused_with_the_next_step():
 
 def case_two_runs_at_once_are_refused():
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as other:
-        other.bind("\0hirosco.can.vcan-robot")  # As another launcher holds it.
+        other.bind("\0hirosco.can.vcan-robot")  # As if another launcher had claimed it.
         assert "another run flies on vcan-robot" in refused("--bus", "vcan")
 
 
@@ -208,7 +210,7 @@ def case_without_permission_it_says_what_to_type():
 # --- flights ----------------------------------------------------------------------------------------------------------
 
 def case_vcan_flight_is_seen_by_candump():
-    """One of the interfaces is there before and hands frames over late on purpose; the others are made by the run."""
+    """One of the interfaces exists before and delays frames on purpose; the run makes the others."""
     WORK.mkdir(exist_ok=True)
     ip("link", "add", "fsw-robot", "mtu", "72", "type", "vcan")
     ip("link", "set", "fsw-robot", "up")
@@ -256,7 +258,8 @@ ARM_UP = [f"0.0 operator {words}" for words in (
 
 
 def case_interfaces_that_are_lost_and_made_again_are_used_again():
-    """While simulated time stands still: who was on them finds out when it goes on, is safe, and comes up by command."""
+    """While simulated time stands still an interface goes down: its subsystems detect it when time continues,
+    go to safe states, and come up by command."""
     script = WORK / "again.scn"
     script.write_text("\n".join(["0.0 hand rest", *ARM_UP, "0.0 operator wait-event MANIPULATOR DEVICE_LOST 100000",
                                  "0.0 operator wait-state MANIPULATOR OFFLINE 1", *ARM_UP,
@@ -285,7 +288,7 @@ def case_interfaces_that_are_lost_and_made_again_are_used_again():
 
 
 def case_emulated_controllers_carry_the_classic_mission():
-    """Channel B, which is there on shared memory too, is on a virtual interface: all controllers are on one wire."""
+    """Channel B, which is also there on shared memory, is on a virtual interface: all controllers are on one wire."""
     ip("link", "add", "spare", "type", "vcan")
     ip("link", "set", "spare", "up")
     for name in ("can0", "can1"):
@@ -297,7 +300,7 @@ def case_emulated_controllers_carry_the_classic_mission():
 
 
 def case_real_devices_have_no_simulator():
-    """Nobody answers on the wire: the mission comes up by the wall clock, waits, and goes down."""
+    """No device answers on the bus: the mission comes up in wall-clock time, waits, and shuts down."""
     said = flown("devices", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--scenario", "none",
                  "--duration", "3")
     seen = facts("devices")
@@ -307,7 +310,8 @@ def case_real_devices_have_no_simulator():
 
 
 def case_a_burst_on_a_controller_is_counted():
-    """The emulated controller sends at once; a real one takes its time, and its queue fills: so does this one."""
+    """The emulated controller sends at once; a real one needs time, and its queue fills: this one is slowed
+    down like it."""
     program = "build/test/unit/fsw/framework/dataflow/test_flow_can_socket"
     subprocess.run(["tc", "qdisc", "replace", "dev", "can0", "root", "netem", "limit", "5", "delay", "20ms"], check=True,
                    timeout=BOUND_S)
@@ -320,7 +324,8 @@ def case_a_burst_on_a_controller_is_counted():
 
 
 def case_a_flood_on_the_wire_ends_in_a_safe_state():
-    """Somebody sends as fast as it goes on flight's own controller while the arm is in operation: it secures itself."""
+    """Another program sends as fast as it can on flight's own controller while the arm is in operation: the
+    arm goes to its safe state."""
     script = WORK / "up.scn"
     script.write_text("".join(f"0.0 operator {words}\n" for words in (
         "state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR CLASSIC", "state MANIPULATOR SAFE_OPERATIONAL",

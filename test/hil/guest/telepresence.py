@@ -13,7 +13,8 @@ INTERFACES = ("vcan-robot", "vcan-joystick")
 
 
 def case_telepresence_is_flown_over_vcan():
-    """The recorder writes to memory: on the output folder it would be too slow. Most of the flight fits into its backlog."""
+    """The recorder writes to memory: the output folder would be too slow. Most of the flight fits into its
+    backlog."""
     WORK.mkdir()
     for interface in INTERFACES:
         ip("link", "add", interface, "mtu", "72", "type", "vcan")
