@@ -7,7 +7,7 @@
 #include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/mutex.h"
 
-#define LOCKSTEP_MAGIC 0x63616C656E646172ULL // Eight letters of ASCII.
+#define LOCKSTEP_MAGIC 0x6C6F636B73746570ULL // "lockstep" in ASCII.
 #define NOBODY UINT32_MAX
 #define PARTICIPANTS OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
