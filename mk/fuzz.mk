@@ -15,12 +15,12 @@ fuzzers: $(foreach t,$(call selected,$(FUZZ_TARGETS)),$B/target/$t)
 	@:
 BUILD_FUZZERS = $(MAKE) --no-print-directory -j$(JOBS) FUZZ=1 CC=clang fuzzers
 SECONDS ?= 20
-fuzz: build/setup/test
+fuzz: build/setup/clang
 	$(if $(strip $(call selected,$(FUZZ_TARGETS))),,\
 	    $(error ONLY=$(ONLY): no fuzz target has this in its name; there are: $(FUZZ_TARGETS)))
 	+@$(BUILD_FUZZERS)
 	@$(PYTHON) test/fuzz/run_fuzz.py --seconds $(SECONDS) $(call selected,$(FUZZ_TARGETS))
 # Seeds from our own vectors, with what a run has found, reduced to what adds coverage: for whoever adds a target.
-fuzz-corpus: build/setup/test
+fuzz-corpus: build/setup/pytest build/setup/clang
 	+@$(BUILD_FUZZERS)
 	@$(VENV) test/fuzz/make_corpus.py $(call selected,$(FUZZ_TARGETS))

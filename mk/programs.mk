@@ -30,5 +30,5 @@ all: build/setup/run
 	$(PARALLEL) programs
 programs: $(LIBRARIES) $(PROGRAMS)
 	@:
-foreign: build/setup/test
+foreign: build/setup/s390x
 	$(PARALLEL) S390X=1 foreign-programs

@@ -39,10 +39,10 @@ $(foreach t,$(TESTS),$(eval $(call test_rule,$t)))
 $(SUPPORT_A): $(SUPPORT) $B/obj/unity.o
 	@mkdir -p $(@D) && rm -f $@
 	$(Q)$(AR) rcs $@ $^
-$B/obj/unity.o: | build/setup/test
+$B/obj/unity.o: | build/setup/unit
 	@mkdir -p $(@D)
 	$(Q)$(CC) -std=c99 $(OPTIMIZE) -c build/third_party/unity/src/unity.c -o $@
-$(call objects,$(TESTS)) $(SUPPORT): | build/setup/test
+$(call objects,$(TESTS)) $(SUPPORT): | build/setup/unit
 -include $(patsubst %.o,%.d,$(call objects,$(wildcard test/support/*.c test/bench/*.c test/unit/pus/fixtures/*.c \
          $(addsuffix *.c,$(sort $(dir $(TESTS)))))))
 
@@ -83,28 +83,37 @@ kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
 benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRANSPORTS:%=$B/bench/transport/%)
 	@:
 
-NEEDS_FOREIGN = $(findstring $(or $(ONLY),test/hil),test/hil/test_big_endian.py)
-BUILD_FOREIGN = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 foreign-tests
-HIL_TESTS = $(strip $(call selected,$(sort $(wildcard test/hil/test_*.py))))
-test: build/setup/$(if $(HIL_TESTS),vm,test)
+# What is selected by ONLY, and what that needs: nothing else is installed or built.
+PYTHON_TESTS   := $(strip $(call selected,$(shell find test -name 'test_*.py' | LC_ALL=C sort)))
+FLYING_TESTS   := $(filter test/conformance/% test/mission/% test/hil/%,$(PYTHON_TESTS))
+HIL_TESTS      := $(filter test/hil/%,$(PYTHON_TESTS))
+NEEDS_PROGRAMS := $(if $(FLYING_TESTS),programs)
+NEEDS_FUZZERS  := $(filter test/fuzz/%,$(PYTHON_TESTS))
+NEEDS_FOREIGN  := $(filter test/hil/test_big_endian.py,$(PYTHON_TESTS))
+NEEDS_THREADS  := $(strip $(call selected,$(THREAD_TESTS)))
+TEST_SETUP     := $(if $(FLYING_TESTS),test) $(if $(HIL_TESTS),vm) $(if $(NEEDS_FOREIGN),s390x) \
+                  $(if $(PYTHON_TESTS),pytest) $(if $(NEEDS_THREADS)$(NEEDS_FUZZERS),clang) unit
+BUILD_FOREIGN   = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 foreign-tests
+test: $(TEST_SETUP:%=build/setup/%)
 	+@failed=; \
-	$(MAKE) -k --no-print-directory -j$(JOBS) programs tests $(if $(HIL_TESTS),kernel-tests) || failed='the build'; \
-	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 programs tests || failed="$$failed the sanitizer build"; \
-	$(if $(or $(if $(ONLY),,all),$(findstring fuzz,$(ONLY))),\
-	    $(BUILD_FUZZERS) -k ONLY= || failed="$$failed the fuzz build";) \
-	$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || \
-	    failed="$$failed the build against data races"; \
+	$(MAKE) -k --no-print-directory -j$(JOBS) $(NEEDS_PROGRAMS) tests $(if $(PYTHON_TESTS),$(GENERATED)) \
+	    $(if $(HIL_TESTS),kernel-tests) || failed='the build'; \
+	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 $(NEEDS_PROGRAMS) tests || \
+	    failed="$$failed the sanitizer build"; \
+	$(if $(NEEDS_FUZZERS),$(BUILD_FUZZERS) -k ONLY= || failed="$$failed the fuzz build";) \
+	$(if $(NEEDS_THREADS),$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || \
+	    failed="$$failed the build against data races";) \
 	$(if $(NEEDS_FOREIGN),$(BUILD_FOREIGN) -k || failed="$$failed the big-endian build";) \
-	$(VENV) test/support/run_tests.py --threads '$(call selected,$(THREAD_TESTS))' --jobs $(JOBS) \
+	$(VENV) test/support/run_tests.py --threads '$(NEEDS_THREADS)' --jobs $(JOBS) \
 	    --only '$(ONLY)' --failed "$$failed" $(call selected,$(TESTS))
 
-test-hil: build/setup/vm all
+test-hil: build/setup/vm $(if $(NEEDS_FOREIGN),build/setup/s390x) all
 	$(PARALLEL) kernel-tests
 	+$(if $(NEEDS_FOREIGN),@$(BUILD_FOREIGN))
 	@$(if $(HIL_TESTS),,$(error no test in test/hil has '$(ONLY)' in its path))HIL_PLACE='$(PLACE)' \
 	    $(VENV) test/support/run_tests.py --jobs $(JOBS) --under test/hil --only '$(ONLY)'
 
-mutants: build/setup/test
+mutants: build/setup/unit
 	+@$(MAKE) --no-print-directory -j$(JOBS) ONLY= tests
 	@$(PYTHON) test/mutants/run_mutants.py --jobs $(JOBS) --only '$(ONLY)' \
 	    $(call option,count,COUNT) $(call option,seed,SEED) $(if $(CHECK),--check)

@@ -3,11 +3,11 @@
 # Show what this machine has of what the project needs, and the next step. Changes nothing.
 set -eu
 
-row() { printf '  %-18s %-26s %-7s %s\n' "$1" "$2" "$3" "$4"; }
+row() { printf '  %-22s %-26s %-7s %s\n' "$1" "$2" "$3" "$4"; }
 
 missing_levels=''
 packages() {
-    row PACKAGE VERSION TARGET 'NEEDED FOR'
+    row PACKAGE VERSION LEVEL 'NEEDED FOR'
     while read -r name level purpose; do
         case $name in '#'* | '') continue ;; esac
         version=$(dpkg-query -W -f '${db:Status-Status} ${Version}' "$name" 2>/dev/null || true)
@@ -19,9 +19,9 @@ packages() {
 }
 
 python_packages() {
-    row 'PYTHON PACKAGE' VERSION TARGET 'REQUIRED'
+    row 'PYTHON PACKAGE' VERSION LEVEL 'REQUIRED'
     installed=$(build/venv/bin/python -m pip list --disable-pip-version-check --format=freeze 2>/dev/null || true)
-    for level in run test; do
+    for level in run pytest; do
         [ "$level" = run ] && list=gse/requirements.txt || list=test/requirements.txt
         for required in $(grep -v '^#' "$list"); do
             name=${required%%==*}
@@ -34,11 +34,11 @@ python_packages() {
 
 # What the kernel and the account offer beyond the need of discrete-time flights.
 machine() {
-    row MACHINE STATE TARGET 'NEEDED FOR'
+    row MACHINE STATE LEVEL 'NEEDED FOR'
     [ -f build/third_party/unity/src/unity.c ] && state=present || state='fetched by make test'
-    row Unity "$state" test 'unit tests of the portable core'
+    row Unity "$state" unit 'unit tests of the portable core'
     [ -f build/third_party/expat-s390x/lib/libexpat.a ] && state=present || state='fetched by make test'
-    row 'expat, s390x' "$state" test 'programs of a big-endian processor'
+    row 'expat, s390x' "$state" s390x 'programs of a big-endian processor'
     [ -f build/vm/vmlinux ] && state=present || state='fetched by make vm'
     row 'kernel, micro-VM' "$state" hil 'vcan, TIPC where this kernel has none'
     [ "$(id -u)" -eq 0 ] && state=root || { sudo -n true 2>/dev/null && state='sudo' || state=no; }
@@ -52,7 +52,7 @@ machine() {
 next_step() {
     case $missing_levels in
     *run*) echo 'Next: make sim-run (installs what is missing, builds, flies the mission)' ;;
-    *docs* | *test* | *hil*) echo 'Next: make test (installs what is missing, builds, runs every test)' ;;
+    *unit* | *clang* | *s390x* | *docs* | *test* | *hil*) echo 'Next: make test (installs what is missing, builds, runs every test)' ;;
     *check* | *full*) echo 'Next: make check (installs what is missing, then checks the house rules)' ;;
     *) [ -d build/bin ] && echo 'All there. Next: make sim-run, make test' || echo 'All there. Next: make' ;;
     esac

@@ -1,21 +1,29 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Install what a target needs: `setup.sh run|docs|test|hil|check|full`. Each level contains those it builds on. Quick when all is
-# there. Installs as root or through `sudo -n`; otherwise prints the exact command and stops. Never asks.
+# Install what a target needs: `setup.sh LEVEL`. Each level contains those it builds on. Quick when all is there. Installs
+# as root or through `sudo -n`; otherwise prints the exact command and stops. Never asks.
+#
+#   run     the programs and a flight          unit    C tests                   clang   its builds: data races, fuzz targets
+#   pytest  tests in Python                    s390x   big-endian programs       docs    the documentation
+#   test    tests of whole programs            hil     the micro-VM              check   analysers
+#   full    all of them, and Yamcs
 set -eu
 
-level=${1:?usage: setup.sh run|docs|test|hil|check|full}
+level=${1:?usage: setup.sh run|unit|clang|pytest|s390x|docs|test|hil|check|full}
 here=gse/setup
 venv=build/venv
 case $level in
 run) levels='run' ;;
-docs) levels='run docs' ;;
-test) levels='run docs test' ;;
-hil) levels='run docs test hil' ;;
-check) levels='run docs test check' ;;
-full) levels='run docs test hil check full' ;;
+unit | clang | docs) levels="run $level" ;;
+pytest | s390x) levels="run unit $level" ;;
+test) levels='run unit clang pytest docs test' ;;
+hil) levels='run unit clang pytest docs test hil' ;;
+check) levels='run unit clang pytest check' ;;
+full) levels='run unit clang pytest s390x docs test hil check full' ;;
 *) echo "setup: unknown level '$level'" >&2 && exit 2 ;;
 esac
+
+has() { case " $levels " in *" $1 "*) ;; *) return 1 ;; esac; }
 
 # Names of the Debian packages of these levels that are not installed.
 missing_packages() {
@@ -55,7 +63,9 @@ install_packages() {
 python_environment() {
     [ -x "$venv/bin/python" ] || /usr/bin/python3 -m venv "$venv"
     set -- -r gse/requirements.txt
-    case $level in run | docs) ;; *) set -- "$@" -r test/requirements.txt ;; esac
+    if has pytest; then
+        set -- "$@" -r test/requirements.txt
+    fi
     echo "setup: Python packages of $*"
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-input "$@"
     # The command `gse` and `import hirosco_gse` use this working tree.
@@ -68,14 +78,13 @@ python_environment() {
 mkdir -p build/setup
 install_packages
 python_environment
-case $level in
-run | docs) ;;
-*)
+if has unit; then
     sh "$here/unity.sh"
+fi
+if has s390x; then
     sh "$here/expat_s390x.sh"
-    ;;
-esac
-if [ "$level" = full ]; then
+fi
+if has full; then
     sh "$here/yamcs.sh"
 fi
 for done_level in $levels; do

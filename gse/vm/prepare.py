@@ -2,7 +2,7 @@
 """Make what the micro-VM boots from, in build/vm/: `vmlinux` and `initramfs.cpio`.
 
 The kernel is the package that Debian's `linux-image-amd64` stands for, fetched with apt-get into build/, unpacked in
-part and never installed. Needs the packages of the target `hil` in gse/setup/packages.txt. Without a network, or on a
+part and never installed. Needs the packages of the level `hil` in gse/setup/packages.txt. Without a network, or on a
 machine that is no amd64 Debian, ends with a message that names the next step."""
 
 import argparse

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run the C test programs, plain, with sanitizers and some against data races, then pytest; end with `N passed, M failed, K skipped`.
 
-Prints the closing lines of each runner (Unity, cmocka, pytest) as they are, and all output of what failed."""
+Prints the closing lines of each runner (Unity, cmocka) as soon as it ends, each test of pytest as it begins and ends, all output
+of what failed, and the slowest tests."""
 
 import argparse
 import concurrent.futures
@@ -19,6 +20,7 @@ VARIANTS = ["build", "build/sanitize"]
 PROCESSOR_SECONDS_ALLOWED = 300
 SECONDS_ALLOWED = 1200
 FLIGHT_SECONDS_ALLOWED = 3600
+SLOWEST = 10
 # Files, and one folder that shares a flight, that take more than half a minute.
 LONGEST = ["test/hil/test_nodes.py", "test/fuzz/test_fuzz.py", "test/hil/test_deaths.py", "test/hil/test_buses.py",
            "test/conformance/pus/"]
@@ -79,17 +81,31 @@ def run_program(program):
     return program, count, output, time.monotonic() - began
 
 
-def run_programs(sources, variants, jobs):
-    total = Count()
-    programs = [str(pathlib.Path(folder, source).with_suffix("")) for folder in variants for source in sources]
+def program_of(source, folder):
+    return str(pathlib.Path(folder, source).with_suffix(""))
+
+
+def run_programs(programs, jobs):
+    """Count of all programs and (seconds, program) of each. Each is shown when it ends, whatever the others do."""
+    total, times = Count(), []
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for program, count, output, seconds in pool.map(run_program, programs):
+        runs = [pool.submit(run_program, program) for program in programs]
+        for number, run in enumerate(concurrent.futures.as_completed(runs), 1):
+            program, count, output, seconds = run.result()
             total.add(count)
-            print(f"{program}  {seconds:.2f} s")
+            times.append((seconds, program))
+            print(f"[{number}/{len(programs)}] {program}  {seconds:.2f} s")
             lines = output.splitlines()
             shown = lines if count.failed else [line for line in lines if CLOSING.match(line)]
             print("".join(f"    {line}\n" for line in shown), end="", flush=True)
-    return total
+    return total, times
+
+
+def print_slowest(kind, times):
+    if times:
+        print(f"slowest {kind}:")
+    for seconds, name in sorted(times, reverse=True)[:SLOWEST]:
+        print(f"    {seconds:8.2f} s  {name}")
 
 
 def in_order(files):
@@ -100,27 +116,34 @@ def in_order(files):
     return sorted(files, key=place)
 
 
+def read_report(report):
+    """Count of the cases in a report of pytest, and (seconds, case) of each, with what its fixtures took."""
+    count, times = Count(), []
+    for suite in xml.etree.ElementTree.parse(report).getroot().iter("testsuite"):
+        failed = int(suite.get("failures", 0)) + int(suite.get("errors", 0))
+        skipped = int(suite.get("skipped", 0))
+        count.add(Count(int(suite.get("tests", 0)) - failed - skipped, failed, skipped))
+        times += [(float(case.get("time", 0)), f"{case.get('classname')}::{case.get('name')}") for case in suite.iter("testcase")]
+    return count, times
+
+
 def run_pytest(folder, only, jobs):
+    """Count of all cases of the files in a folder, and (seconds, case) of each."""
     files = in_order(str(path) for path in pathlib.Path(folder).rglob("test_*.py") if only in str(path))
     if not files:
-        return Count()
+        return Count(), []
     report = pathlib.Path("build/test/pytest.xml")
     report.parent.mkdir(parents=True, exist_ok=True)
     report.unlink(missing_ok=True)
-    options = ["-q", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
+    options = ["-v", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
                f"--junitxml={report}"]
     if min(jobs, len(files)) > 1:  # A file stays whole: its tests share flights.
         options += ["-n", str(min(jobs, len(files))), "--dist", "loadfile", "--no-loadscope-reorder"]
     code = subprocess.run([sys.executable, "-m", "pytest", *options, *files]).returncode
-    count = Count()
-    if report.exists():
-        for suite in xml.etree.ElementTree.parse(report).getroot().iter("testsuite"):
-            failed = int(suite.get("failures", 0)) + int(suite.get("errors", 0))
-            skipped = int(suite.get("skipped", 0))
-            count.add(Count(int(suite.get("tests", 0)) - failed - skipped, failed, skipped))
+    count, times = read_report(report) if report.exists() else (Count(), [])
     if code != 0 and count.failed == 0:
         count.failed = 1
-    return count
+    return count, times
 
 
 def main():
@@ -135,11 +158,16 @@ def main():
     parser.add_argument("sources", nargs="*", help="C sources of the test programs")
     arguments = parser.parse_args()
 
-    sources = [source for source in arguments.sources if arguments.only in source]
-    total = run_programs(sources, arguments.variant or VARIANTS, arguments.jobs)
-    total.add(run_programs([source for source in arguments.threads.split() if arguments.only in source], ["build/thread"], arguments.jobs))
+    programs = [program_of(source, folder) for folder in arguments.variant or VARIANTS for source in arguments.sources
+                if arguments.only in source]
+    programs += [program_of(source, "build/thread") for source in arguments.threads.split() if arguments.only in source]
+    total, program_times = run_programs(programs, arguments.jobs)
+    case_times = []
     if not arguments.no_pytest:
-        total.add(run_pytest(arguments.under, arguments.only, arguments.jobs))
+        count, case_times = run_pytest(arguments.under, arguments.only, arguments.jobs)
+        total.add(count)
+    print_slowest("C tests", program_times)
+    print_slowest("tests in Python", case_times)
     if arguments.failed:
         print(f"failed before the tests: {arguments.failed.strip()}")
         total.failed += 1

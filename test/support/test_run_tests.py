@@ -84,3 +84,61 @@ def test_a_measurement_that_is_not_there_does_not_pass(tmp_path):
     words = [ROOT / "build/venv/bin/python", ROOT / "test/bench/run_bench.py", "--only", "nothing", "--check", "--out", tmp_path / "bench.json"]
     done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode != 0 and "no measurement has this in its path" in done.stderr
+
+
+def program(folder, name, text):
+    path = folder / name
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return str(path)
+
+
+def test_a_program_is_shown_when_it_ends_whatever_the_first_does(tmp_path, capsys):
+    """The first waits for the second to have ended; with output in the order of the list, nothing would be shown until then."""
+    first = program(tmp_path, "first", f"while [ ! -e {tmp_path}/ended ]; do sleep 0.05; done")
+    second = program(tmp_path, "second", f"touch {tmp_path}/ended")
+    total, times = run_tests.run_programs([first, second], jobs=2)
+    shown = [line.split()[:2] for line in capsys.readouterr().out.splitlines()]
+    assert shown == [["[1/2]", second], ["[2/2]", first]]
+    assert total.passed == 2 and sorted(name for _, name in times) == [first, second]
+
+
+def test_the_slowest_ten_are_shown_slowest_first(capsys):
+    run_tests.print_slowest("C tests", [(float(seconds), f"t{seconds}") for seconds in range(11)])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "slowest C tests:"
+    assert [line.split() for line in lines[1:]] == [[f"{seconds}.00", "s", f"t{seconds}"] for seconds in range(10, 0, -1)]
+    run_tests.print_slowest("tests in Python", [])
+    assert capsys.readouterr().out == ""
+
+
+def test_a_report_of_pytest_gives_count_and_times(tmp_path):
+    report = tmp_path / "pytest.xml"
+    report.write_text('<testsuites><testsuite tests="4" failures="1" errors="1" skipped="1"><testcase classname="a.b" name="c" time="1.5"/>'
+                      '</testsuite></testsuites>')
+    count, times = run_tests.read_report(report)
+    assert (count.passed, count.failed, count.skipped) == (1, 2, 1)
+    assert times == [(1.5, "a.b::c")]
+
+
+@pytest.mark.parametrize(
+    "only, levels, programs",
+    [
+        ("unit/base", "unit", False),
+        ("contract/osal/test_mutex", "clang unit", False),
+        ("unit/gse", "pytest unit", False),
+        ("test_fuzz", "clang pytest unit", False),
+        ("conformance", "pytest test unit", True),
+        ("test_nodes", "pytest test unit vm", True),
+        ("test_big_endian", "pytest s390x test unit vm", True),
+        ("no such test", "unit", False),
+        ("", "clang pytest s390x test unit vm", True),
+    ],
+)
+def test_make_installs_and_builds_what_the_selected_tests_need(only, levels, programs):
+    kept = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
+    words = ["make", "--print-data-base", "--dry-run", "help", f"ONLY={only}"]
+    known = subprocess.run(words, cwd=ROOT, env=kept, capture_output=True, text=True, check=True).stdout
+    value = dict(line.split(" := ", 1) for line in known.splitlines() if " := " in line)
+    assert sorted(value["TEST_SETUP"].split()) == levels.split()
+    assert value.get("NEEDS_PROGRAMS", "").split() == ["programs"] * programs
