@@ -65,7 +65,7 @@ static void every_statusword_is_read_as_its_masks_say(void)
     }
 }
 
-// A drive by the book; faults end in FAULT after one step of reaction.
+// A drive that follows the standard; faults end in FAULT after one step of reaction.
 static canopen_cia402_state_t obey(const canopen_cia402_state_t state, const uint16_t word,
                                    const uint16_t before)
 {
@@ -83,7 +83,7 @@ static canopen_cia402_state_t obey(const canopen_cia402_state_t state, const uin
     case CIA402_SWITCH_ON_DISABLED:
         return ((command & 0x7U) == 0x6U) ? CIA402_READY : state;
     case CIA402_QUICK_STOP_ACTIVE:
-        return CIA402_SWITCH_ON_DISABLED; // Has come to rest.
+        return CIA402_SWITCH_ON_DISABLED; // The drive has come to rest.
     default:
         break;
     }
@@ -222,11 +222,11 @@ static void commands_never_pass_the_limits(void)
     TEST_ASSERT_EQUAL_INT32(2147483646, axis.target_position);
     canopen_cia402_axis_command_position(&axis, -(double)INFINITY, 0.0);
     TEST_ASSERT_EQUAL_INT32(-2147483646, axis.target_position);
-    // A maximum beyond the word is cut at the word.
+    // A maximum that the word cannot hold is cut to the word's range.
     axis.scale.torque_max_nm = 1000.0;
     canopen_cia402_axis_command_torque(&axis, 999.0);
     TEST_ASSERT_EQUAL_INT16(32766, axis.target_torque);
-    // Before the device has told its units nothing goes through.
+    // Before the device has reported its units no torque is sent.
     axis.scale.torque_max_nm = 0.0;
     canopen_cia402_axis_command_torque(&axis, 1.0);
     TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);

@@ -202,10 +202,10 @@ static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
     scripted_bus_deliver(&bus, 0x711U, NULL, 0U);       // too short,
     scripted_bus_deliver(&bus, 0x711U, &octets[1], 1U); // of a state that does not exist.
     scripted_bus_deliver(&bus, 0x091U, octets, 7U);     // Emergency, too short.
-    scripted_bus_deliver(&bus, 0x080U, octets, 0U);     // SYNC of somebody else.
+    scripted_bus_deliver(&bus, 0x080U, octets, 0U);     // SYNC of another node.
     scripted_bus_deliver(&bus, 0x611U, octets, 8U);     // A second SDO client.
     scripted_bus_deliver(&bus, 0x000U, octets, 2U);     // A second NMT master.
-    scripted_bus_deliver(&bus, 0x591U, octets, 8U);     // An SDO answer nobody asked for.
+    scripted_bus_deliver(&bus, 0x591U, octets, 8U);     // An SDO answer without a request.
     cycle();
     TEST_ASSERT_EQUAL_UINT(0U, taken);
     TEST_ASSERT_EQUAL_UINT32(1U, master.counters.remote);

@@ -94,7 +94,7 @@ static void a_joystick_has_two_axes_behind_one_node(void)
     TEST_ASSERT_EQUAL_INT16(1000, stick->target_torque[0]);
     TEST_ASSERT_EQUAL_INT16(-2000, stick->target_torque[1]);
     TEST_ASSERT_EQUAL_HEX32(0x00010000U, device->digital_inputs);
-    stick->status[1] = 0x0218U; // One axis of two in fault.
+    stick->status[1] = 0x0218U; // One of the two axes is in fault.
     idle(2U);
     expect_fault(NETWORK_DRIVE_FAULT, 0x21U, 0x0218U);
     expect_no_fault();
@@ -143,12 +143,13 @@ static void a_node_that_does_not_boot_is_told_again(void)
     for (unsigned i = 0U; i < 800U; i++) {
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     }
-    expect_refusal(0x12U, REFUSAL_NOT_BOOTED, 0U, 0U); // Once, though it is told again twice.
+    // Raised once, though the device reports it twice more.
+    expect_refusal(0x12U, REFUSAL_NOT_BOOTED, 0U, 0U);
     joints[1]->is_boot_mute = false;
     TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
     TEST_ASSERT_TRUE(now_ns < 1000000000U);
     expect_no_fault();
-    TEST_ASSERT_EQUAL_UINT(1U, joints[0]->boots); // Who has booted is left in peace.
+    TEST_ASSERT_EQUAL_UINT(1U, joints[0]->boots); // A device that has booted gets no further reset.
 }
 
 static void a_device_of_another_type_is_refused(void)
@@ -159,7 +160,7 @@ static void a_device_of_another_type_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns));
 }
 
-/// As the one with another type, it speaks the same profile: only its identity tells.
+/// Like the one with another type, it has the same profile: only its identity differs.
 static void a_device_of_another_maker_or_kind_is_refused(void)
 {
     scripted_object(joints[1], 0x1018U, 1U)->value = 0x0000029CU;
@@ -175,7 +176,7 @@ static void a_device_of_another_maker_or_kind_is_refused(void)
 static void a_device_that_boots_anew_meanwhile_is_refused(void)
 {
     const uint8_t boot_up = 0U;
-    for (unsigned i = 0U; i < 6U; i++) { // The first boot-up is answered by questions.
+    for (unsigned i = 0U; i < 6U; i++) { // The master answers the first boot-up with requests.
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     }
     scripted_bus_deliver(&bus, 0x712U, &boot_up, 1U);
@@ -210,7 +211,7 @@ static void an_abort_and_silence_end_commissioning(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, walk(canopen_network_configure));
     expect_refusal(0x12U, REFUSAL_TIMEOUT, 0x606000U, 0U);
     joints[1]->is_sdo_mute = false;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure)); // And again from the beginning.
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure)); // The same once more.
 }
 
 static void starting_waits_for_every_device(void)
@@ -221,7 +222,8 @@ static void starting_waits_for_every_device(void)
     for (unsigned i = 0U; i < 20U; i++) {
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_start));
     }
-    TEST_ASSERT_EQUAL_UINT(0U, joints[0]->pdos_received); // Commands start when all can take them.
+    // The master sends commands when all devices can follow them.
+    TEST_ASSERT_EQUAL_UINT(0U, joints[0]->pdos_received);
     expect_no_fault();
     for (unsigned i = 0U; i < 400U; i++) {
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_start));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A network on a bus with two channels: the master speaks on the active one only, calls the devices there,
-// and changes it by order, never by itself.
+// A network on a bus with two channels: the master sends on the active one only, searches the devices there,
+// and changes the channel by order, never by itself.
 #include "fsw/canopen/network.h"
 #include "test/support/scripted_bus.h"
 
@@ -167,7 +167,7 @@ static void a_call_does_not_last_for_ever(void)
     devices_on(NETWORK_CHANNELS);
     nodes[A][0]->is_plugged   = true;
     nodes[A][1]->is_plugged   = true;
-    nodes[A][1]->is_boot_mute = true; // Never heard: it sends nothing.
+    nodes[A][1]->is_boot_mute = true; // This device was never heard: it sends nothing.
     open_network();
     unsigned resets = 0U;
     for (unsigned i = 0U; i < 340U; i++) {
@@ -186,7 +186,7 @@ static void a_cut_is_met_like_an_unplug_and_the_order_brings_them_back(void)
     TEST_ASSERT_EQUAL_UINT(2U, faults_of(NETWORK_DEVICE_LOST, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
     idle(2000U);
-    TEST_ASSERT_EQUAL_UINT8(A, network.channel); // Nothing changes by itself.
+    TEST_ASSERT_EQUAL_UINT8(A, network.channel); // The master does not change the channel by itself.
     TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
     const unsigned before = spoken[A];
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
@@ -223,11 +223,12 @@ static void a_switch_in_mid_run_stops_process_data_first(void)
     TEST_ASSERT_FALSE(network.is_running);
     TEST_ASSERT_FALSE(network.is_booted);
     idle(1U);
-    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[A], 0U)); // PRE-OPERATIONAL, the last word there.
+    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[A], 0U)); // NMT PRE-OPERATIONAL, the last frame there.
     TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[B], MASTER_HEARTBEAT));
     TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus[B], 0x080U));
     TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns)); // Everything anew.
+    // All devices are commissioned again.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns));
     devices_on(B);
     run();
 }
@@ -262,7 +263,7 @@ static void a_missing_channel_b_is_told_and_cannot_be_selected(void)
     TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_MISSING + NETWORK_BUS_CHANNEL_B));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_select_channel(&network, B));
     idle(50U);
-    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U)); // All goes on.
+    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U)); // The network continues.
     canopen_network_close(&network);
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_open(&network, &resolver, "robot", "robot-b"));
@@ -283,12 +284,12 @@ static void conditions_of_a_controller_are_told_and_counted(void)
     TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_TRANSMIT_TIMEOUT));
     scripted_bus_error(&bus[A], OSAL_CAN_ERROR_LOST_ARBITRATION, 0U);
     idle(1U);
-    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_BUS_WARNING, 0U)); // Ordinary life: counted only.
+    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_BUS_WARNING, 0U)); // In normal operation it is only counted.
     scripted_bus_error(&bus[A], OSAL_CAN_ERROR_BUS_OFF, 0U);
     scripted_bus_error(&bus[A], OSAL_CAN_ERROR_RESTARTED, 0U);
     idle(1U);
     TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_RESTARTED));
-    TEST_ASSERT_TRUE(network.devices[0].is_lost && network.devices[1].is_lost); // However short it was.
+    TEST_ASSERT_TRUE(network.devices[0].is_lost && network.devices[1].is_lost); // Even a short loss counts.
     canopen_network_bus_counters_t counters;
     canopen_network_bus_counters(&network, &counters);
     TEST_ASSERT_EQUAL_UINT32(1U, counters.overruns);
@@ -314,7 +315,7 @@ static void what_is_not_sent_is_counted_with_the_reason(void)
     TEST_ASSERT_EQUAL_UINT32(before.full, after.full);
     status_t status = STATUS_OK;
     for (unsigned i = 0U; (i <= OSAL_CAN_RING_FRAMES) && (status == STATUS_OK); i++) {
-        status = flow_can_send(&network.flows[A], 0x7F0U, octets, 8U); // Nobody takes them.
+        status = flow_can_send(&network.flows[A], 0x7F0U, octets, 8U); // No node takes the frames.
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, status);
     canopen_network_bus_counters(&network, &after);

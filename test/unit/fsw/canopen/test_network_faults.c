@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything that may go wrong in the life of two drives.
+// Faults in the life of two drives.
 #include "test/unit/fsw/canopen/two_drives.h"
 
 #include "unity.h"
@@ -25,8 +25,8 @@ static void three_missing_answers_are_a_lost_device(void)
     idle(1U);
     expect_fault(NETWORK_DEVICE_LOST, 0x12U, 0U);
     idle(50U);
-    expect_no_fault();                                      // Told once.
-    TEST_ASSERT_TRUE(canopen_network_is_at_goal(&network)); // What is lost takes no part.
+    expect_no_fault();                                      // The fault is raised once.
+    TEST_ASSERT_TRUE(canopen_network_is_at_goal(&network)); // A lost device is not required for the goal.
 }
 
 static void two_missing_answers_are_none(void)
@@ -132,7 +132,7 @@ static void leaving_operation_by_itself_is_a_fault(void)
     expect_fault(NETWORK_DRIVE_FAULT, 0x11U, 0x0250U);
     idle(20U);
     expect_no_fault();
-    TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]); // It is not switched on again.
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]); // The drive is not switched on again.
 }
 
 static void emergencies_go_by_their_class(void)
@@ -141,7 +141,7 @@ static void emergencies_go_by_their_class(void)
     scripted_bus_emergency(&bus, 0x11U, 0x4310U);
     scripted_bus_emergency(&bus, 0x11U, 0x8120U);
     scripted_bus_emergency(&bus, 0x11U, 0x0000U);
-    scripted_bus_emergency(&bus, 0x13U, 0x2310U); // Not ours.
+    scripted_bus_emergency(&bus, 0x13U, 0x2310U); // The emergency is of a node outside of the network.
     idle(1U);
     expect_fault(NETWORK_DRIVE_WARNING, 0x11U, 0x4310U);
     expect_fault(NETWORK_BUS_WARNING, 0x11U, 0x8120U);
@@ -188,7 +188,7 @@ static void securing_brakes_then_takes_the_voltage(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
-    TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]); // Quick stop in the very cycle.
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]); // Quick stop in the same cycle.
     TEST_ASSERT_EQUAL_HEX16(0x0217U, joints[0]->status[0]);
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
     joints[0]->status[0] = 0x0250U; // The drives have come to rest.
@@ -231,7 +231,8 @@ static void securing_from_every_goal(void)
     joints[0]->status[0] = 0x0218U;
     idle(1U);
     TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
-    TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]); // A fault is as safe, and stays for the record.
+    // A drive in fault is safe as well, and keeps the fault for the report.
+    TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]);
 }
 
 static void an_unplugged_bus_comes_back_by_commissioning(void)
@@ -260,7 +261,7 @@ static void a_foreign_sync_is_told_once_while_it_goes_on(void)
     scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
     idle(2U);
     run_to(CIA402_GOAL_ENABLED);
-    expect_no_fault(); // What was before the devices were commissioned does not matter.
+    expect_no_fault(); // Faults from before the commissioning of the devices do not count.
     for (unsigned i = 0U; i < 400U; i++) {
         scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
         idle(1U);
@@ -268,7 +269,7 @@ static void a_foreign_sync_is_told_once_while_it_goes_on(void)
     expect_fault(NETWORK_FOREIGN_SYNC, 0U, 0U);
     expect_no_fault();
     TEST_ASSERT_EQUAL_UINT32(401U, network.master.counters.foreign_syncs);
-    idle(1998U); // Half a millisecond each: not a second yet.
+    idle(1998U); // Half a millisecond each: less than a second.
     scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
     idle(1U);
     expect_no_fault();

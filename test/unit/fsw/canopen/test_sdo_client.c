@@ -226,7 +226,7 @@ static void silence_ends_in_a_timeout_and_an_abort(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, canopen_sdo_client_result(&client, &code));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_TIMEOUT, code);
     TEST_ASSERT_EQUAL_UINT32(1U, client.counters.timeouts);
-    // A late answer changes nothing any more.
+    // A late answer has no effect.
     answer(0x4BU, 0x08U, 0x10U, 0U, 1U, 2U, 0U, 0U);
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, result());
     TEST_ASSERT_EQUAL_UINT32(1U, client.counters.unasked);
@@ -236,7 +236,7 @@ static void a_segment_has_its_own_time(void)
 {
     begin_upload();
     answer(0x41U, 0x08U, 0x10U, 0U, 20U, 0U, 0U, 0U);
-    now_ns += TIMEOUT_NS; // The request for the segment has not been fetched yet: no clock runs.
+    now_ns += TIMEOUT_NS; // The request for the segment has not been fetched yet: its time-out has not begun.
     TEST_ASSERT_TRUE(next());
     TEST_ASSERT_EQUAL(STATUS_BUSY, result());
     now_ns += TIMEOUT_NS;
@@ -287,7 +287,7 @@ static void too_long_a_value_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, result());
     expect_abort(SDO_ABORT_MEMORY);
 
-    begin_upload(); // Without an announced size the end of our memory is the end.
+    begin_upload(); // Without an announced size the capacity of our buffer is the limit.
     answer(0x40U, 0x08U, 0x10U, 0U, 0U, 0U, 0U, 0U);
     bool toggle = false;
     while (result() == STATUS_BUSY) {
@@ -301,21 +301,21 @@ static void too_long_a_value_is_refused(void)
 
 static void a_size_that_does_not_hold_is_refused(void)
 {
-    begin_upload(); // Ends early.
+    begin_upload(); // The transfer ends early.
     answer(0x41U, 0x08U, 0x10U, 0U, 20U, 0U, 0U, 0U);
     TEST_ASSERT_TRUE(next());
     answer(0x01U, 1U, 2U, 3U, 4U, 5U, 6U, 7U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, result());
     expect_abort(SDO_ABORT_LENGTH);
 
-    begin_upload(); // Does not end.
+    begin_upload(); // The transfer does not end.
     answer(0x41U, 0x08U, 0x10U, 0U, 7U, 0U, 0U, 0U);
     TEST_ASSERT_TRUE(next());
     answer(0x00U, 1U, 2U, 3U, 4U, 5U, 6U, 7U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, result());
     expect_abort(SDO_ABORT_LENGTH);
 
-    begin_upload(); // Never gets anywhere.
+    begin_upload(); // The transfer makes no progress.
     answer(0x40U, 0x08U, 0x10U, 0U, 0U, 0U, 0U, 0U);
     TEST_ASSERT_TRUE(next());
     answer(0x0EU, 0U, 0U, 0U, 0U, 0U, 0U, 0U);
@@ -325,7 +325,7 @@ static void a_size_that_does_not_hold_is_refused(void)
 
 static void answers_for_somebody_else_are_counted_and_dropped(void)
 {
-    answer(0x4BU, 0x08U, 0x10U, 0U, 1U, 2U, 0U, 0U); // Nobody has asked.
+    answer(0x4BU, 0x08U, 0x10U, 0U, 1U, 2U, 0U, 0U); // There is no request.
     begin_upload();
     answer(0x4BU, 0x09U, 0x10U, 0U, 1U, 2U, 0U, 0U); // Another object,
     answer(0x4BU, 0x08U, 0x10U, 1U, 1U, 2U, 0U, 0U); // another sub-index,
@@ -351,7 +351,7 @@ static void a_server_that_talks_nonsense_does_no_harm(void)
             seed      = (seed * 1664525U) + 1013904223U;
             octets[k] = (uint8_t)(seed >> 24);
         }
-        if ((seed & 0x300U) != 0U) { // Mostly about the object that was asked for.
+        if ((seed & 0x300U) != 0U) { // Mostly about the requested object.
             octets[1] = 0x08U;
             octets[2] = 0x10U;
             octets[3] = 0U;

@@ -23,7 +23,7 @@ void tearDown(void)
 {
 }
 
-/// One cycle of a node that answers with a value of some octets; true if it was asked.
+/// One cycle of a node that answers with a value of some octets; true if there was a request.
 static bool answer(const uint32_t value, const uint8_t octets)
 {
     now_ns += 500000U;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A network of two scripted drives, and what is done with it in every test: cycles, settings, goals, faults.
+/// A network of two scripted drives, and the common steps of the tests: cycles, settings, goals, faults.
 #ifndef TEST_UNIT_FSW_CANOPEN_TWO_DRIVES_H
 #define TEST_UNIT_FSW_CANOPEN_TWO_DRIVES_H
 
@@ -17,7 +17,7 @@ extern uint64_t now_ns;
 extern const flow_resolver_t resolver;
 extern const canopen_network_config_t config;
 
-/// One cycle's part of going somewhere: STATUS_BUSY until it is done.
+/// One cycle of a transition: STATUS_BUSY until it is complete.
 typedef status_t (*action_t)(canopen_network_t* network, uint64_t now_ns);
 
 /// Both drives on the bus and in the network, nothing sent yet.
@@ -35,7 +35,7 @@ status_t at_goal(canopen_network_t* self, uint64_t time_ns);
 void go(canopen_cia402_goal_t goal);
 void run_to(canopen_cia402_goal_t goal);
 void expect_no_fault(void);
-/// A device that is not commissioned, and nothing else.
+/// A device that is not commissioned; nothing else is set.
 void expect_refusal(uint8_t node, canopen_network_refusal_t refusal, uint32_t object, uint32_t detail);
 void expect_fault(canopen_network_fault_kind_t kind, uint8_t node, uint16_t code);
 

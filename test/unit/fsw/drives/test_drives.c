@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes wrong between a descriptor and a bus; the good life is tested with the subsystems that use it.
+// Mismatches between a descriptor and a bus; normal operation is tested with the subsystems that use the
+// library.
 #include "fsw/drives/drives.h"
 #include "test/support/scripted_bus.h"
 #include "test/support/subsystem_double.h"
@@ -98,7 +99,7 @@ static const flow_resolver_t resolver = {NULL, resolve};
 static void load(void)
 {
     static char text[sizeof document + 256U];
-    size_t length = 0U; // With channel B, each bus names it.
+    size_t length = 0U; // With channel B, each message names its bus.
     for (const char* at = document; *at != '\0'; at++) {
         text[length++] = *at;
         if (has_channel_b && (at >= &document[11]) && (at[0] == ' ') &&
@@ -188,12 +189,12 @@ static void devices_of_all_configurations_are_brought_up_once(void)
     TEST_ASSERT_EQUAL_UINT(1U, nodes[1]->boots);
 }
 
-/// On clocks of their own master and devices give each other as long as the mission says.
+/// On clocks of their own, master and devices wait for each other as long as the mission says.
 static void a_deadline_of_the_mission_holds_at_both_ends(void)
 {
     static const struct {
         uint64_t deadline_ns;
-        uint32_t syncs; // Of 0.5 ms.
+        uint32_t syncs; // Periods of 0.5 ms.
         uint32_t event_ms;
     } cases[] = {{0U, 3U, 2U}, {1000000U, 3U, 2U}, {2100000U, 5U, 3U}, {10000000U, 20U, 10U}};
     TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
@@ -222,7 +223,7 @@ static void devices_are_known_by_their_place_in_the_configuration(void)
     TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
     TEST_ASSERT_EQUAL_HEX8(0x11U, drives_device(&drives, 0U)->node);
     TEST_ASSERT_NULL(drives_device(&drives, 1U));
-    TEST_ASSERT_EQUAL_HEX32(0xFDU, scripted_object(nodes[0], 0x6060U, 0U)->value); // One octet of -3.
+    TEST_ASSERT_EQUAL_HEX32(0xFDU, scripted_object(nodes[0], 0x6060U, 0U)->value); // Octet of -3.
     TEST_ASSERT_EQUAL_INT(-3,
                           drives_mode(&descriptor, &descriptor.devices[generic.configuration->first_device]));
     select(2U);
@@ -275,7 +276,7 @@ static void a_configuration_that_was_given_up_begins_anew(void)
     }
     const unsigned syncs = bus.syncs;
     (void)cycle(NULL);
-    TEST_ASSERT_EQUAL_UINT(syncs, bus.syncs); // Nobody is left running.
+    TEST_ASSERT_EQUAL_UINT(syncs, bus.syncs); // The network has stopped.
     TEST_ASSERT_EQUAL_HEX8(0x7FU, nodes[0]->nmt);
     const unsigned writes = nodes[1]->writes;
     TEST_ASSERT_EQUAL(STATUS_OK, walk(configure)); // the operator tries again.
@@ -314,7 +315,7 @@ static void expect_refusal(const uint8_t told[10])
 static void why_a_device_is_not_commissioned_is_an_event(void)
 {
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00010192U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(hardware_init)); // Told in the cycle that fails.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(hardware_init)); // Raised in the cycle that fails.
     expect_refusal((const uint8_t[]){0x12U, 4U, 0U, 0x10U, 0U, 0U, 0U, 0x01U, 0x01U, 0x92U});
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00020192U;
     TEST_ASSERT_EQUAL(STATUS_OK, walk(deinit));
@@ -345,7 +346,7 @@ static void an_event_the_descriptor_does_not_have_is_left_out(void)
 static void going_down_works_from_anywhere(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, cycle(deinit));
-    for (unsigned i = 0U; i < 20U; i++) { // In the middle of commissioning.
+    for (unsigned i = 0U; i < 20U; i++) { // During commissioning.
         (void)cycle(hardware_init);
         if (i == 10U) {
             TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(deinit));
@@ -381,8 +382,8 @@ static void the_selected_channel_is_the_one_that_is_opened(void)
     TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init)); // Channel A is enough,
     (void)cycle(NULL);
-    TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&generic, 4U)->size);     // that B is missing is told,
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and B is not to be had.
+    TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&generic, 4U)->size);     // a missing B is reported,
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and B is absent.
 }
 
 static void limited_commands_of_all_axes_are_summed(void)
@@ -392,7 +393,8 @@ static void limited_commands_of_all_axes_are_summed(void)
     uint32_t next = 1U;
     uint32_t sum  = 0U;
     for (uint8_t device = 0U; device < NETWORK_DEVICES_MAX; device++) {
-        for (uint8_t axis = 0U; axis < PROFILE_AXES_MAX; axis++) { // A power of two each: none counts twice.
+        for (uint8_t axis = 0U; axis < PROFILE_AXES_MAX; axis++) {
+            // Powers of two, so that each counter shows in the sum exactly once.
             drives.network.devices[device].device.axes[axis].limited = next;
             sum += (device < drives.network.device_count) ? next : 0U;
             next *= 2U;
@@ -402,10 +404,10 @@ static void limited_commands_of_all_axes_are_summed(void)
     TEST_ASSERT_EQUAL_UINT32(sum, drives_limited(&drives));
 }
 
-/// As when its process ends: the bus is closed, nothing is sent, and nothing happens the second time.
+/// As at the end of its process: the bus is closed, nothing is sent, and a second call has no effect.
 static void released_drives_have_closed_their_bus(void)
 {
-    static drives_t unused; // Its program ended before it began.
+    static drives_t unused; // Released before it was used.
     drives_release(&unused);
     TEST_ASSERT_NULL(unused.network.flow);
     drives_release(&drives); // It has no bus yet.
@@ -418,9 +420,9 @@ static void released_drives_have_closed_their_bus(void)
         TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
     }
     scripted_bus_run(&bus);
-    TEST_ASSERT_EQUAL_UINT(boots, nodes[0]->boots); // No reset as in an orderly end.
+    TEST_ASSERT_EQUAL_UINT(boots, nodes[0]->boots); // No reset, which an orderly end would send.
     TEST_ASSERT_EQUAL(STATUS_OK, drives_hardware_deinit(&drives));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init)); // And it can be had anew.
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init)); // The hardware can be initialised again.
 }
 
 int main(void)

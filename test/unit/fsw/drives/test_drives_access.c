@@ -149,13 +149,13 @@ static void what_a_device_says_against_it_is_told(void)
     TEST_ASSERT_EQUAL_HEX16(0x0602U, result.return_code);
     TEST_ASSERT_EQUAL_HEX32(0x06020000U, result.detail);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
-    answer(0x20U, "\0\0\0"); // No answer to what was asked.
+    answer(0x20U, "\0\0\0"); // The answer does not fit the request.
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
     TEST_ASSERT_EQUAL_HEX16(DRIVES_ACCESS_WRONG, result.return_code);
     canopen_sdo_client_reset(client);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
     TEST_ASSERT_TRUE(canopen_sdo_client_request(client, 1U, frame));
-    (void)canopen_sdo_client_request(client, 5000U, frame); // It is silent.
+    (void)canopen_sdo_client_request(client, 5000U, frame); // The device does not answer.
     TEST_ASSERT_EQUAL(STATUS_IO, poll(0U));
     TEST_ASSERT_EQUAL_HEX32(SDO_ABORT_TIMEOUT, result.detail);
 }
@@ -165,14 +165,14 @@ static void one_transfer_to_a_node_at_a_time(void)
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
     const pus_device_action_t first = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
     const pus_device_action_t other = command(PUS_DEVICE_ACQUIRE, SECOND_NODE, protocol, NULL);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(client, 1U, 0U)); // Somebody else's.
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(client, 1U, 0U)); // A transfer of another user.
     TEST_ASSERT_EQUAL(STATUS_FULL, begin(0U, &first));
     canopen_sdo_client_reset(client);
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &first));
     TEST_ASSERT_EQUAL(STATUS_FULL, begin(1U, &first));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(2U, &other));
     answer(0x4FU, "x\0\0");
-    TEST_ASSERT_EQUAL(STATUS_FULL, begin(1U, &first)); // Its result has not been looked at.
+    TEST_ASSERT_EQUAL(STATUS_FULL, begin(1U, &first)); // The result of the first has not been read.
     TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(1U, &first));
     port.abandon(port.context, 1U);
@@ -197,7 +197,8 @@ static void commissioning_ends_a_transfer(void)
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
     drives.network.is_running = false;
     port.abandon(port.context, 0U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_sdo_client_result(client, NULL)); // It may be another's by now.
+    // The client may serve another transfer by now.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_sdo_client_result(client, NULL));
 }
 
 int main(void)

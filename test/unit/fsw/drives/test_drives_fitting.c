@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices that a subsystem cannot drive are told with their line before it starts.
+// Devices that a subsystem cannot drive are refused with their line before it starts.
 #include "fsw/drives/drives_fitting.h"
 
 #include "fsw/framework/descriptor/descriptor.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Quantities of devices in engineering units, and the logical devices of ST[02] that are made of them.
+// Quantities of devices in engineering units, and the logical devices of ST[02] that use them.
 #include "fsw/drives/drives_quantity.h"
 
 #include "fsw/drives/drives_access.h"

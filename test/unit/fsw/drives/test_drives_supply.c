@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// On/off devices and pulses of ST[02]: which there are, what frame leaves, and how long the bus is borrowed.
+// On/off devices and pulses of ST[02]: which exist, which frame is sent, and how long the bus is borrowed.
 #include "fsw/drives/drives_supply.h"
 
 #include "fsw/drives/drives_access.h"
@@ -132,7 +132,7 @@ static void a_closed_bus_is_borrowed(void)
     generic.now_ns += MS;
     TEST_ASSERT_EQUAL(STATUS_OK, begin(1U, turn(0x1F02U)));
     generic.now_ns += DRIVES_SUPPLY_LEAVE_NS - MS;
-    TEST_ASSERT_EQUAL(STATUS_BUSY, poll(0U)); // The second has not left yet.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, poll(0U)); // The second frame has not been sent yet.
     generic.now_ns += MS;
     scripted_bus_run(&bus);
     TEST_ASSERT_EQUAL_UINT(2U, scripted_bus_count(&bus, 0x21FU));

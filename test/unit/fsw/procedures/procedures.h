@@ -16,7 +16,7 @@ typedef struct {
     procedure_slot_t slots[HOST_SLOTS];
     pus_call_t call;        ///< The last one.
     unsigned pauses;        ///< Budgets used up since the start.
-    uint32_t worst;         ///< Most units that were spent of one budget.
+    uint32_t worst;         ///< Most units that one budget had spent.
     char log[HOST_LOG_MAX]; ///< Calls, `kind number text;`.
 } host_t;
 
@@ -25,11 +25,12 @@ extern host_t host;
 void host_start(void);
 /// Begin a procedure in slot 0, without arguments.
 status_t host_begin(const char* code);
-/// Let it run with its answers, for `budgets` budgets at most; true if it has ended, well or not.
+/// Let it run with its answers, for `budgets` budgets at most; true if it has ended, with or without error.
 bool host_run(unsigned budgets);
-/// Begin it and let it run: it must end well, having raised events of exactly these numbers ("1 2 3").
+/// Begin it and let it run: it must end without error, having raised events of exactly these numbers ("1 2
+/// 3").
 void expect_events(const char* code, const char* events);
-/// It must fail with a text that has this part.
+/// It must fail with a message that contains this text.
 void expect_error(const char* code, const char* part);
 
 #endif // TEST_UNIT_FSW_PROCEDURES_PROCEDURES_H

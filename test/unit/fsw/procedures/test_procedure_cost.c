@@ -8,7 +8,7 @@
 
 #define BUDGET 2048U
 #define CYCLES 60U
-/// Beyond its budget: memory that is taken and refused is paid for afterwards.
+/// Beyond its budget: memory that is requested and refused is charged afterwards.
 #define OVERSHOOT (2U * PROCEDURE_ACT_MAX)
 #define MANY_CYCLES 3000U
 
@@ -33,7 +33,7 @@ static void begin(const uint16_t slot, const char* const text)
                               host.call.text);
 }
 
-/// A cycle of a procedure whose calls find nothing. Returns what it has used.
+/// A cycle of a procedure whose calls find nothing. Returns the units that it has used.
 static uint32_t cycle(const uint16_t slot)
 {
     const pus_answer_t answer = {.kind = PUS_ANSWER_MISSING};
@@ -44,7 +44,7 @@ static uint32_t cycle(const uint16_t slot)
     return host.port.used(host.port.context, slot);
 }
 
-/// What a program uses until it ends, well.
+/// Units that a program uses until it ends without error.
 static uint32_t units_of(const char* const text)
 {
     uint32_t units = 0U;
@@ -71,12 +71,13 @@ static void no_program_uses_more_than_its_share(void)
                                      hostile_procedures[i].name);
             TEST_ASSERT_TRUE_MESSAGE(host.slots[0].is_running, host.call.text);
         }
-        TEST_ASSERT_TRUE_MESSAGE(all >= ((CYCLES - 4U) * BUDGET), hostile_procedures[i].name); // Endless.
+        // Endless loops.
+        TEST_ASSERT_TRUE_MESSAGE(all >= ((CYCLES - 4U) * BUDGET), hostile_procedures[i].name);
         host.port.kill(host.port.context, 0U);
     }
 }
 
-/// Neither addresses nor the interpreter's hash seed, which differ between slots, change what is used.
+/// Neither addresses nor the interpreter's hash seed, which differ between slots, change the units used.
 static void what_is_used_depends_on_the_program_alone(void)
 {
     static uint32_t first[CYCLES];
@@ -101,7 +102,7 @@ static void what_is_used_depends_on_the_program_alone(void)
 
 static const struct {
     const char* before;
-    const char* again; // Ten times; each costs at least so much more than
+    const char* again; // Ten times; each costs at least this much more than
     uint32_t units;    // a plain assignment.
 } paid[] = {
     {"local a, b, x = 7.5, 2.5", "x = a % b", 3U},
@@ -168,7 +169,7 @@ static void work_is_paid_for_by_what_it_touches(void)
     }
 }
 
-/// Programs as operators write them are not slowed down by what others could do.
+/// Ordinary programs of operators are not slowed down by the cost of what others could do.
 static void ordinary_work_is_cheap(void)
 {
     TEST_ASSERT_TRUE(units_of("local n = 0 for i = 1, 1000 do n = n + i end") <= 2100U);

@@ -13,7 +13,7 @@ void tearDown(void)
 {
 }
 
-/// Whatever it does, it uses up its budgets and no more, and can be killed.
+/// Whatever the procedure does, it uses its budgets and no more, and can be killed.
 static void expect_endless(const char* const code)
 {
     host.call = (pus_call_t){.kind = PUS_CALL_PAUSED};
@@ -22,7 +22,7 @@ static void expect_endless(const char* const code)
     TEST_ASSERT_UINT_WITHIN(1U, 300U, host.pauses); // The last run may have ended in another call.
     host.port.kill(host.port.context, 0U);
     TEST_ASSERT_FALSE(host.slots[0].is_running);
-    expect_events("event(1)", "1"); // The slot is as good as new.
+    expect_events("event(1)", "1"); // The slot works as a new one.
 }
 
 static void a_procedure_calls_its_host(void)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A journal on real files, which is what their medium is for.
+// A journal on real files, for which their medium is made.
 #define _POSIX_C_SOURCE 200809L
 #include "fsw/programs/file_medium.h"
 
@@ -66,7 +66,8 @@ static void take(void* const context, const uint8_t table, const uint32_t key, c
 static void a_journal_on_files_keeps_its_records(void)
 {
     uint8_t octets[300];
-    for (uint32_t round = 0U; round < 3U; round++) { // Each makes the octets of the one before it dead.
+    for (uint32_t round = 0U; round < 3U; round++) {
+        // Each round makes the octets of the one before obsolete.
         for (uint32_t i = 0U; i < RECORDS; i++) {
             memset(octets, (int)((i + round) & 0xFFU), sizeof(octets));
             TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 7U, i, octets, sizeof(octets)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The medium on a file passes each call and each answer on as it is: what a journal does when its disk is
-// full or broken hangs on that. The file is mocked.
+// The medium on a file passes each call and each status on unchanged: the behaviour of a journal on a full or
+// broken disk depends on that. The file is mocked.
 #include "fsw/programs/file_medium.h"
 
 #include <setjmp.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file service on a real folder: requests with hostile names touch nothing outside it.
+// The file service on a real folder: requests with hostile names affect nothing outside it.
 #define _GNU_SOURCE
 #include "fsw/programs/file_store.h"
 
@@ -107,7 +107,7 @@ static void add_text(const char* const text)
     octet_write_octets(&writer, (const uint8_t*)text, strlen(text));
 }
 
-/// Send it, let it be completed, and tell with which report of verification it ended.
+/// Send it, wait for its end, and return the subtype of the verification report that ended it.
 static uint8_t send(const uint8_t subtype)
 {
     uint8_t packet[PUS_PACKET_MAX];
@@ -210,7 +210,7 @@ static void hostile_requests_touch_nothing(void)
         }
         TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(14U, path, name, "", "stolen"), name);
         TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(15U, path, name, "", "stolen"), name);
-        // A link in the place of the target is seen when the copy is to get its name.
+        // A link in the place of the target is detected when the copy is to get its name.
         TEST_ASSERT_NOT_EQUAL_MESSAGE(7U, order(14U, "logs", "one", path, name), name);
         TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(15U, "logs", "one", path, name), name);
     }

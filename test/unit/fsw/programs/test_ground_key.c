@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Key and mark from their files: what is taken, and what is refused with file, reason and next step.
+// Key and mark from their files: accepted files, and those refused with file, reason and next step.
 #include "fsw/programs/ground_key.h"
 
 #include "fsw/programs/file_medium.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #define _GNU_SOURCE
 // Loops of services as tasks in real time: each keeps its own rate beside the component's cycle, follows the
-// configuration that is applied, and ends when it is told.
+// applied configuration, and ends when ordered.
 #include "fsw/programs/loop_tasks.h"
 
 #include "unity.h"
@@ -66,7 +66,7 @@ static status_t send(void* context, const uint8_t* packet, size_t size)
     pus_failure_t failure;
     (void)context;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, size, &tm, &failure));
-    TEST_ASSERT_EQUAL_UINT16(sequence, tm.sequence); // One loop numbers them all.
+    TEST_ASSERT_EQUAL_UINT16(sequence, tm.sequence); // One counter numbers the reports of all loops.
     sequence = (uint16_t)((sequence + 1U) & 0x3FFFU);
     if ((tm.service == PUS_SERVICE_HOUSEKEEPING) && (tm.subtype == 25U)) {
         const unsigned id        = ((unsigned)tm.data[0] << 8U) | tm.data[1];
@@ -108,7 +108,7 @@ void tearDown(void)
     loop_tasks_stop(&tasks);
 }
 
-/// The component's own loop for so long.
+/// Run the component's own loop for this time.
 static void run_for(uint64_t duration_ns)
 {
     const uint64_t end_ns = osal_clock_now_ns(&clock_of_run) + duration_ns;
@@ -141,7 +141,8 @@ static void each_loop_keeps_its_own_rate(void)
 {
     begin(1U);
     run_for(400U * CYCLE_NS);
-    // A machine that is busy delays wakes; what is late is made up for, but a report is of one moment only.
+    // A busy machine delays wakes; late cycles are made up for, but a report has the values of one moment
+    // only.
     TEST_ASSERT_TRUE((reports[SLOW_REPORT].count >= 5U) && (reports[SLOW_REPORT].count <= 21U));
     TEST_ASSERT_TRUE((reports[FAST_REPORT].count >= 20U) && (reports[FAST_REPORT].count <= 206U));
     TEST_ASSERT_FALSE(reports[SLOW_REPORT].is_backwards || reports[FAST_REPORT].is_backwards);
@@ -164,8 +165,7 @@ static void a_configuration_without_loops_lets_the_tasks_rest(void)
     TEST_ASSERT_EQUAL(before, reports[FAST_REPORT].count);
 }
 
-/// Seen from a child without privilege: a priority that it may not have is told, and the loops run all the
-/// same.
+/// In a child without privilege: a priority that it may not have is reported, and the loops run all the same.
 static void a_priority_that_is_not_permitted_is_noted(void)
 {
     int ends[2];
@@ -201,11 +201,11 @@ static void tasks_end_when_told_and_not_before(void)
     const uint64_t asked_ns = osal_clock_now_ns(&clock_of_run);
     loop_tasks_stop(&tasks);
     TEST_ASSERT_TRUE((osal_clock_now_ns(&clock_of_run) - asked_ns) < 2000000000ULL);
-    run_for(5U * CYCLE_NS); // What they had finished still leaves.
+    run_for(5U * CYCLE_NS); // Their finished reports are still sent.
     const unsigned before = reports[FAST_REPORT].count;
     run_for(30U * CYCLE_NS);
     TEST_ASSERT_EQUAL(before, reports[FAST_REPORT].count);
-    loop_tasks_stop(&tasks); // Again, and of tasks that never were.
+    loop_tasks_stop(&tasks); // Again, and for tasks that never ran.
     static loop_tasks_t none;
     loop_tasks_stop(&none);
 }

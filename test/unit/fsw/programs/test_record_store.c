@@ -99,7 +99,7 @@ static void what_cannot_be_kept_is_told(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, record_store_open(&store, &runtime, slots, CAPACITY - 1U, false));
 }
 
-/// Octet `place` of a file of the storage changed; returns its size.
+/// Change octet `place` of a file of the storage; returns its size.
 static size_t damage(const char* const name, const long place)
 {
     char path[128];
@@ -138,7 +138,7 @@ static void put(const uint32_t key, const char* const octets)
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
 }
 
-/// Damaged media are kept as they were found: the first ones for good, of later ones the last.
+/// Damaged media are kept as they were found: the first ones permanently, of later ones the last.
 static void damaged_media_are_kept(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
@@ -161,7 +161,7 @@ static void damaged_media_are_kept(void)
     TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0));
     record_store_close(&store);
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
-    TEST_ASSERT_FALSE(store.journal.damage.is_damaged); // It was told.
+    TEST_ASSERT_FALSE(store.journal.damage.is_damaged); // The damage was reported.
     record_store_close(&store);
 }
 
@@ -181,7 +181,7 @@ static void media_larger_than_a_piece_are_kept_whole(void)
     record_store_close(&store);
 }
 
-/// The journal goes on without a copy.
+/// The journal continues without a copy.
 static void media_that_cannot_be_kept_are_told(void)
 {
     char path[128];

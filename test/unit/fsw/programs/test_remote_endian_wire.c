@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a proxy and its remote-endian program say to each other: contents as octets, whatever the order of
-// octets here, and everything that is no such message refused.
+// Messages between a proxy and its remote-endian program: contents as octets, independent of the byte order
+// here, and every other content refused.
 #include "fsw/programs/remote_endian_wire.h"
 
 #include <string.h>
@@ -98,7 +98,7 @@ static void a_run_cut_short_or_out_of_bounds_is_refused(void)
     }
     octet_reader_t longer = octet_reader(&one.octets[5], size + 1U);
     TEST_ASSERT_FALSE(remote_endian_read_run(&longer, &heard, &component));
-    // Identity, mission path and folders lie before the component's index, each after its length.
+    // Identity, mission path and folders come before the component's index, each after its length.
     const size_t index =
         5U + 8U + strlen(run.identity) + strlen(run.mission_path) + strlen(run.folder) + strlen(run.storage);
     octets_put_u32(&one.octets[index], 2U);

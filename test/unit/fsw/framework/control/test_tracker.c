@@ -38,7 +38,7 @@ static void a_ramp_is_followed_without_lag(void)
         target = speed * PERIOD_S * (double)i;
         control_tracker_step(&tracker, target, 125.0, PERIOD_S);
     }
-    // The state is that of the next sample.
+    // The state is that at the next sample.
     EXPECT_WITHIN(target + (speed * PERIOD_S), 1.0e-9, tracker.position);
     EXPECT_WITHIN(speed, 1.0e-9, tracker.velocity);
     EXPECT_WITHIN(0.0, 1.0e-6, tracker.acceleration);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A record that flows carry in tests, and its octets in both orders.
+/// A record that flows transfer in tests, and its octets in both byte orders.
 #ifndef TEST_UNIT_DATAFLOW_SAMPLE_RECORD_H
 #define TEST_UNIT_DATAFLOW_SAMPLE_RECORD_H
 
@@ -24,7 +24,7 @@ static const uint8_t sample_wire[FLOW_ORDERS][SAMPLE_OCTETS] = {
     [FLOW_ORDER_BIG]    = {0x12U, 0x34U, 0x3FU, 0x80U, 0U, 0U, 0xC0U, 0U, 0U, 0U, 1U},
     [FLOW_ORDER_LITTLE] = {0x34U, 0x12U, 0U, 0U, 0x80U, 0x3FU, 0U, 0U, 0U, 0xC0U, 1U}};
 
-// A layout that no flow carries.
+// A layout that is too large for any flow.
 static const flow_record_field_t giant_fields[] = {{VALUE_UINT64, (RECORD_OCTETS_MAX / 8U) + 1U, 0U}};
 static const flow_record_layout_t giant_layout  = {giant_fields, 1U};
 static const uint64_t giant_record[(RECORD_OCTETS_MAX / 8U) + 1U];

@@ -79,7 +79,8 @@ static void each_refusal_is_counted(void)
     const uint8_t octets[64] = {0U};
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send(&flow, 0x100U, octets, 9U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send(&flow, 0x800U, octets, 8U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send_process_data(&flow, 0x100U, octets, 9U)); // No FD length.
+    // This is no FD length.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send_process_data(&flow, 0x100U, octets, 9U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_can_send_process_data(&flow, 0x100U, octets, 65U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_send_process_data(&flow, 0x100U, octets, 64U));
     TEST_ASSERT_EQUAL_UINT32(4U, flow.counters.refused);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// flow_can over SocketCAN, on a virtual interface of the test's own. Where there is none only the refusal is
-// tested; test/hil runs this program again where there is.
+// flow_can over SocketCAN, on a virtual interface of the test's own. Without SocketCAN only the refusal is
+// tested; test/hil runs this program again on a kernel that has it.
 #define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow_can.h"
 
@@ -17,7 +17,7 @@
 #define MS 1000000ULL
 
 static char interface[16];
-static char controllers[2][16]; // Where there are two on one wire.
+static char controllers[2][16]; // Two controllers on one wire, if the machine has them.
 static bool is_fd;
 static flow_can_t flow;
 static osal_can_t peer;
@@ -77,7 +77,7 @@ static void a_lost_interface_is_bus_off_and_opened_again_when_it_is_back(void)
     TEST_ASSERT_EQUAL(FLOW_CAN_BUS_OFF, flow.health.state);
     TEST_ASSERT_TRUE(flow_can_is_open(&flow));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_can_receive(&flow, &frame));
-    for (unsigned i = 0U; i < 1000U; i++) { // Half a second at 2 kHz: a handful of attempts, not a thousand.
+    for (unsigned i = 0U; i < 1000U; i++) { // Half a second at 2 kHz: a few attempts, not a thousand.
         now_ns += MS / 2U;
         flow_can_attend(&flow, now_ns);
     }
@@ -120,7 +120,7 @@ static void error_frames_of_others_reach_it_as_a_driver_sends_them(void)
 static uint32_t arrived;
 static uint32_t reports;
 
-/// Take in what the peer has received until nothing more comes for a while. True once the last one was there.
+/// Take in what the peer has received until no frame comes for a while. True if the last one has arrived.
 static bool drain(void)
 {
     osal_can_frame_t frame = {.id = 0U};
@@ -136,8 +136,8 @@ static bool drain(void)
     return frame.id == 0x7FFU;
 }
 
-/// Of two controllers on one wire: more than the transmit queue holds is refused and counted, what it took
-/// arrives, and what is sent after the burst passes.
+/// Two controllers on one wire: frames beyond the transmit queue are refused and counted, the accepted ones
+/// arrive, and frames sent after the burst pass.
 static void a_burst_on_a_controller_is_refused_and_counted(void)
 {
     char address[24];
@@ -152,7 +152,8 @@ static void a_burst_on_a_controller_is_refused_and_counted(void)
     TEST_ASSERT_TRUE(flow.counters.full > 0U);
     TEST_ASSERT_EQUAL_UINT32(flow.counters.full, flow.counters.refused);
     TEST_ASSERT_EQUAL(FLOW_CAN_ACTIVE, flow.health.state);
-    TEST_ASSERT_FALSE(drain()); // So that there is room for the last one, which tells what was dropped.
+    // Then there is room for the last one, which carries the count of dropped frames.
+    TEST_ASSERT_FALSE(drain());
     status_t status = STATUS_FULL;
     for (unsigned i = 0U; (i < 20000U) && (status == STATUS_FULL); i++) {
         status = flow_can_send(&flow, 0x7FFU, octets, 8U);
@@ -166,7 +167,7 @@ static void a_burst_on_a_controller_is_refused_and_counted(void)
     }
     TEST_ASSERT_TRUE(has_come);
     TEST_ASSERT_TRUE(arrived > 0U);
-    // What the kernel drops is counted to the frame; what the controller drops it reports.
+    // Each frame that the kernel drops is counted; the controller reports those that it drops.
     TEST_ASSERT_TRUE((arrived + peer.overruns) <= flow.counters.sent);
     TEST_ASSERT_TRUE(((arrived + peer.overruns) == flow.counters.sent) || (reports > 0U));
 }

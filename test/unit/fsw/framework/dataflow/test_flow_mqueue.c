@@ -196,7 +196,7 @@ static void queues_are_refused_for_a_reason(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, sender.failure);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
-    begin(&sender, "commands", false, OCTETS + 1U); // It would have messages that do not fit.
+    begin(&sender, "commands", false, OCTETS + 1U); // Its messages would be too large.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, sender.failure);
     quota_init(&quota, 1U);

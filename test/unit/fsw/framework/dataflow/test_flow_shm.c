@@ -13,9 +13,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define WORDS 37U // Not a multiple of anything.
+#define WORDS 37U // Prime, so that no alignment divides it.
 
-static char address[64]; // Of this process alone.
+static char address[64]; // Unique to this process.
 static flow_shm_t writer;
 static flow_shm_t reader;
 static quota_t quota;
@@ -87,7 +87,7 @@ static void the_latest_value_is_read_once(void)
     memset(found, 0xEE, sizeof found);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, found));
     TEST_ASSERT_EQUAL_HEX8_ARRAY(value, found, latest.value_octets);
-    TEST_ASSERT_EQUAL_HEX8(0xEEU, found[latest.value_octets]); // And not an octet more.
+    TEST_ASSERT_EQUAL_HEX8(0xEEU, found[latest.value_octets]); // Not one octet more was written.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, found));
     TEST_ASSERT_EQUAL_UINT32(9U, writer.counters.written);
     TEST_ASSERT_EQUAL_UINT32(1U, reader.counters.read);
@@ -122,7 +122,7 @@ static void each_end_does_its_own_part_only(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_write(&reader, value));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&writer, value));
     TEST_ASSERT_EQUAL_UINT32(1U, reader.counters.refused);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 1U)); // And stays open.
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 1U)); // The flow stays open.
     TEST_ASSERT_TRUE(flow_shm_is_open(&reader) && flow_shm_is_open(&writer));
 }
 
@@ -139,7 +139,7 @@ static void records_travel_in_the_flows_order(void)
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, octets));
         TEST_ASSERT_EQUAL_HEX8_ARRAY(sample_wire[order], octets, SAMPLE_OCTETS);
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, octets));
-        octets[SAMPLE_OCTETS - 1U] = 2U; // A truth that is neither 0 nor 1.
+        octets[SAMPLE_OCTETS - 1U] = 2U; // A BOOL that is neither 0 nor 1.
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, octets));
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read_record(&reader, &sample_layout, &seen));
         TEST_ASSERT_TRUE(is_sample(&seen));
@@ -229,11 +229,12 @@ static void impossible_shapes_are_coding_errors(void)
 
 static void a_reader_that_starts_first_waits_with_back_off(void)
 {
-    static const uint64_t due[] = {0U, 10U, 30U, 70U, 110U}; // Delays of 10, 20, 40, and no longer ones.
+    // Delays of 10, 20 and 40, and then no longer ones.
+    static const uint64_t due[] = {0U, 10U, 30U, 70U, 110U};
     uint8_t value[5]            = {7U};
     for (uint32_t i = 0U; i < 5U; i++) {
         if (i > 0U) {
-            expect_refusal(&reader, due[i] - 1U, STATUS_NOT_FOUND); // Not yet tried.
+            expect_refusal(&reader, due[i] - 1U, STATUS_NOT_FOUND); // No attempt yet.
             TEST_ASSERT_EQUAL_UINT32(i, reader.reconnect.failed);
         }
         expect_refusal(&reader, due[i], STATUS_NOT_FOUND);
@@ -247,7 +248,7 @@ static void a_reader_that_starts_first_waits_with_back_off(void)
     TEST_ASSERT_EQUAL_UINT8(7U, value[0]);
 }
 
-/// What stood in the queue when the writer closed it is read; then the reader is told.
+/// Values in the queue when the writer closed it are read; then the reader gets STATUS_CLOSED.
 static void a_writer_that_closes_is_told_after_its_last_value(void)
 {
     uint8_t value[5] = {1U};
@@ -259,7 +260,7 @@ static void a_writer_that_closes_is_told_after_its_last_value(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
     TEST_ASSERT_EQUAL_UINT32(1U, reader.reconnect.lost);
     expect_refusal(&reader, 9U, STATUS_CLOSED);
-    expect_refusal(&reader, 10U, STATUS_NOT_FOUND); // It has not come back.
+    expect_refusal(&reader, 10U, STATUS_NOT_FOUND); // The writer has not come back.
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 20U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 100U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, value));
@@ -267,7 +268,7 @@ static void a_writer_that_closes_is_told_after_its_last_value(void)
 }
 
 /// A writer killed in another process leaves its memory; its successor makes it anew and the reader follows,
-/// though the dead one may have stood within a value.
+/// even if the dead one was within a value.
 static void a_writer_that_was_killed_comes_back(void)
 {
     static const flow_shm_shape_t shapes[] = {{FLOW_SHM_LATEST, 5U, 1U}, {FLOW_SHM_QUEUE, 5U, 3U}};
@@ -286,9 +287,9 @@ static void a_writer_that_was_killed_comes_back(void)
         TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
         TEST_ASSERT_TRUE(WIFSIGNALED(how));
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 0U));
-        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value)); // Its testament.
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value)); // The last value of the dead writer.
         TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value));
-        if (shapes[i].kind == FLOW_SHM_LATEST) { // As if it had died within the next one.
+        if (shapes[i].kind == FLOW_SHM_LATEST) { // As if it had died while writing the next one.
             ((uint64_t*)osal_shm_address(&reader.shm))[2]++;
             TEST_ASSERT_EQUAL(STATUS_BUSY, flow_shm_read(&reader, value));
         }
@@ -296,7 +297,7 @@ static void a_writer_that_was_killed_comes_back(void)
         TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
         TEST_ASSERT_EQUAL(STATUS_CLOSED, reader.failure);
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 10U));
-        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value)); // Nothing of the old one.
+        TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value)); // Nothing of the old memory.
         value[1] = 2U;
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, value));
         value[1] = 0U;
@@ -307,7 +308,7 @@ static void a_writer_that_was_killed_comes_back(void)
     }
 }
 
-/// A writer that was thought dead leaves its successor's memory alone.
+/// A writer that was believed dead leaves its successor's memory alone.
 static void a_writer_that_was_replaced_takes_nothing_away(void)
 {
     flow_shm_t successor;
@@ -325,13 +326,13 @@ static void a_writer_that_was_replaced_takes_nothing_away(void)
 
 static void memory_of_somebody_else_is_no_flow(void)
 {
-    static const size_t sizes[] = {1U, 4096U}; // Too small, and without a beginning.
+    static const size_t sizes[] = {1U, 4096U}; // Too small, and without a header.
     for (unsigned i = 0U; i < 2U; i++) {
         osal_shm_t strange;
         TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&strange, address, sizes[i]));
         begin(&reader, "x", false, queue);
         expect_refusal(&reader, 0U, STATUS_NOT_FOUND);
-        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 0U)); // Takes the name.
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 0U)); // Makes the memory under the name.
         TEST_ASSERT_EQUAL_HEX8(0U, *(uint8_t*)osal_shm_address(&strange));
         osal_shm_close(&strange);
         flow_shm_close(&writer);

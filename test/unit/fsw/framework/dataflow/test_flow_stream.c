@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The partners are real: the far end of a pseudo-terminal, a listening socket, a FIFO, a file. Time is that
-// of the test: a step is never waited for.
+// The partners are real: the far end of a pseudo-terminal, a listening socket, a FIFO, a file. Time is set by
+// the test: no step is waited for.
 #define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow_stream.h"
 
@@ -60,7 +60,7 @@ void tearDown(void)
         (void)close(far);
     }
     osal_socket_close(&listener);
-    if (strncmp(path, folder, strlen(folder)) == 0) { // A device of the machine is not ours to remove.
+    if (strncmp(path, folder, strlen(folder)) == 0) { // Do not remove a device of the machine.
         (void)unlink(path);
     }
 }
@@ -80,7 +80,7 @@ static void begin(const flow_endnode_kind_t kind, const char* const name, const 
     flow_stream_init(&flow, &setup, &resolver);
 }
 
-/// Step until the flow is connected, or has waited long enough for any delay.
+/// Step until the flow is connected, or the longest delay has passed.
 static status_t step_on(void)
 {
     status_t status = STATUS_CLOSED;
@@ -91,7 +91,7 @@ static status_t step_on(void)
     return status;
 }
 
-/// The next frame, however long the system takes to hand it over.
+/// The next frame, even if the system hands it over late.
 static void expect(const void* const octets, const size_t size)
 {
     const uint8_t* payload = NULL;
@@ -121,7 +121,7 @@ static void expect_nothing(const status_t expected)
     TEST_ASSERT_EQUAL_UINT64(0U, held);
 }
 
-/// What the partner hears.
+/// What the partner receives.
 static void expect_far(const void* const octets, const size_t size)
 {
     uint8_t seen[256];
@@ -195,10 +195,10 @@ static void a_line_that_hangs_up_is_opened_again(void)
     TEST_ASSERT_EQUAL_UINT32(1U, flow.assembler.counters.cut);
     TEST_ASSERT_EQUAL_UINT32(1U, flow.reconnect.lost);
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on()); // Nobody there, tried with longer and longer delays.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on()); // Without a partner: retries with increasing delays.
     TEST_ASSERT_TRUE(flow.reconnect.failed > 5U);
     TEST_ASSERT_TRUE(flow.reconnect.failed < 20U);
-    begin_line(); // The system may give it another name: the address is asked for anew.
+    begin_line(); // The system may give the line another name, so ask for the address again.
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
     say_far("f\n", 2U);
     expect("f", 1U); // Not "half".
@@ -383,7 +383,7 @@ static void frames_that_cannot_be_sent_are_refused(void)
     begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LINE});
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
     TEST_ASSERT_EQUAL(STATUS_INVALID, say("a\nb", 3U));
-    TEST_ASSERT_EQUAL(STATUS_FULL, say(payload, sizeof payload)); // With its line end it never fits.
+    TEST_ASSERT_EQUAL(STATUS_FULL, say(payload, sizeof payload)); // With its line end the frame never fits.
     TEST_ASSERT_EQUAL_UINT32(2U, flow.counters.refused);
     flow_stream_close(&flow);
     (void)strcpy(path, "here");
@@ -434,7 +434,7 @@ static void a_fifo_waits_for_its_reader(void)
     expect_far("on\n", 3U);
     (void)close(far);
     far = -1;
-    TEST_ASSERT_EQUAL(STATUS_OK, say("off", 3U)); // Taken, and lost with the connection.
+    TEST_ASSERT_EQUAL(STATUS_OK, say("off", 3U)); // Accepted, and lost with the connection.
     TEST_ASSERT_FALSE(flow_stream_is_connected(&flow));
     TEST_ASSERT_EQUAL_UINT32(4U, flow.counters.discarded);
 }
@@ -446,7 +446,7 @@ static void raw_octets_of_a_device(void)
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
     const uint8_t* payload = NULL;
     size_t size            = 0U;
-    for (unsigned i = 0U; i < 1000U; i++) { // As much as asked for, never more than fits.
+    for (unsigned i = 0U; i < 1000U; i++) { // As many octets as requested, never more than fit.
         TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_receive(&flow, &payload, &size));
         TEST_ASSERT_EQUAL_UINT64(sizeof frame, size);
     }

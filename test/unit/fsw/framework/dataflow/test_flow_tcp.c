@@ -94,14 +94,14 @@ void tearDown(void)
     flow_tcp_close(&flow, &user);
 }
 
-/// Give the kernel time to hand the octets over.
+/// Wait until the kernel has handed the octets over.
 static void wait(osal_socket_t* const socket)
 {
     const status_t status = osal_socket_wait_readable(socket, 50U);
     TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_TIMEOUT));
 }
 
-/// Step once something has come, or after a while; octets taken in.
+/// Step when something has come, or after a while; returns the octets taken in.
 static size_t step(const size_t limit)
 {
     size_t octets = 0U;
@@ -205,7 +205,7 @@ static void everyone_gets_a_turn_and_no_more_than_there_are_places(void)
     (void)step(FLOW_TCP_UNLIMITED);
     TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
     TEST_ASSERT_FALSE(flow_tcp_is_connected(&flow, 0U));
-    join(3U); // The place is free again.
+    join(3U); // The place is available again.
     TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.accepted);
     TEST_ASSERT_EQUAL_UINT32(2U, clients[0].epoch);
 }
@@ -232,7 +232,7 @@ static void a_place_may_be_given_up_for_a_new_one(void)
     TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.accepted);
     TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
     TEST_ASSERT_TRUE(flow_tcp_is_connected(&flow, 1U));
-    victim = CLIENTS; // Nobody.
+    victim = CLIENTS; // No client is to be dropped.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&peers[3], address));
     wait(&flow.listener);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &generous, FLOW_TCP_UNLIMITED, &taken));
@@ -292,7 +292,7 @@ static void sending_takes_what_the_kernel_takes(void)
     wait(&peers[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_receive(&peers[0], taken, sizeof taken, &sent));
     status_t status = STATUS_OK;
-    for (unsigned i = 0U; (i < 1000U) && (status == STATUS_OK); i++) { // A reader that sleeps.
+    for (unsigned i = 0U; (i < 1000U) && (status == STATUS_OK); i++) { // A client that does not read.
         status = flow_tcp_send(&flow, 0U, octets, sizeof octets, &sent);
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, status);
@@ -315,7 +315,7 @@ static void sockets_are_counted_where_a_quota_is_given(void)
     uint8_t room[BUFFER];
     join(0U);
     TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.used);
-    join(1U); // There is a place, but no socket more.
+    join(1U); // There is a place, but no further socket.
     TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.turned_away);
     TEST_ASSERT_EQUAL_UINT32(1U, quota.stats.refused);
     flow_tcp_init(&second, places, 1U, room, BUFFER);

@@ -14,7 +14,7 @@ static flow_udp_t left;
 static flow_udp_t right;
 static quota_t quota;
 static osal_socket_t stranger;
-static osal_address_t addresses[3]; // Of left, right, and one without a socket.
+static osal_address_t addresses[3]; // Addresses of left, of right, and one without a socket.
 
 /// Names "0", "1", "2" are the addresses; "text" is no address.
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
@@ -118,7 +118,7 @@ static void strangers_and_giants_are_passed_over(void)
     TEST_ASSERT_EQUAL_UINT64(0U, size);
 }
 
-/// A stranger that never pauses does not hold up the cycle.
+/// A sender that never pauses does not hold up the cycle.
 static void so_many_strangers_are_passed_over_in_one_call(void)
 {
     uint8_t octets[16] = {0U};
@@ -129,7 +129,7 @@ static void so_many_strangers_are_passed_over_in_one_call(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, receive(&right, octets, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
     TEST_ASSERT_EQUAL_UINT32(64U, right.counters.foreign);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&right, 1U)); // It stays open.
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&right, 1U)); // The flow stays open.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_udp_receive(&right, octets, sizeof octets, &size));
     TEST_ASSERT_EQUAL_UINT32(100U, right.counters.foreign);
 }
@@ -192,7 +192,7 @@ static void opening_is_refused_for_a_reason_and_counted(void)
     flow_udp_close(&third);
     flow_udp_close(&third);
     quota_init(&quota, 2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Those of left and right.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Takes of left and right.
     TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota));
     begin(&third, "2", "1");
     expect_refusal(&third, STATUS_EXHAUSTED);
@@ -206,7 +206,7 @@ static void a_port_in_use_is_tried_again_with_back_off(void)
     expect_refusal(&third, STATUS_EXISTS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_send(&third, octets, 2U));
     flow_udp_close(&left);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_step(&third, 9U)); // Not yet tried.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_step(&third, 9U)); // No attempt yet.
     TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&third, 10U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&third, octets, 2U));
     TEST_ASSERT_EQUAL_UINT32(1U, third.reconnect.connected);
@@ -214,7 +214,7 @@ static void a_port_in_use_is_tried_again_with_back_off(void)
     flow_udp_close(&third);
 }
 
-/// The system's socket goes from under the flow.
+/// The system's socket is closed below the flow.
 static void a_socket_that_fails_is_opened_again(void)
 {
     const uint8_t hello[2] = {'h', 'i'};

@@ -23,7 +23,7 @@ static const flow_format_t formats[] = {
 
 static flow_frame_assembler_t assembler;
 static uint8_t buffer[CAPACITY];
-static octets_t seen; ///< Each frame as its size and its octets.
+static octets_t seen; ///< Each frame as its size followed by its octets.
 
 void setUp(void)
 {
@@ -47,7 +47,7 @@ static void add_frame(octets_t* const all, const void* const payload, const size
     add(all, payload, size);
 }
 
-/// Feed a piece; what the frames were goes to `seen`.
+/// Feed a piece; `seen` gets the frames.
 static void feed(const uint8_t* const octets, const size_t size)
 {
     size_t used = 0U;
@@ -168,7 +168,8 @@ static void slip_recovers_from_garbage(void)
 {
     octets_t expected = {.size = 0U};
     begin(&formats[2]);
-    feed((const uint8_t*)"noise\300\300\300", 8U);         // Looks like a frame, and is one for who reads it.
+    // Looks like a frame, and is one for a reader that starts here.
+    feed((const uint8_t*)"noise\300\300\300", 8U);
     feed((const uint8_t*)"a\333xb\300good\300", 10U);      // Wrong escape.
     feed((const uint8_t*)"a\333\300good\300", 8U);         // Escape of an end.
     feed((const uint8_t*)"123456789\333x\300ok\300", 15U); // Too long, and then wrong: counted once.
@@ -212,7 +213,7 @@ static void lengths_at_their_ends(void)
         size_t held = 0U;
         begin(&formats[f]);
         feed((const uint8_t*)"\000\000", 2U);
-        TEST_ASSERT_EQUAL_UINT64(1U, seen.size); // A frame of no octets.
+        TEST_ASSERT_EQUAL_UINT64(1U, seen.size); // A frame without octets.
         TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, flow_frame_encode(&formats[f], payload, FRAMING_LENGTH_MAX + 1U,
                                                               octets, sizeof octets, &size));
         memset(payload, 0x5A, sizeof payload);
@@ -261,7 +262,7 @@ static void a_stream_that_ends_cuts_the_frame_it_had_begun(void)
     }
 }
 
-/// Whatever comes: never more than fits, and after an end the next frame is found.
+/// For any input: never more octets than fit, and after an end octet the next frame is found.
 static void garbage_never_ends_a_flow(void)
 {
     uint32_t random = 12345U;

@@ -35,7 +35,7 @@ static void a_connection_that_stood_begins_anew(void)
     flow_reconnect_failed(&reconnect, 10U);
     flow_reconnect_succeeded(&reconnect, 30U);
     TEST_ASSERT_FALSE(flow_reconnect_is_due(&reconnect, UINT64_MAX));
-    flow_reconnect_lost(&reconnect, 70U); // As long as the next delay of 40.
+    flow_reconnect_lost(&reconnect, 70U); // As long as the next delay, which is 40.
     TEST_ASSERT_FALSE(flow_reconnect_is_due(&reconnect, 79U));
     TEST_ASSERT_TRUE(flow_reconnect_is_due(&reconnect, 80U));
     TEST_ASSERT_EQUAL_UINT32(1U, reconnect.connected);

@@ -25,7 +25,7 @@ static const flow_record_field_t fields[] = {
 static const flow_record_layout_t layout = {fields, sizeof fields / sizeof fields[0]};
 static const sample_t sample             = {0x12U, {0x01020304U, 0xFFFEFDFCU}, -2, true, 1.0, -2.0F, -3};
 
-// Written down by hand.
+// Written by hand.
 static const uint8_t big[]    = {0x12, 1,    2,    3,    4,    0xFF, 0xFE, 0xFD, 0xFC, 0xFF, 0xFE,
                                  1,    0x3F, 0xF0, 0,    0,    0,    0,    0,    0,    0xC0, 0,
                                  0,    0,    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFD};
@@ -90,7 +90,7 @@ static void what_is_no_record_changes_nothing(void)
     uint8_t octets[sizeof big + 1U];
     sample_t seen = sample;
     memcpy(octets, big, sizeof big);
-    octets[0] = 0x77U; // Would be seen.
+    octets[0] = 0x77U; // A change would be seen.
     for (size_t size = 0U; size < sizeof big; size++) {
         TEST_ASSERT_EQUAL(STATUS_TRUNCATED, flow_record_decode(&layout, FLOW_ORDER_BIG, octets, size, &seen));
     }

@@ -251,7 +251,7 @@ static void a_port_may_stand_in_several_configurations(void)
     TEST_ASSERT_EQUAL_UINT32(2000U, arm.ports[1].period_us);
 }
 
-/// The arena gives out so many blocks only: none at all for a parser, or some, then no more.
+/// The arena gives out a limited number of blocks: none for a parser, or some and then no more.
 static void an_arena_that_is_used_up_is_told(void)
 {
     xml_limits_t limits    = loader.parser.limits;

@@ -320,7 +320,7 @@ static void a_rule_may_select_anything(void)
     TEST_ASSERT_FALSE(mission.rules[1].is_any);
 }
 
-/// Of several mistakes in one element, the first is told and no other is mixed with it.
+/// Of several mistakes in one element the message names the first one only.
 static void of_several_mistakes_the_first_is_told(void)
 {
     TEST_ASSERT_EQUAL(STATUS_INVALID,
@@ -337,7 +337,7 @@ static void paths_are_relative_to_the_mission_or_absolute(void)
     TEST_ASSERT_NOT_NULL(getcwd(here, sizeof here));
     (void)snprintf(where, sizeof where, "descriptor='%s/hand.xml'", folder);
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "descriptor='hand.xml'", where)));
-    TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document)); // Written for what follows.
+    TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document)); // Writes the files for the next call.
     TEST_ASSERT_EQUAL(0, chdir(folder));
     const status_t status = descriptor_load_mission(&loader, "flight.xml", MISSION_ANY_TARGET,
                                                     &descriptor_mission_whole, &mission, &scratch);
@@ -365,7 +365,7 @@ static void a_redundant_bus_belongs_to_one_other(void)
     static const struct {
         const char* buses;
         const char* endnode;
-        const char* says; ///< Or "", if that is right.
+        const char* says; ///< "" if the path is right.
     } cases[] = {
         {SPARE("spare", "robot"), "", ""},
         {SPARE("spare", "robot"), " redundantBus='spare'", ""},
@@ -453,7 +453,7 @@ static void its_hashes_see_every_subsystem(void)
     TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
 }
 
-/// For its own program: the mission, and of the descriptors that of the subsystem alone.
+/// For a subsystem's own program: the mission, and of the descriptors only that of the subsystem.
 static void a_subsystem_reads_no_descriptor_but_its_own(void)
 {
     write_file("arm.xml", "<Nonsense>");
@@ -478,7 +478,7 @@ static void a_subsystem_reads_no_descriptor_but_its_own(void)
     TEST_ASSERT_TRUE((mission.interface_hash == 0U) && (mission.configuration_hash == 0U));
 }
 
-/// For the program of the supervisor: the whole mission as for everybody, with its own model at the end.
+/// For the program of the supervisor: the whole mission as for all, with its own model at the end.
 static void a_whole_mission_leaves_the_model_that_was_asked_for(void)
 {
     load_the_good_one();
@@ -504,7 +504,7 @@ static void who_reads_no_whole_mission_is_a_subsystem_of_it(void)
     TEST_ASSERT_TRUE(assertion_fails(load_nothing_of_a_mission));
 }
 
-/// What holds between descriptors, launcher and supervisor look at before it starts.
+/// Conditions between descriptors that launcher and supervisor check before they start.
 static void a_subsystem_finds_what_is_wrong_about_itself(void)
 {
     static const struct {

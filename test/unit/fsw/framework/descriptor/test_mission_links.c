@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One writer, any readers: what a mission may link, and where it says that it may not.
+// One writer, several readers: links that a mission may have, and the line in which a wrong one is refused.
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/file.h"
 #include "unity.h"
@@ -95,8 +95,7 @@ typedef struct {
     const char* to;
 } link_t;
 
-/// A mission of the hub, nine others and these links, one a line; as the hub reads it if `is_own`, else
-/// whole.
+/// A mission of the hub, nine others and these links, one a line; read as the hub's if `is_own`, else whole.
 static status_t load(const link_t* links, size_t count, bool is_own)
 {
     char words[128];
@@ -128,7 +127,7 @@ static void expect_loaded(const link_t* links, size_t count)
     }
 }
 
-/// The last one is refused, in its line, by who reads the whole mission.
+/// The last one is refused, with its line, when the whole mission is read.
 static void expect_refused(const link_t* links, size_t count, const char* says)
 {
     char expected[200];
@@ -184,7 +183,7 @@ static void expect_ports(uint16_t link, uint16_t producer, uint16_t consumer)
     TEST_ASSERT_EQUAL_UINT16(consumer, mission.links[link].consumer_port);
 }
 
-/// By them it tells which of its links end on another computer.
+/// From them it knows which of its links end on another computer.
 static void a_subsystem_knows_its_own_ports(void)
 {
     static const link_t links[] = {

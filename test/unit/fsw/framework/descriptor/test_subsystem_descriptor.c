@@ -40,10 +40,10 @@ static void reads_identity_resources_and_times(void)
     TEST_ASSERT_EQUAL_UINT8(80U, arm.pool_warn_percent);
     TEST_ASSERT_EQUAL_UINT8(70U, arm.pool_clear_percent);
     TEST_ASSERT_EQUAL_UINT32(2000000U, arm.timeout_us[2]);
-    TEST_ASSERT_EQUAL_UINT32(1000000U, arm.timeout_us[0]); // Where nothing is said.
+    TEST_ASSERT_EQUAL_UINT32(1000000U, arm.timeout_us[0]); // The default, if the descriptor has none.
     static const char resources[] = "<Resources poolWarning='80' poolClear='70'/>";
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(arm_document, resources, "")));
-    TEST_ASSERT_EQUAL_UINT8(75U, arm.pool_warn_percent); // The usual ones.
+    TEST_ASSERT_EQUAL_UINT8(75U, arm.pool_warn_percent); // The default levels.
     TEST_ASSERT_EQUAL_UINT8(65U, arm.pool_clear_percent);
 }
 
@@ -237,11 +237,11 @@ typedef struct {
     const char* find;
     const char* replacement;
     unsigned line;
-    const char* says; ///< Part of the error.
+    const char* says; ///< These octets are part of the message.
 } damage_t;
 
 static const damage_t damages[] = {
-    // Structure: what may stand where, and with what.
+    // Structure: which elements may stand where, and with which attributes.
     {"<Subsystem ", "<Mission ", 1U, "<Mission>: expected <Subsystem>"},
     {"<Parameters>", "<Parameter>", 4U, "<Parameter> in <Subsystem>: expected"},
     {"<Event name='LOST' id='1' severity='HIGH'/>", "<ParamRef name='A'/>", 14U, "<ParamRef> in <Events>"},
@@ -438,7 +438,7 @@ static void tells_file_line_and_cause_of_each_error(void)
                            damage->says, error);
             TEST_FAIL_MESSAGE(message);
         }
-        TEST_ASSERT_EQUAL_UINT16(0U, arm.apid); // Nothing half-read is left behind.
+        TEST_ASSERT_EQUAL_UINT16(0U, arm.apid); // Nothing of a partly read descriptor remains.
         TEST_ASSERT_EQUAL_STRING("", arm.name);
     }
     load_the_good_one();

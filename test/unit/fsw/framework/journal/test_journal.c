@@ -17,7 +17,7 @@ typedef struct {
     uint8_t table;
     uint32_t key;
     size_t size;
-    uint8_t first; // Octet; the record is filled with it.
+    uint8_t first; // The octet with which the record is filled.
 } kept_t;
 
 static journal_t journal;
@@ -76,7 +76,7 @@ static void reopen(void)
     replay();
 }
 
-/// The power is cut, and nothing that was not synced is there.
+/// The power is cut, and everything that was not synced is lost.
 static void reopen_durable(void)
 {
     static image_t sure[2];
@@ -134,7 +134,7 @@ static void what_was_erased_is_gone_and_what_is_not_there_is_not_found(void)
 static void what_is_not_committed_does_not_last(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
-    reopen(); // All was written, and nothing counts.
+    reopen(); // All was written, but nothing was committed.
     TEST_ASSERT_EQUAL_UINT64(0U, kept_count);
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
     commit();
@@ -185,7 +185,7 @@ static void too_large_a_record_is_refused(void)
     expect_kept(0U, 1U, 10U, 1U);
 }
 
-/// The limit leaves room to erase whatever was put.
+/// The limit leaves room to erase every record that was put.
 static void a_full_medium_refuses_puts_and_still_erases(void)
 {
     uint32_t count = 0U;
@@ -244,7 +244,7 @@ static void a_transaction_larger_than_a_medium_is_refused(void)
     commit();
     reopen_durable();
     expect_kept(0U, 1U, 8000U, 2U);
-    recorded_clear(saved); // And had the power been cut before the commit:
+    recorded_clear(saved); // If the power had been cut before the commit:
     reopen();
     expect_kept(0U, 1U, 8000U, 1U);
 }
@@ -261,7 +261,7 @@ static void a_stale_tail_is_not_believed(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 10U, 2U));
     commit();
     for (size_t i = first + 1U; i < (recorded.count - 1U);
-         i++) { // Without the mark: the commit was under way.
+         i++) { // Without the mark, because the commit was under way.
         recorded_apply(&recorded.operations[i], recorded.operations[i].size, saved);
     }
     recorded_clear(saved);
@@ -275,7 +275,7 @@ static void a_stale_tail_is_not_believed(void)
 }
 
 /// The same with a generation that was begun twice: by compactions whose first record is the same. The cut
-/// that ends the second one takes nothing but the emptying of the medium, if that was not made sure.
+/// that ends the second one loses only the emptying of the medium, if that was not synced.
 static void a_stale_generation_is_not_believed(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -299,7 +299,7 @@ static void a_stale_generation_is_not_believed(void)
     const size_t second = recorded.count;
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 8000U, 60U)); // Compacts.
     TEST_ASSERT_EQUAL_UINT32(1U, journal.stats.compactions);
-    for (size_t i = second; i < (second + 4U); i++) { // Up to the first record.
+    for (size_t i = second; i < (second + 4U); i++) { // Up to and without the first record.
         const bool is_sure = (i > second) || (recorded.operations[second + 1U].kind == OPERATION_SYNC);
         if (is_sure) {
             recorded_apply(&recorded.operations[i], recorded.operations[i].size, saved);
@@ -311,7 +311,7 @@ static void a_stale_generation_is_not_believed(void)
     expect_kept(1U, 2U, 8000U, 2U);
 }
 
-/// Records with the right numbers, which follow other ones than those before them.
+/// Records with the right numbers, after records other than those before them.
 static void a_record_of_another_history_is_not_believed(void)
 {
     static image_t other[2];
@@ -333,7 +333,7 @@ static void a_record_of_another_history_is_not_believed(void)
     expect_kept(0U, 1U, 10U, 7U);
 }
 
-/// A damaged octet ends the log before it; nothing wrong is read, and what follows can go on.
+/// A damaged octet ends the log before it; nothing wrong is read, and the journal can continue after it.
 static void any_damaged_octet_is_noticed(void)
 {
     for (uint8_t i = 1U; i <= 3U; i++) {
@@ -362,7 +362,7 @@ static void any_damaged_octet_is_noticed(void)
     }
 }
 
-/// The journal writes none such; who reads a medium does not rely on it.
+/// The journal never writes such a record, but a reader does not rely on that.
 static void an_erasure_of_what_is_not_there_is_passed_over(void)
 {
     const medium_t medium = recorded_medium(1U);
@@ -396,9 +396,9 @@ static void octets_that_are_no_journal_are_replaced(void)
 // --- errors of the media -----------------------------------------------------------------------------------
 
 #define SCRIPT_KEYS 6U
-static uint8_t expected_first[SCRIPT_KEYS]; // 0: not there.
+static uint8_t expected_first[SCRIPT_KEYS]; // 0: it does not exist.
 
-/// Puts, erasures and commits with compactions of both kinds; what is refused is not expected.
+/// Puts, erasures and commits with compactions of both kinds; the expected state leaves out what is refused.
 static void run_script(void)
 {
     for (uint32_t i = 0U; i < 14U; i++) {
@@ -445,8 +445,8 @@ static void start_script(const unsigned fail_from, const unsigned fail_count, co
     recorded.torn       = torn;
 }
 
-/// Each call of a medium fails once, or with those that follow: all that was taken lasts with the commit that
-/// succeeds in the end.
+/// Each call of a medium fails once, or with all following ones: everything accepted is kept by the commit
+/// that finally succeeds.
 static void fail_everywhere(const uint32_t limit, const uint32_t slack)
 {
     static const status_t failures[] = {STATUS_IO, STATUS_FULL};
@@ -476,7 +476,7 @@ static void a_commit_that_failed_is_made_up_for(void)
     fail_everywhere(3000U, 0U);  // commits do.
 }
 
-/// What a failed write leaves is cut off before anything else is written.
+/// The remains of a failed write are cut off before anything else is written.
 static void a_torn_record_leaves_nothing_behind_the_next_one(void)
 {
     recorded.calls     = 0U;
@@ -501,7 +501,7 @@ static void a_medium_that_stays_broken_keeps_what_was_committed(void)
     recorded.fail_count = 1000U;
     TEST_ASSERT_EQUAL(STATUS_IO, put(2U, 10U, 1U));
     TEST_ASSERT_EQUAL(STATUS_IO, journal_erase(&journal, 11U, 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal)); // Nothing was taken.
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal)); // The journal accepted nothing.
     TEST_ASSERT_EQUAL(STATUS_IO, journal_replay(&journal, take, &kept_count));
     TEST_ASSERT_EQUAL_UINT32(3U, journal.stats.failed);
     recorded.fail_from = 0U;
@@ -509,7 +509,7 @@ static void a_medium_that_stays_broken_keeps_what_was_committed(void)
     TEST_ASSERT_EQUAL_UINT64(1U, kept_count);
 }
 
-/// What a failed sync has lost cannot be written again if it cannot be read any more.
+/// Data lost by a failed sync cannot be written again if it cannot be read any more.
 static void a_commit_fails_as_long_as_its_records_cannot_be_read(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -530,7 +530,7 @@ static void a_commit_fails_as_long_as_its_records_cannot_be_read(void)
 
 static void every_error_at_open_is_told(void)
 {
-    for (unsigned k = 0U; k < 3U; k++) { // A medium without use; without commit; with a tail to be cut off.
+    for (unsigned k = 0U; k < 3U; k++) { // Never used; without commit; with a tail to be cut off.
         recorded_copy(saved, recorded.image);
         unsigned tries = 0U;
         for (status_t status = STATUS_IO; status != STATUS_OK; tries++) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damage to the media of a journal between two lives, everywhere on them: all records are there, or the
-// journal says that it is damaged; never a silent loss. What opening finds is kept before it is changed, and
-// is told once.
+// Damage to the media of a journal between two lives, at every place: either all records are there, or the
+// journal reports that it is damaged; never a silent loss. What opening finds is kept before it is changed,
+// and is reported once.
 #include "fsw/framework/journal/journal.h"
 #include "test/support/recorded_media.h"
 #include "unity.h"
@@ -19,7 +19,7 @@ static journal_t journal;
 static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
 static image_t original[2];
 static image_t work[2];
-static uint8_t whole[KEPT_OCTETS]; // What the journal held.
+static uint8_t whole[KEPT_OCTETS]; // Content of the journal before the damage.
 static size_t whole_size;
 static uint8_t found[KEPT_OCTETS];
 static size_t found_size;
@@ -34,7 +34,7 @@ static uint32_t random_below(const uint32_t bound)
     return (uint32_t)(((uint64_t)random_state * bound) >> 32U);
 }
 
-/// Nothing has been changed so far.
+/// No call has changed the media so far.
 static bool keep(void* const context)
 {
     TEST_ASSERT_EQUAL_PTR(&journal, context);
@@ -87,7 +87,7 @@ static void commit(void)
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
 }
 
-/// This is what a journal holds when nothing happens to it.
+/// Content of the journal without damage.
 static void remember(void)
 {
     recorded_copy(original, recorded.image);
@@ -100,7 +100,7 @@ static void remember(void)
     recorded_clear(original);
 }
 
-/// A journal of some lives; `commits` of two puts each.
+/// A journal of several lives; `commits` of two puts each.
 static void write_journal(const unsigned commits)
 {
     recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
@@ -121,7 +121,7 @@ static bool is_whole(void)
     return (found_size == whole_size) && (memcmp(found, whole, whole_size) == 0);
 }
 
-/// Open what is in `work`, as the damage has left it.
+/// Open the media in `work`, which are damaged.
 static void judge(const char* const what, const size_t place)
 {
     char message[96];
@@ -137,7 +137,7 @@ static void judge(const char* const what, const size_t place)
                              message);
     tried++;
     told += is_told ? 1U : 0U;
-    if ((tried % 16U) == 0U) { // It goes on, and says it once.
+    if ((tried % 16U) == 0U) { // The journal continues, and reports the damage once.
         const size_t left = found_size;
         recorded_copy(work, recorded.image);
         recorded_clear(work);
@@ -249,7 +249,7 @@ static void many_damages_are_told_or_do_no_harm(void)
     }
 }
 
-/// The trials of an operator: a flipped bit early in the file; a file of zeros.
+/// Cases that operators have met: a flipped bit early in the file; a file of zeros.
 static void what_is_lost_is_counted(void)
 {
     recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
@@ -285,13 +285,13 @@ static void what_is_lost_is_counted(void)
     TEST_ASSERT_TRUE(journal_tell_damage(&journal, 1U, octets));
 }
 
-/// With both media gone wrong, what is on them tells it, without a mark.
+/// With both media damaged, their content shows it, without a mark.
 static void damage_of_both_media_is_told(void)
 {
     write_journal(3U);
     recorded_copy(work, original);
     work[1].size = 0U;
-    // Damage behind it looks as if the power had been cut in the last commit.
+    // Damage at the end looks as if the power had been cut in the last commit.
     const size_t first = JOURNAL_HEAD_SIZE + JOURNAL_RECORD_SIZE(10U) + JOURNAL_RECORD_SIZE(5U);
     for (size_t i = 0U; i < first; i++) {
         work[0].octets[i] ^= 0x40U;

@@ -22,10 +22,10 @@
 typedef struct {
     uint8_t table;
     uint32_t key;
-    uint32_t version; // Tells size and octets of the record.
+    uint32_t version; // Determines size and octets of the record.
 } kept_t;
 
-/// What the journal should hold, in the order in which it was put.
+/// Expected content of the journal, in the order in which it was put.
 typedef struct {
     size_t count;
     kept_t kept[CAPACITY];
@@ -33,11 +33,11 @@ typedef struct {
 
 static journal_t journal;
 static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
-static state_t states[COMMITS_MAX]; // After each commit of this life; the last one is in the making.
+static state_t states[COMMITS_MAX]; // After each commit of this life; the last one is under way.
 static size_t state_count;
 static state_t replayed;
 static bool is_content_right;
-static bool is_power_cut; // And nothing else has happened to the media.
+static bool is_power_cut; // Nothing else has happened to the media.
 static uint32_t random_state = 1U;
 static unsigned long cuts;
 static image_t images[2];
@@ -144,7 +144,7 @@ static void change(void)
     }
 }
 
-/// An even mark is that of changes; an odd one of the commit behind them.
+/// An even mark is that of changes; an odd one that of the commit after them.
 static void live(void)
 {
     for (unsigned i = 0U; i < TRANSACTIONS; i++) {
@@ -169,7 +169,7 @@ static void judge(const unsigned mark)
     const size_t count     = self->count;
     const size_t data_size = self->data_size;
     replay();
-    self->count     = count; // What opening wrote is none of the life that is looked at.
+    self->count     = count; // Operations of opening do not belong to the life that is tested.
     self->data_size = data_size;
     cuts++;
     const bool is_acknowledged = is_same(&replayed, &states[last]);
@@ -179,10 +179,10 @@ static void judge(const unsigned mark)
     }
 }
 
-static size_t pending[PENDING_MAX]; // Operations that no sync has made sure of.
+static size_t pending[PENDING_MAX]; // Operations that no sync has completed.
 static size_t pending_count;
 
-/// What is done with pending operation `index`: the octets of it that reach the medium, or none of it.
+/// What happens to pending operation `index`: some octets of it reach the medium, or none.
 typedef struct {
     enum {
         ALL,
@@ -246,7 +246,7 @@ static void cut_in_all_ways(const size_t last)
     }
 }
 
-/// A sync of one medium makes its operations sure; those of the other one stay pending.
+/// A sync of one medium completes its operations; those of the other one stay pending.
 static void sync_medium(const size_t medium)
 {
     size_t kept = 0U;
@@ -325,8 +325,9 @@ static void every_cut_leaves_a_whole_transaction(void)
     UNITY_PRINT_EOL();
 }
 
-/// A medium holds octets that would make sense behind a record which is missing. Emptying it fails, and then
-/// succeeds; that record is written, and the power is cut: it is not believed with what was behind it.
+/// A medium holds octets that would be valid after a missing record. Emptying it fails, and then succeeds;
+/// that record is written, and the power is cut: the journal must not accept it together with the octets
+/// after it.
 static void what_was_emptied_in_vain_is_emptied_again(void)
 {
     uint8_t octets[64];
@@ -341,7 +342,7 @@ static void what_was_emptied_in_vain_is_emptied_again(void)
     memset(&chosen[0].octets[JOURNAL_HEAD_SIZE], 0, JOURNAL_RECORD_SIZE(size));
     recorded_clear(chosen);
     const journal_configuration_t configuration = journal.configuration;
-    for (unsigned i = 1U; (recorded.count == 0U) || // Until it is the sync of the emptying that fails.
+    for (unsigned i = 1U; (recorded.count == 0U) || // Until the failing call is the sync of the emptying.
                           (recorded.operations[recorded.count - 1U].kind != OPERATION_LOST) ||
                           (recorded.operations[recorded.count - 1U].medium != 0U);
          i++) {

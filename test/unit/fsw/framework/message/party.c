@@ -30,7 +30,7 @@ static void delivered(void* context, uint16_t to)
     party->members[to - party_id(0U)].announced++;
 }
 
-/// The carrier of each endpoint: counts, and lets the test decide what becomes of a frame.
+/// The carrier of each endpoint: counts frames, and lets the test decide about each.
 static status_t send(void* context, uint16_t to, const uint8_t* frame, size_t size)
 {
     party_member_t* const member = context;
@@ -163,7 +163,7 @@ status_t party_send(party_t* party, unsigned from, unsigned to, const void* octe
     return message_send(&party->members[from].endpoint, party_id(to), octets, size);
 }
 
-/// Take in the datagrams that were announced; on loopback they may be a moment late.
+/// Take in the announced datagrams; on loopback they may be a moment late.
 static void pump(party_member_t* member)
 {
     while ((member->party->form != PARTY_RING) && (member->announced > 0U)) {
@@ -173,7 +173,8 @@ static void pump(party_member_t* member)
         if (status == STATUS_EMPTY) {
             TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&member->socket, ARRIVAL_MS));
         } else {
-            TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_NOT_OURS)); // To another life.
+            // It was meant for another life.
+            TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_NOT_OURS));
             member->announced--;
         }
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Components that talk to each other over any carrier: rings in one program, real UDP sockets, and TIPC
-/// where the kernel has it (in the micro-VM, for one). A
-/// party takes in exactly what was announced for it, as programs in stepped time do.
+/// Components that exchange messages over any carrier: rings in one program, real UDP sockets, and TIPC if
+/// the kernel has it (the micro-VM does). A party takes in exactly what was announced for it, as programs in
+/// stepped time do.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H
 #define TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H
 
@@ -43,8 +43,8 @@ struct party {
     message_ring_carrier_t hub;
     party_member_t members[PARTY_MEMBERS];
     unsigned frames[PARTY_MEMBERS][PARTY_MEMBERS]; ///< Taken by the carrier, from and to.
-    /// What becomes of a frame: STATUS_OK passes it on, STATUS_EMPTY loses it on the way, anything else is
-    /// the carrier's refusal. May be null.
+    /// What happens to a frame: STATUS_OK passes it on, STATUS_EMPTY loses it on the way, any other is the
+    /// carrier's refusal. May be null.
     status_t (*fate)(party_t* party, unsigned from, unsigned to, const uint8_t* frame, size_t size);
 };
 
@@ -55,17 +55,17 @@ uint16_t party_id(unsigned index);
 /// All members with start count 1, each a peer of each.
 void party_open(party_t* party, party_form_t form);
 void party_close(party_t* party);
-/// Open it in each form in turn, act, and close it.
+/// Open it in each form in turn, run `act`, and close it.
 void party_in_each_form(party_t* party, void (*act)(void));
-/// The member dies and comes back: what waits in its inbox is gone, what waits in its socket is not.
+/// The member dies and starts again: blocks in its inbox are lost, datagrams in its socket are not.
 void party_restart(party_t* party, unsigned index, uint32_t epoch);
 status_t party_send(party_t* party, unsigned from, unsigned to, const void* octets, size_t size);
-/// Bring in what was announced, as far as it has not been.
+/// Deliver what was announced and has not been delivered yet.
 void party_take_in(party_t* party, unsigned index);
 /// Take in what was announced, then one block. `*out_from` is an index.
 status_t party_receive(party_t* party, unsigned index, unsigned* out_from, uint8_t* octets, size_t capacity,
                        size_t* out_size);
-/// Bring octets to a member as if `from` had sent them.
+/// Deliver octets to a member as if `from` had sent them.
 void party_inject(party_t* party, unsigned from, unsigned to, const uint8_t* octets, size_t size);
 
 #endif // TEST_UNIT_FSW_FRAMEWORK_MESSAGE_PARTY_H

@@ -109,7 +109,8 @@ static void there_are_as_many_peers_as_places(void)
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&alone, (uint16_t)(100U + i)));
     }
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, message_add_peer(&alone, 200U));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, message_send(&alone, 100U, block, 1U)); // No carrier reaches it.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED,
+                      message_send(&alone, 100U, block, 1U)); // The carrier does not reach this peer.
     TEST_ASSERT_EQUAL(1U, alone.counters.unreachable);
     message_open(&alone, 1U, 1U, message_ring_carrier_port(&party.hub), places, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&alone, 100U));
@@ -159,8 +160,8 @@ static void fill_the_window(void)
     TEST_ASSERT_EQUAL(0U, credit(0U, 1U));
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
     TEST_ASSERT_EQUAL(1U, end(0U)->counters.no_credit);
-    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 2U, 7U)); // Each channel has credit of its own.
-    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 8U)); // And each direction.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 2U, 7U)); // Each channel has its own credit.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 8U)); // Each direction has, too.
     for (uint32_t i = 0U; i < (MESSAGE_WINDOW / 2U); i++) {
         expect_number(1U, 0U, i);
     }
@@ -170,7 +171,7 @@ static void fill_the_window(void)
     for (uint32_t i = MESSAGE_WINDOW / 2U; i < MESSAGE_WINDOW; i++) {
         expect_number(1U, 0U, i);
     }
-    expect_nothing(1U); // The block that was refused has not gone.
+    expect_nothing(1U); // The refused block was not sent.
     expect_nothing(0U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
@@ -190,11 +191,11 @@ static void answer_each(void)
         expect_number(0U, 1U, i);
         TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
     }
-    TEST_ASSERT_EQUAL(200U, party.frames[0][1]); // No frame was needed for credit alone.
+    TEST_ASSERT_EQUAL(200U, party.frames[0][1]); // Credit needed no frame of its own.
     TEST_ASSERT_EQUAL(200U, party.frames[1][0]);
 }
 
-/// The largest blocks fill the window before their number does, and their octets give credit back.
+/// Large blocks fill the window by octets before they fill it by number, and their octets return credit.
 static void fill_the_octets_of_the_window(void)
 {
     size_t size = 0U;
@@ -210,7 +211,7 @@ static void fill_the_octets_of_the_window(void)
         TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &member, taken, sizeof taken, &size));
         TEST_ASSERT_EQUAL(MESSAGE_PAYLOAD_MAX, size);
     }
-    expect_nothing(0U); // But for the credit.
+    expect_nothing(0U); // Except the credit.
     TEST_ASSERT_TRUE(credit(0U, 1U) >= (LARGEST_BLOCKS / 2U));
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.overruns);
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
@@ -361,7 +362,7 @@ static void lose_all_but_the_last(void)
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
-    expect_number(1U, 0U, MESSAGE_WINDOW - 1U); // As far ahead as credit allows.
+    expect_number(1U, 0U, MESSAGE_WINDOW - 1U); // As many blocks ahead as credit allows.
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW - 1U, end(1U)->counters.lost);
     expect_nothing(0U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
@@ -379,7 +380,7 @@ static void lose_a_whole_window(void)
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
-    // The peer knows nothing of it; what it sends is answered by credit, which tells what it missed.
+    // The peer does not know the sender; it answers with credit, which shows what it missed.
     for (uint32_t i = 0U; i < (MESSAGE_WINDOW / 2U); i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, i));
         expect_number(0U, 1U, i);
@@ -409,7 +410,7 @@ static void refuse_all_credit(void)
     expect_nothing(2U);
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(2U, 1U, 99U));
     TEST_ASSERT_EQUAL(0U, credit(2U, 1U));
-    set_fate(1U, 0U, 0U, STATUS_OK); // The carrier has room again: no data is needed to try again.
+    set_fate(1U, 0U, 0U, STATUS_OK); // The carrier has room again: the retry needs no new data.
     expect_nothing(1U);
     expect_nothing(2U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(2U, 1U));

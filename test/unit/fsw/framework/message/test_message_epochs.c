@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deaths and restarts, forged and damaged frames, and that both carriers behave as one.
+// Deaths and restarts, forged and damaged frames, and equal behaviour of all carriers.
 #include "fsw/framework/message/message.h"
 
 #include "base/octets.h"
@@ -85,7 +85,7 @@ static void a_receiver_that_comes_back_starts_anew(void)
 static void restart_the_sender(void)
 {
     exchange(0U, 1U, 0U, 5U);
-    send_number(0U, 1U, 50U); // Its last words are still believed.
+    send_number(0U, 1U, 50U); // Its last frames are still accepted.
     party_restart(&party, 0U, 2U);
     TEST_ASSERT_EQUAL(50U, next_number(1U));
     send_number(0U, 1U, 100U);
@@ -117,7 +117,7 @@ static void hear_an_old_sender_late(void)
 {
     exchange(0U, 1U, 0U, 2U);
     party.fate = catch_frame;
-    send_number(0U, 1U, 50U); // Overtaken by the first word of its successor.
+    send_number(0U, 1U, 50U); // Overtaken by the first frame of its successor.
     party.fate = NULL;
     party_restart(&party, 0U, 2U);
     send_number(0U, 1U, 60U);
@@ -142,7 +142,7 @@ static void restart_both(void)
     party_restart(&party, 1U, 3U);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U));
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
-    send_number(0U, 1U, 60U); // Neither has been heard by the other: one word is lost at most.
+    send_number(0U, 1U, 60U); // Neither end has heard the other: at most one block is lost.
     send_number(1U, 0U, 61U);
     (void)next_number(0U);
     (void)next_number(1U);
@@ -154,7 +154,7 @@ static void two_that_come_back_meet_again(void)
     party_in_each_form(&party, restart_both);
 }
 
-/// The peer was told something before it was ever heard, said hello, and died with all of it unread.
+/// The peer had received something before it was ever heard, said hello, and died with all of it unread.
 static void die_after_hello(void)
 {
     for (uint32_t i = 0U; i < 5U; i++) {
@@ -182,10 +182,10 @@ static void what_was_said_to_a_predecessor_costs_nothing(void)
 
 static void stay_unheard(void)
 {
-    send_number(0U, 1U, 1U); // Never heard of, but it can only be the first.
+    send_number(0U, 1U, 1U); // Never heard before, but it can only be the first life.
     TEST_ASSERT_EQUAL(1U, next_number(1U));
     party_restart(&party, 1U, 2U);
-    send_number(0U, 1U, 2U); // Meant for whom?
+    send_number(0U, 1U, 2U); // It is unknown for which life it was meant.
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.stale);
     send_number(1U, 0U, 3U);
@@ -202,7 +202,7 @@ static void a_restarted_component_is_heard_before_it_is_told(void)
 static void restart_at_random(void)
 {
     uint32_t epochs[2]  = {1U, 1U};
-    uint32_t last[2]    = {0U, 0U}; // Highest number each has seen; numbers only ever grow.
+    uint32_t last[2]    = {0U, 0U}; // Highest number that each has seen; numbers only increase.
     uint32_t number     = 1U;
     unsigned deliveries = 0U;
     for (unsigned step = 0U; step < 20000U; step++) {
@@ -233,7 +233,7 @@ static void no_history_of_restarts_doubles_or_disorders(void)
     party_in_each_form(&party, restart_at_random);
 }
 
-// ---- Frames that are none ----
+// ---- Malformed frames ----
 
 typedef struct {
     uint16_t magic;
@@ -320,7 +320,7 @@ static void break_each_field(void)
     bad[2].version    = 2U;
     bad[3].kind       = 4U;
     bad[4].kind       = 255U;
-    bad[5].from       = 99U; // No peer.
+    bad[5].from       = 99U; // An unknown peer.
     bad[6].from       = 17U; // Itself.
     bad[7].to         = 18U;
     bad[8].from_epoch = 0U;
@@ -379,7 +379,7 @@ static void claim_credit(void)
     inject(&header, 0U);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(1U), party_id(0U)));
-    header.taken = 4U; // An older claim takes nothing back.
+    header.taken = 4U; // An older claim does not reduce the credit.
     inject(&header, 0U);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(1U), party_id(0U)));
@@ -486,7 +486,7 @@ static void both_forms_behave_as_one(void)
         const unsigned other = (who + 1U + draw(PARTY_MEMBERS - 1U)) % PARTY_MEMBERS;
         const size_t size    = draw(3U) == 0U ? draw(MESSAGE_PAYLOAD_MAX) : draw(40U);
         kind                 = ((kind == 0U) && (draw(20U) > 0U)) ? 99U : kind;
-        if (kind == 0U) { // Dies with all read: what is left unread lies in different places.
+        if (kind == 0U) { // It dies with everything read, because unread blocks are kept in different places.
             while (act(&party, 99U, who, 0U, 0U, 0U).status != STATUS_EMPTY) {
             }
             while (act(&mirror, 99U, who, 0U, 0U, 0U).status != STATUS_EMPTY) {

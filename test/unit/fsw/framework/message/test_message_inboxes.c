@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One inbox for each peer, and what of a window is kept for those who must get through.
+// One inbox for each peer, and the part of a window that is reserved for urgent requests.
 #include "fsw/framework/message/message.h"
 
 #include "test/unit/fsw/framework/message/party.h"
@@ -56,7 +56,7 @@ static void expect_nothing(unsigned index)
     TEST_ASSERT_EQUAL(0U, size);
 }
 
-// ---- What is kept for those who must get through ----
+// ---- The reserve ----
 
 static void fill_up_to_the_reserve(void)
 {
@@ -116,7 +116,7 @@ static status_t receive_of_member_2(unsigned index, size_t* const out_size)
     return message_receive_if(end(index), &filter, &from, taken, sizeof taken, out_size);
 }
 
-/// Member 0 takes nothing of member 1 any more, and yet its own way to it stays open.
+/// Member 0 takes in nothing from member 1 any more, but its own channel to it stays open.
 static void refuse_one_peer(void)
 {
     size_t size = 0U;
@@ -126,7 +126,7 @@ static void refuse_one_peer(void)
     for (uint32_t i = 0U; i < 1000U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
         expect_number(1U, 0U, i);
-        TEST_ASSERT_EQUAL(STATUS_FULL, send_number(1U, 0U, 99U)); // No credit comes back.
+        TEST_ASSERT_EQUAL(STATUS_FULL, send_number(1U, 0U, 99U)); // No credit is returned.
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(2U, 0U, i));
         TEST_ASSERT_EQUAL(STATUS_OK, receive_of_member_2(0U, &size));
         TEST_ASSERT_EQUAL(STATUS_EMPTY, receive_of_member_2(0U, &size));
@@ -164,14 +164,14 @@ static void credit_is_taken_without_a_block(void)
     party_in_each_form(&party, take_control_alone);
 }
 
-/// The answer to a SYNC says that nothing was taken, the credit behind it that much was: in this order.
+/// The answer to a SYNC states that nothing was taken, the credit after it how much was: in this order.
 static void answer_then_give_credit(void)
 {
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
     for (unsigned i = 0U; i < 4U; i++) {
-        TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U)); // Asks.
+        TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U)); // Requests credit.
     }
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
         expect_number(1U, 0U, i);
@@ -203,7 +203,7 @@ static void blocks_come_in_order_of_arrival(void)
     party_close(&party);
 }
 
-/// Nobody but an attacker sends beyond its window.
+/// Only an attacker sends beyond its window.
 static void flood_beyond_the_window(void)
 {
     static uint8_t frame[MESSAGE_FRAME_MAX] = {0x48U, 0x4DU, 1U, 0U, 0U, 16U, 0U, 17U, 0U, 0U, 0U, 1U};

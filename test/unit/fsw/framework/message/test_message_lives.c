@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lives that the run says, and channels whose ends count differently: whatever was lost, forged or damaged,
-// one exchange of SYNC later data passes again.
+// Lives given by the run, and channels whose ends have different counts: whatever was lost, forged or
+// damaged, data passes again after one exchange of SYNC.
 #include "fsw/framework/message/message_positions.h"
 
 #include "base/octets.h"
@@ -92,13 +92,13 @@ static void inject(const uint8_t* frame, unsigned from, unsigned to)
     party_inject(&party, from, to, frame, MESSAGE_HEADER_OCTETS + 4U);
 }
 
-// ---- What the run says ----
+// ---- Lives given by the run ----
 
 static void say_the_lives_before_a_word(void)
 {
     message_set_life(end(0U), party_id(1U), 1U);
     message_set_life(end(1U), party_id(0U), 1U);
-    message_set_life(end(0U), 99U, 4U); // Nobody.
+    message_set_life(end(0U), 99U, 4U); // There is no such member.
     exchange(0U, 5U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 50U)); // Under way when it dies.
     party_restart(&party, 1U, 2U);
@@ -106,7 +106,7 @@ static void say_the_lives_before_a_word(void)
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(0U), party_id(1U)));
     TEST_ASSERT_EQUAL(1U, end(0U)->counters.abandoned);
     message_set_life(end(1U), party_id(0U), 1U);
-    // It has not said a word, and yet the first that it is told arrives.
+    // It has not sent a frame, but the first one to it arrives.
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 60U));
     TEST_ASSERT_EQUAL(60U, next_number(1U));
     TEST_ASSERT_EQUAL((party.form == PARTY_RING) ? 0U : 1U, message_stale_frames(end(1U)));
@@ -146,12 +146,12 @@ static void other_lives_than_that_change_nothing(void)
     party_in_each_form(&party, hear_other_lives);
 }
 
-/// Without a run that says lives, the first word to a life that nobody has heard of cannot be judged.
+/// Without lives from the run, the first frame to a life that was never heard cannot be judged.
 static void tell_somebody_unheard(void)
 {
     party_restart(&party, 1U, 2U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 1U));
-    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U)); // But is answered at once:
+    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U)); // But it is answered at once:
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.stale);
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.syncs);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U));
@@ -167,13 +167,13 @@ static void a_first_word_that_is_lost_is_told(void)
     party_in_each_form(&party, tell_somebody_unheard);
 }
 
-/// The supervisor has ordered a start and dies: its position is of the peer's life before.
+/// The supervisor has ordered a start and dies: its position is of the peer's previous life.
 static void resume_after_a_start(void)
 {
     message_position_t position;
     uint8_t kept[64];
     exchange(0U, 5U);
-    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 50U)); // Waits when both die.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 50U)); // The block waits when both die.
     party_take_in(&party, 0U);
     message_take_control(end(0U));
     TEST_ASSERT_TRUE(message_position(end(0U), 0U, &position));
@@ -238,7 +238,7 @@ static void lose_at_random(void)
         party.fate = NULL;
         take_all(0U);
         take_all(1U);
-        for (unsigned who = 0U; who < 2U; who++) { // SYNC there and back.
+        for (unsigned who = 0U; who < 2U; who++) { // SYNC in both directions.
             message_probe(end(who), party_id(1U - who));
             take_all(1U - who);
             take_all(who);
@@ -261,8 +261,7 @@ static void one_exchange_later_all_is_counted_and_data_passes(void)
 static void be_far_ahead(void)
 {
     exchange(0U, 3U);
-    end(0U)->places[0].channel.sent +=
-        100U; // As it is after a forged credit, or in an endpoint that was copied.
+    end(0U)->places[0].channel.sent += 100U; // As after a forged credit, or in a copied endpoint.
     end(0U)->places[0].channel.credited += 100U;
     unsigned passed = 0U;
     for (uint32_t i = 0U; i < 200U; i++) {
@@ -271,7 +270,7 @@ static void be_far_ahead(void)
         TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U));
         (void)next_number(1U);
     }
-    TEST_ASSERT_EQUAL(197U, passed); // The third in a row brings SYNC.
+    TEST_ASSERT_EQUAL(197U, passed); // The third failure in a row causes a SYNC.
     TEST_ASSERT_EQUAL(103U, end(1U)->counters.lost);
 }
 
@@ -342,7 +341,7 @@ static void a_forged_life_is_corrected_where_nobody_says_lives(void)
     party_close(&party);
 }
 
-/// Good frames of both sides with octets changed, at random, and lives said or not.
+/// Good frames of both sides with octets changed, at random, with and without lives from the run.
 static void damage_at_random(void)
 {
     for (unsigned round = 0U; round < 3000U; round++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A receiver that is too slow, and ways that are cut: nothing is lost without being counted, and all goes on
-// after.
+// A receiver that is too slow, and connections that are cut: nothing is lost without being counted, and data
+// passes again afterwards.
 #include "test/unit/fsw/framework/message/party.h"
 
 #include "unity.h"
@@ -9,8 +9,8 @@
 
 #define PACKETS 60000U
 #define OCTETS 1000U
-#define STALL_MAX 400U ///< Packets offered while the receiver sleeps, at most.
-#define PATIENCE 64U   ///< Attempts to send within which a mended way is found.
+#define STALL_MAX 400U ///< Packets offered while the receiver does not read, at most.
+#define PATIENCE 64U   ///< Attempts to send within which a restored connection is detected.
 
 static party_t party;
 static uint8_t packet[OCTETS];
@@ -48,7 +48,7 @@ static status_t send_numbered(unsigned from, unsigned to, uint32_t number)
     return party_send(&party, from, to, packet, sizeof packet);
 }
 
-/// The next packet of a member, whole and as it was sent: its number, or UINT32_MAX if there is none.
+/// The next packet of a member, complete and as it was sent: its number, or UINT32_MAX if there is none.
 static uint32_t take_numbered(unsigned index)
 {
     uint32_t number       = 0U;
@@ -73,7 +73,7 @@ static uint8_t accepted[PACKETS];
 static uint32_t next_expected;
 static uint32_t delivered;
 
-/// Take up to `limit` packets, each the next that was accepted.
+/// Take up to `limit` packets; each must be the next accepted one.
 static void take_some(uint32_t limit)
 {
     for (uint32_t i = 0U; i < limit; i++) {
@@ -109,7 +109,7 @@ static void send_to_a_sleeper(void)
         } else {
             take_some(random_below(3U));
         }
-        (void)take_numbered(0U); // The sender takes in what gives it credit.
+        (void)take_numbered(0U); // The sender takes in the frames that return credit.
     }
     take_some(UINT32_MAX);
     TEST_ASSERT_EQUAL(PACKETS, delivered + refused);
@@ -126,9 +126,9 @@ static void a_slow_receiver_loses_nothing_silently(void)
     party_in_each_form(&party, send_to_a_sleeper);
 }
 
-// ---- Ways that are cut ----
+// ---- Connections that are cut ----
 
-/// Lost on the way, without a word to the sender.
+/// Lost on the way, without notice to the sender.
 static status_t lose(party_t* cut, unsigned from, unsigned to, const uint8_t* frame, size_t size)
 {
     (void)cut;
@@ -149,7 +149,7 @@ static void exchange(unsigned rounds)
     }
 }
 
-/// Both ends send into the cut way until they are refused. Returns the packets that each has lost.
+/// Both ends send into the cut connection until they are refused. Returns the packets that each has lost.
 static uint32_t lose_both_windows(void)
 {
     uint32_t lost = 0U;
@@ -200,8 +200,9 @@ static void ask_after_a_hint(void)
     exchange(1U);
     TEST_ASSERT_TRUE(lose_both_windows() > 0U);
     message_probe(&party.members[0].endpoint, party_id(1U));
-    message_probe(&party.members[0].endpoint, party_id(2U)); // Nothing was sent there: nothing to ask.
-    message_probe(&party.members[0].endpoint, 99U);          // Nobody.
+    // Nothing was sent there, so nothing is requested.
+    message_probe(&party.members[0].endpoint, party_id(2U));
+    message_probe(&party.members[0].endpoint, 99U); // There is no such peer.
     TEST_ASSERT_EQUAL(0U, party.frames[0][2]);
     TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
     TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
@@ -214,7 +215,7 @@ static void a_hint_asks_at_once(void)
     party_in_each_form(&party, ask_after_a_hint);
 }
 
-/// Only frames of credit are lost, as it were those from 1 to 0.
+/// Only frames of credit are lost, here those from 1 to 0.
 static status_t lose_answers(party_t* cut, unsigned from, unsigned to, const uint8_t* frame, size_t size)
 {
     (void)cut;
@@ -262,7 +263,7 @@ static void asking_does_not_fill_the_way(void)
     party_in_each_form(&party, flood_a_sleeper);
 }
 
-/// However long the way was cut, the ends find out within a bounded number of attempts.
+/// However long the connection was cut, the ends detect it within a bounded number of attempts.
 static void cut_for_long(void)
 {
     exchange(3U);

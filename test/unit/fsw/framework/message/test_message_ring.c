@@ -100,7 +100,7 @@ static void a_block_comes_in_two_parts(void)
     uint8_t storage[24];
     message_ring_t ring;
     message_ring_init(&ring, storage, sizeof storage);
-    for (size_t size = 0U; size <= sizeof octets; size++) { // Over the end of the storage, too.
+    for (size_t size = 0U; size <= sizeof octets; size++) { // Also across the end of the storage.
         for (size_t head_size = 0U; head_size <= sizeof octets; head_size++) {
             const size_t first = (size < head_size) ? size : head_size;
             uint8_t head[8]    = {0};
@@ -112,7 +112,7 @@ static void a_block_comes_in_two_parts(void)
             TEST_ASSERT_EQUAL(size, told);
             TEST_ASSERT_TRUE(memcmp(octets, head, first) == 0);
             TEST_ASSERT_TRUE(memcmp(&octets[first], rest, size - first) == 0);
-            if (size > first) { // No room for all of the rest: the head is there, the next block unharmed.
+            if (size > first) { // No room for the whole rest: the head is there, the next block is unchanged.
                 TEST_ASSERT_EQUAL(STATUS_OK, message_ring_put(&ring, octets, size));
                 TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, message_ring_take_parts(&ring, head, head_size, rest,
                                                                             size - first - 1U, &told));
@@ -136,7 +136,7 @@ static void the_largest_block_survives(void)
     for (size_t i = 0U; i < sizeof octets; i++) {
         octets[i] = (uint8_t)draw(256U);
     }
-    for (unsigned round = 0U; round < 3U; round++) { // The second and third go around the end.
+    for (unsigned round = 0U; round < 3U; round++) { // The second and third cross the end of the storage.
         TEST_ASSERT_EQUAL(STATUS_OK, message_ring_put(&ring, octets, sizeof octets));
         TEST_ASSERT_EQUAL(STATUS_OK, message_ring_take(&ring, out, sizeof out, &size));
         TEST_ASSERT_EQUAL(sizeof octets, size);
@@ -144,7 +144,7 @@ static void the_largest_block_survives(void)
     }
 }
 
-typedef struct { // The same as a plain list.
+typedef struct { // Model: the same as a plain list.
     uint8_t octets[MODEL_BLOCKS][MODEL_OCTETS];
     size_t sizes[MODEL_BLOCKS];
     unsigned count;
@@ -244,7 +244,7 @@ static void a_run_of_octets_fills_another_ring(void)
     TEST_ASSERT_EQUAL(STATUS_OK, message_ring_put(&first, (const uint8_t*)"defgh", 5U));
     TEST_ASSERT_EQUAL(0U, message_ring_copy(&first, run, 15U));
     TEST_ASSERT_EQUAL(16U, message_ring_copy(&first, run, sizeof run));
-    for (size_t cut = 0U; cut < 16U; cut++) { // What is cut is refused.
+    for (size_t cut = 0U; cut < 16U; cut++) { // Truncated content is refused.
         message_ring_init(&second, second_storage, sizeof second_storage);
         message_ring_refill(&second, run, cut);
         TEST_ASSERT_EQUAL((cut >= 7U) ? 1U : 0U, second.blocks);
@@ -258,7 +258,7 @@ static void a_run_of_octets_fills_another_ring(void)
     TEST_ASSERT_EQUAL_MEMORY("defgh", block, 5U);
     message_ring_refill(&second, run, 16U);
     message_ring_refill(&second, run, 16U);
-    message_ring_refill(&second, run, 16U); // No room: in order or not at all.
+    message_ring_refill(&second, run, 16U); // No room: all blocks in order, or none.
     TEST_ASSERT_EQUAL(4U, second.blocks);
     TEST_ASSERT_EQUAL(1U, second.refused);
     (void)memset(run, 0xFF, sizeof run);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the way delivers twice: a frame is a block once, credit is given once.
+// Frames that the network delivers twice: a frame becomes a block once, credit is given once.
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/message_frame.h"
 
@@ -67,7 +67,7 @@ static void drop_again(uint32_t count)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-/// The network delivers each frame of half a window again: at once, when the window has been taken, and when
+/// The network delivers each frame of half a window again: at once, after the window was taken in, and while
 /// the next one waits behind it.
 static void deliver_twice(void)
 {
@@ -93,7 +93,7 @@ static void deliver_twice(void)
         again++;
         drop_again(again);
     }
-    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U)); // Takes its credit.
+    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U)); // Takes in its credit.
     for (uint32_t i = 0U; i < window; i++) {        // Late, before the next ones.
         header.sequence = 3U + i;
         inject(&header, 4U);
@@ -117,7 +117,7 @@ static void a_frame_that_comes_twice_is_delivered_once(void)
     party_in_each_form(&party, deliver_twice);
 }
 
-/// Credit that is told twice is given once, also when more has been sent in between.
+/// Credit that is stated twice is given once, also if more was sent in between.
 static void claim_credit_twice(void)
 {
     message_frame_t header = first;
@@ -137,7 +137,7 @@ static void claim_credit_twice(void)
         send_number(1U, 0U, 10U + i);
     }
     for (unsigned k = 0U; k < 3U; k++) {
-        inject(&header, 0U); // Says no more than before.
+        inject(&header, 0U); // States no more than before.
         TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
         TEST_ASSERT_EQUAL(MESSAGE_WINDOW - 5U, message_credit(end(1U), party_id(0U)));
         TEST_ASSERT_EQUAL(5U * (MESSAGE_HEADER_OCTETS + 4U), end(1U)->places[0].channel.under_way);

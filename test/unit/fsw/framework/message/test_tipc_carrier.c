@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The TIPC carrier against a kernel that is mocked: what it sends where, what comes back, strangers, and
+// The TIPC carrier with a mocked kernel: destination of frames, returned messages, unknown senders, and
 // hints.
 #include "fsw/framework/message/tipc_carrier.h"
 
@@ -238,7 +238,7 @@ static void a_peer_that_is_there_again_is_asked(void** state)
     assert_int_equal(1U, endpoint.counters.syncs);
 }
 
-/// A name that is gone is no reason not to send: what is true the peer says itself.
+/// A removed name is no reason not to send: the peer itself reports its state.
 static void a_hint_forbids_nothing(void** state)
 {
     (void)state;
@@ -252,7 +252,7 @@ static void without_a_watch_there_are_no_hints(void** state)
     osal_socket_t closed = {.descriptor = -1};
     (void)state;
     message_tipc_carrier_init(&carrier, &plug, NULL, TYPE, (message_delivery_notice_t){NULL, delivered});
-    message_tipc_carrier_take_hints(&carrier, &endpoint); // Nobody is asked.
+    message_tipc_carrier_take_hints(&carrier, &endpoint); // No query is sent.
     message_tipc_carrier_init(&carrier, &plug, &closed, TYPE, (message_delivery_notice_t){NULL, delivered});
     message_tipc_carrier_take_hints(&carrier, &endpoint);
 }

@@ -137,7 +137,7 @@ static void an_entry_is_read_without_the_lock(void)
     const parameter_entry_t* entry = NULL;
     octet_writer_t writer          = octet_writer(octets, 23U);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, VALUES, &entry));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock(&dictionary.mutex)); // Its holder may be at anything else.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock(&dictionary.mutex)); // Its holder may be in any operation.
 #ifndef THREAD_CHECKS
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_read_entry(&dictionary, entry, &writer));
     TEST_ASSERT_EQUAL_UINT64(23U, writer.position);
@@ -153,7 +153,7 @@ static void an_entry_is_read_without_the_lock(void)
     TEST_ASSERT_EQUAL_UINT32(24U, dictionary.refusals.no_room);
 }
 
-/// The octets of the value are laid over the guard, which looks as if the owner had come in between.
+/// The octets of the value overlap the guard, as if the owner had written in between.
 static void a_read_that_the_owner_overtakes_takes_the_lock(void)
 {
     static const uint8_t expected[] = {0x3F, 0x80, 0x00, 0x00};
@@ -233,7 +233,7 @@ static void a_write_changes_all_fields_or_none(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_set_bounds(&dictionary, UNKNOWN, "TARGET", 0.0, 1.0));
 }
 
-/// NaN and infinity are refused without any bounds in the descriptor too; a BOOL is 0 or 1.
+/// NaN and infinity are refused even without bounds in the descriptor; a BOOL is 0 or 1.
 static void refuses_what_is_no_value_of_the_type(void)
 {
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -249,7 +249,7 @@ static void refuses_what_is_no_value_of_the_type(void)
     TEST_ASSERT_EQUAL_FLOAT(1.0F, rate);
 }
 
-/// Every structure read can be written and reads back the same.
+/// Every structure that can be read can be written, and reads back the same.
 static void a_read_written_back_reads_the_same(void)
 {
     uint8_t first[23];
@@ -293,7 +293,7 @@ static void sets_initial_values_from_text(void)
     TEST_ASSERT_EQUAL_DOUBLE(-1.5, target[0]); // All or nothing.
 }
 
-/// Any order of publishing gives the same order of finding.
+/// The order of publishing does not change the order of finding.
 static void finds_all_of_many_in_any_order(void)
 {
     static char names[64][4];
@@ -321,7 +321,7 @@ static void finds_all_of_many_in_any_order(void)
     }
 }
 
-/// Entries looked at to find each of those published once.
+/// Entries compared to find each of those that were published once.
 static uint32_t count_looks(void)
 {
     uint32_t looks = 0U;
@@ -332,7 +332,7 @@ static uint32_t count_looks(void)
     return looks;
 }
 
-/// However many there are, one is found with two looks at most, on average, though the dictionary is full.
+/// A parameter is found with two comparisons at most, on average, even in a full dictionary.
 static void finding_one_of_more_does_not_take_longer(void)
 {
     static char names[MANY][24];

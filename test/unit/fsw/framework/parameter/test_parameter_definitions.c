@@ -43,7 +43,7 @@ static void a_definition_agrees_with_its_fields(void)
 {
     TEST_ASSERT_FALSE(assertion_fails(publish));
     parameter_withdraw_all(&dictionary);
-    field.type = VALUE_STRUCT; // A structure is no scalar.
+    field.type = VALUE_STRUCT; // A structure is not a scalar.
     TEST_ASSERT_TRUE(assertion_fails(publish));
     field       = fields[0];
     field.count = 0U;
@@ -86,7 +86,7 @@ static void self_test_finds_damage(void)
     for (unsigned damage = 0U; damage < 5U; damage++) {
         entries[1].definition = (damage == 0U) ? NULL : entries[1].definition;
         entries[1].storage    = (damage == 1U) ? NULL : entries[1].storage;
-        // A list that leads nowhere, in a circle, or past one of its entries.
+        // A list whose links point outside, form a circle, or skip one of its entries.
         entries[1].next_of_id = (damage == 2U) ? 2U : entries[1].next_of_id;
         entries[1].next_of_id = (damage == 3U) ? 1U : entries[1].next_of_id;
         for (unsigned i = 0U; i < 4U; i++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The owner, two commanders and three readers of one dictionary, each in a task of its own: nobody ever sees
-// half a structure, whichever way it is read or written.
+// The owner, two commanders and three readers of one dictionary, each in a task of its own: no task ever sees
+// half a structure, in any way of reading or writing.
 #include "fsw/framework/parameter/parameter.h"
 #include "test/support/consistent_parameter.h"
 
@@ -12,18 +12,18 @@
 #define READERS 3U
 #define ROUNDS 20000U
 #define PARTY_ROUNDS                                                                                         \
-    100U ///< At least so many of every party before the owner stops, whoever is scheduled when.
+    100U ///< At least this many of every party before the owner stops, independent of scheduling.
 #define VALUES PARAMETER_ID(16U, VALUE_STRUCT, 1U)
 #define COMMAND PARAMETER_ID(16U, VALUE_STRUCT, 2U)
 #define SCALE PARAMETER_ID(16U, VALUE_DOUBLE, 3U)
 #define WIRE_OCTETS 45U
 
-typedef struct { // Every number in it is the same.
+typedef struct { // All numbers in it are equal.
     uint32_t first;
     struct {
         double pair[2];
         struct {
-            uint8_t low; ///< The low octet of it.
+            uint8_t low; ///< Its low octet.
         } inner;
     } group;
     uint64_t words[2];
@@ -46,7 +46,7 @@ static const parameter_definition_t definitions[] = {
 
 typedef struct {
     osal_task_t task;
-    uint32_t number; ///< Which of its kind.
+    uint32_t number; ///< Index among its kind.
     uint32_t rounds;
     uint32_t halves; ///< Structures whose numbers do not belong together.
     uint32_t refused;

@@ -16,7 +16,8 @@ void links_name(uint16_t link, char out_name[64]);
 unsigned links_under_way(void);
 /// Take the next datagram (waits for it). Returns its size.
 size_t links_receive(uint8_t frame[LINK_FRAME_MAX]);
-/// What the kernel says to a frame sent over TIPC; not STATUS_OK: it does not leave. links_open clears it.
+/// Status that the kernel returns for a frame sent over TIPC; not STATUS_OK: the frame is not sent.
+/// links_open clears it.
 extern status_t links_tipc_status;
 /// Send octets to the socket as they are.
 void links_send(const uint8_t* octets, size_t size);

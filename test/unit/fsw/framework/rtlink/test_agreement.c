@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The refusal matrix, over small sets, against the rules of the header written down anew.
+// The refusal matrix, over small sets, against an independent form of the rules of the header.
 #include "fsw/framework/rtlink/agreement.h"
 
 #include "unity.h"
@@ -45,7 +45,7 @@ static rtlink_terms_t offer(uint32_t n)
     n /= PERIODS;
     terms.methods    = (uint8_t)(n % METHODS);
     terms.max_age_us = 1000U + terms.period_us;
-    terms.decimation = 77U; // Of an offer it means nothing.
+    terms.decimation = 77U; // It has no meaning in an offer.
     return terms;
 }
 

@@ -42,7 +42,7 @@ static void write_number(uint32_t number, uint64_t now_ns)
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_write(&producer, (uint8_t)(number % 10U), now_ns, payload));
 }
 
-/// Hand over what came by UDP, then read.
+/// Take in what arrived by UDP, then read.
 static status_t read_at(uint64_t now_ns)
 {
     while (links_under_way() > 0U) {
@@ -96,7 +96,7 @@ static void live_and_die(void)
     TEST_ASSERT_EQUAL(100U * MS, consumer.sample_time_ns);
     rtlink_producer_close(&producer);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_producer_write(&producer, 3U, 0U, payload));
-    TEST_ASSERT_EQUAL(STATUS_OK, read_at(101U * MS)); // What is known stays known until it is old.
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(101U * MS)); // A value stays known until it is old.
     TEST_ASSERT_EQUAL(STATUS_STALE, read_at(103U * MS));
     rtlink_consumer_close(&consumer);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
@@ -137,7 +137,7 @@ static void age(void)
     TEST_ASSERT_EQUAL(STATUS_STALE, read_at((52U * MS) + 1U));
     TEST_ASSERT_EQUAL(STATUS_STALE, read_at(UINT64_MAX));
     TEST_ASSERT_EQUAL(2U, consumer.counters.late);
-    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // A producer whose clock is ahead is not old.
+    TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // A sample of a producer whose clock is ahead is not old.
     expect_number(1U);
     write_number(2U, 60U * MS);
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(61U * MS));
@@ -163,7 +163,7 @@ static void skip(uint32_t decimation, const uint32_t* steps, uint32_t count, uin
             write_number(number++, 0U);
         }
         TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
-        TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // The same again is no news.
+        TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U)); // The same value again is not a new sample.
     }
     TEST_ASSERT_EQUAL(expected_lost, consumer.counters.lost);
     TEST_ASSERT_EQUAL(count, consumer.counters.frames);
@@ -174,7 +174,8 @@ static void skip(uint32_t decimation, const uint32_t* steps, uint32_t count, uin
 static void losses_are_counted_per_sample_that_should_have_come(void)
 {
     static const uint32_t each[] = {1U, 1U, 1U, 1U};
-    static const uint32_t gaps[] = {5U, 1U, 3U, 1U, 2U}; // What was written before the first read counts not.
+    // Samples written before the first read do not count as missed.
+    static const uint32_t gaps[]     = {5U, 1U, 3U, 1U, 2U};
     static const uint32_t fourths[]  = {4U, 4U, 4U};
     static const uint32_t missing[]  = {4U, 8U, 12U, 4U};
     static const uint32_t wavering[] = {4U, 5U, 3U, 4U, 7U, 1U, 2U, 6U};
@@ -294,7 +295,7 @@ static void memory_of_another_size_is_not_read(void)
     TEST_ASSERT_EQUAL(STATUS_IO, rtlink_consumer_open(&consumer, &links, LINK, &terms, 1U));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
     osal_shm_close(&foreign);
-    method = RTLINK_METHOD_SHARED_MEMORY; // What is left over is replaced by the next opening.
+    method = RTLINK_METHOD_SHARED_MEMORY; // The next opening replaces what is left over.
     open_both(1U);
     write_number(3U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
@@ -405,7 +406,8 @@ static void a_datagram_that_does_not_leave_is_counted(void)
     TEST_ASSERT_EQUAL(0U, links_under_way());
 }
 
-/// A full queue is told apart from every other reason; either way the sample is lost and the next one goes.
+/// A full queue is told apart from every other reason; in both cases the sample is lost and the next one is
+/// sent.
 static void why_a_frame_over_tipc_does_not_leave_is_told(void)
 {
     static const status_t refusals[][2] = {{STATUS_FULL, STATUS_FULL},
@@ -446,14 +448,14 @@ static void a_name_that_cannot_be_is_said(void)
     (void)strcpy(wanted_name, "no/name");
     TEST_ASSERT_EQUAL(STATUS_IO, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_consumer_open(&consumer, &named, LINK, &terms, 1U));
-    links_name(LINK, wanted_name); // Something else has the name and does not give it up.
+    links_name(LINK, wanted_name); // Another program uses the name and does not release it.
     char folder[80] = "/dev/shm";
     (void)strcat(folder, wanted_name);
     TEST_ASSERT_EQUAL(0, mkdir(folder, 0700));
     TEST_ASSERT_EQUAL(STATUS_IO, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
     TEST_ASSERT_EQUAL(0, rmdir(folder));
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
-    wanted_name[0] = '\0'; // The name is known no more: the memory goes with the process.
+    wanted_name[0] = '\0'; // The name is no longer known: the memory disappears with the process.
     rtlink_producer_close(&producer);
     TEST_ASSERT_FALSE(producer.is_open);
     links_name(LINK, wanted_name);

@@ -36,7 +36,7 @@ static void open_link(uint16_t link, rtlink_producer_t* producer, rtlink_consume
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_open(consumer, &links, link, &terms, 1U));
 }
 
-/// Sleep until a sample has come that was not read before. Its first octet, or 256 when none came in time.
+/// Sleep until a sample has come that was not read before. Its first octet, or 256 if none came in time.
 static unsigned next_sample(rtlink_consumer_t* consumer)
 {
     osal_doorbell_t* const bell = rtlink_consumer_doorbell(consumer);

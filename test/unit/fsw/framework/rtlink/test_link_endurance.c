@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Links at their rates for a long time: nothing lost, torn or out of order, and every read is of the latest
+// Links at their rates for a long time: nothing lost, torn or out of order, and every read gets the latest
 // sample. In lock-step, so that simulated minutes take seconds and every figure is exact.
 #include "fsw/framework/rtlink/link_channel.h"
 
@@ -19,12 +19,12 @@
 #define DECIMATION 5U
 #define EPOCH 7U
 
-typedef struct { // Figures of all readers of one process; zero is as it should be.
+typedef struct { // Figures of all readers of one process; all must be zero.
     uint32_t reads;
     uint32_t torn;     ///< Payloads whose words do not belong together.
     uint32_t not_last; ///< Reads of another sample than the last written.
     uint32_t not_ok;   ///< Reads with another status.
-    uint32_t lost;     ///< What the consumers counted themselves, of every kind.
+    uint32_t lost;     ///< Counters of the consumers, added up.
 } figures_t;
 
 static rtlink_producer_t producer;
@@ -72,7 +72,7 @@ static void write_sample(uint32_t number, uint64_t now_ns)
                                                        (const uint8_t*)payload));
 }
 
-/// What is read at `now_ns` is sample `number`, which was written at that time.
+/// The sample read at `now_ns` must be sample `number`, which was written at that time.
 static void read_sample(rtlink_consumer_t* consumer, uint32_t number, uint64_t now_ns, figures_t* figures)
 {
     uint32_t expected[WORDS];
@@ -107,7 +107,7 @@ static void read_all(uint32_t number, uint64_t now_ns, figures_t* figures)
     }
 }
 
-/// Add up what the readers counted themselves.
+/// Add up the counters of the readers.
 static void close_figures(uint32_t samples, figures_t* figures)
 {
     for (unsigned i = 0U; i <= reader_count; i++) {
@@ -181,7 +181,7 @@ static int await(osal_lockstep_t* scheduler, unsigned participant, uint32_t numb
     return (grant.now_ns == wake_ns) ? WELL : WRONG_TIME;
 }
 
-/// Everything it finds goes into the figures. Returns its exit code.
+/// All findings go into the figures. Returns its exit code.
 static int consume(osal_lockstep_t* scheduler, figures_t* figures)
 {
     const rtlink_terms_t agreed = terms(RTLINK_METHOD_SHARED_MEMORY, SLOT_NS / 1000U);
@@ -228,7 +228,7 @@ static pid_t start(unsigned participant, osal_lockstep_t* scheduler, figures_t* 
 }
 
 /// However long the processes wait for a processor, only they themselves end the run; if one ends badly, the
-/// other is let go.
+/// other is released.
 static void ten_kilohertz_for_one_minute_between_processes(void)
 {
     osal_shm_t shm;

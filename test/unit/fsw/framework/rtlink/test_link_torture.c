@@ -10,8 +10,8 @@
 
 #define LINK 1U
 #define READERS 3U
-#define SAMPLES 800000U // At least so many.
-#define READS_AMID 10U  // Of every reader before the writer ends, whoever is scheduled when.
+#define SAMPLES 800000U // At least this many.
+#define READS_AMID 10U  // By every reader before the writer ends, independent of scheduling.
 #define OCTETS RTLINK_PAYLOAD_MAX
 
 typedef struct {
@@ -103,7 +103,7 @@ static void no_sample_is_ever_torn(void)
         TEST_ASSERT_EQUAL(0U, readers[i].backwards);
         TEST_ASSERT_TRUE(readers[i].reads >= READS_AMID);
         TEST_ASSERT_EQUAL(number - 1U, readers[i].consumer.sequence);
-        // What was read and what was counted as missed are all there was behind the first.
+        // Samples read and samples counted as missed are together all after the first.
         TEST_ASSERT_EQUAL(0U, readers[i].consumer.counters.refused);
         TEST_ASSERT_TRUE((readers[i].consumer.counters.frames + readers[i].consumer.counters.lost) <= number);
         rtlink_consumer_close(&readers[i].consumer);

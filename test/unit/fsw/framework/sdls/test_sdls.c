@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the receiver takes and what it refuses. The frames of test_known_answers were made by another
+// Frames that the receiver accepts and refuses. The frames of test_known_answers were made by another
 // implementation of AES-GCM (pyca/cryptography, which is OpenSSL); test/unit/gse/test_ground_sdls.py has the
 // same octets.
 #include "base/octets.h"
@@ -112,7 +112,7 @@ static void test_last_number(void)
     TEST_ASSERT_EQUAL(STATUS_OK, take());
     TEST_ASSERT_EQUAL_HEX8(0x55U, shown.packet[0]);
     TEST_ASSERT_EQUAL(STATUS_STALE, take());
-    frame.count = 0U; // No number comes round.
+    frame.count = 0U; // Numbers do not wrap.
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("c"));
     sdls_begin(&session);
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("c"));
@@ -153,10 +153,10 @@ static void test_two_connections_keep_their_sessions(void)
     seal(&frame, sealer_key, (const uint8_t*)"b", 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
     sdls_accept(&receiver, &other);
-    frame.session = 1U; // The older one goes on where it is bound,
+    frame.session = 1U; // The older session continues on the connection to which it is bound,
     frame.count   = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, take_text("c"));
-    frame.count = 2U; // and nowhere else.
+    frame.count = 2U; // and on no other.
     seal(&frame, sealer_key, (const uint8_t*)"d", 1U);
     TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
     sdls_begin(&other);
@@ -195,7 +195,7 @@ static void test_each_octet_and_each_bit_counts(void)
     TEST_ASSERT_EQUAL(STATUS_OK, take());
 }
 
-/// Change a field of the primary header, with a MAC that is right: the header is looked at first.
+/// Change a field of the primary header, with a correct MAC: the header is checked first.
 static void header(const size_t offset, const uint8_t octet)
 {
     seal(&frame, sealer_key, (const uint8_t*)"ping", 4U);
@@ -214,7 +214,7 @@ static void test_headers_of_others(void)
     header(4U, 0x01U); // Numbered.
     header(3U, SDLS_FRAME_MIN - 2U);
     refused(SDLS_REFUSED_FRAME, 7U);
-    frame.octets[2] = 0x03U; // The longest there is: its end has not come.
+    frame.octets[2] = 0x03U; // The longest possible one: its end has not arrived.
     frame.octets[3] = 0xFFU;
     TEST_ASSERT_EQUAL(STATUS_TRUNCATED, look());
 }
@@ -240,7 +240,7 @@ static void test_a_vector_has_twelve_octets(void)
     static const uint8_t one = 1U;
     struct gcm_aes256_ctx cipher;
     seal(&frame, sealer_key, &one, 1U);
-    frame.octets[11] = 1U; // A number of more than 64 bits, with a MAC that is right.
+    frame.octets[11] = 1U; // A number of more than 64 bits, with a correct MAC.
     gcm_aes256_set_key(&cipher, sealer_key);
     gcm_aes256_set_iv(&cipher, GCM_IV_SIZE, &frame.octets[8]);
     gcm_aes256_update(&cipher, SDLS_CLEAR_OCTETS, frame.octets);
@@ -289,7 +289,7 @@ static void test_parts_out_of_place(void)
     part(SEALER_LAST | 1U, 1U, STATUS_OUT_OF_RANGE);
     part(SEALER_LAST, 1U, STATUS_OK);
     refused(SDLS_REFUSED_PARTS, 6U);
-    sdls_begin(&session); // Half a packet ends with its connection.
+    sdls_begin(&session); // Half a packet is discarded with its connection.
     frame.session++;
     frame.count = 0U;
     part(SEALER_FIRST, 1U, STATUS_OK);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A hundred thousand hostile frames of each of ten seeds, with all that an attacker on the link can have:
-// every frame that was ever sent, delivered or not, on the operator's connection and on others, before and
-// after restarts. None may be accepted, and each telecommand of the operator must be.
+// A hundred thousand hostile frames of each of ten seeds, with everything that an attacker on the link can
+// have: every frame that was ever sent, delivered or not, on the operator's connection and on others, before
+// and after restarts. The receiver must accept none of them, and each telecommand of the operator.
 #include "base/octets.h"
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
@@ -109,12 +109,13 @@ static void flip(sealed_t* const frame)
 static void truncate_frame(sealed_t* const frame)
 {
     frame->size -= 1U + random_below((uint32_t)frame->size - 1U);
-    if ((random_below(2U) == 0U) && (frame->size >= SDLS_FRAME_MIN)) { // Where its length says the same.
+    if ((random_below(2U) == 0U) && (frame->size >= SDLS_FRAME_MIN)) {
+        // Without a change of its length field.
         octets_put_u16(&frame->octets[2], (uint16_t)(frame->size - 1U));
     }
 }
 
-/// Headers of a frame that is expected, everything else of one that was recorded, or of nobody.
+/// Headers of an expected frame, the rest from a recorded one or at random.
 static void splice(sealed_t* const frame, const bool is_forged)
 {
     const sealed_t* const other = &tape[random_below(TAPE) % taped];
@@ -137,7 +138,7 @@ static void make(const kind_t kind, sealed_t* const frame)
     case TRUNCATE:
         truncate_frame(frame);
         break;
-    case REORDER: { // A later one of the operator's overtakes.
+    case REORDER: { // A later frame of the operator overtakes it.
         const sealed_t kept = next;
         prepare(kept.session, kept.count + 1U + random_below(3U));
         *frame = next;
@@ -187,12 +188,12 @@ static void campaign(const uint64_t seed)
         } else if (what < 65U) {
             hang_up();
         } else if (what < 70U) {
-            record(&next); // Lost on the way, and kept by the attacker: the session is over.
+            record(&next); // Lost on the way, and recorded by the attacker: the session is over.
             hang_up();
             serve();
         } else if (what < 75U) {
             restart();
-            serve(); // Until then the attacker's frames of a session never seen would be as good as ours.
+            serve(); // Before that, the attacker's frames of an unused session would be as good as ours.
         } else if (what < 85U) {
             sdls_begin(&hostile);
         } else {

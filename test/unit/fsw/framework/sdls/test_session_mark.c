@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mark over power cuts, decay and disks that refuse: it never goes back.
+// The session mark across power cuts, decay and failing disks: it never decreases.
 #include "fsw/framework/sdls/session_mark.h"
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
@@ -51,7 +51,7 @@ static void test_a_copy_may_decay(void)
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, 5U));
     for (size_t octet = 0U; octet < (SESSION_MARK_APART + SESSION_MARK_RECORD); octet++) {
         recorded.image[0].octets[octet] ^= 0x10U;
-        open_it(5U); // Mends it.
+        open_it(5U); // Repairs it.
     }
     memset(recorded.image[0].octets, 0, SESSION_MARK_APART + SESSION_MARK_RECORD);
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
@@ -90,7 +90,7 @@ static void test_a_disk_that_refuses(void)
     recorded.fail_from = 0U;
 }
 
-/// The disk as it may be after a power cut in an operation: of it, `size` octets.
+/// A possible disk after a power cut in an operation: `size` octets of the operation are on it.
 static void cut(const size_t operation, const size_t size)
 {
     for (size_t i = 0U; i < operation; i++) {

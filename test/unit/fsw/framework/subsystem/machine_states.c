@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#define LONGEST_WALK 16U // More actions than any walk may have.
+#define LONGEST_WALK 16U // More actions than any walk has.
 
 static void done(state_machine_t* machine)
 {

@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 
-#define WALK_TEXT 32U ///< Characters a walk needs.
+#define WALK_TEXT 32U ///< Longest walk [characters].
 
 /// A machine at rest in a rest state (3, 4, 5 and 6 with a configuration), or in a pass state with its action
 /// running: 1 and 2 on the way to 3, 7 on the way to 3, 8 and 9 on the way to 0.

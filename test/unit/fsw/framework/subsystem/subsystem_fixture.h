@@ -23,7 +23,8 @@
 #define FIXTURE_APID 16U
 #define FIXTURE_USER 1U
 #define FIXTURE_SUPERVISOR 0x8001U
-#define FIXTURE_PERIOD_NS 1000000ULL ///< Of both configurations; without one it is ten times as long.
+/// Of both configurations; without a configuration it is ten times as long.
+#define FIXTURE_PERIOD_NS 1000000ULL
 #define FIXTURE_ALONE 1U
 #define FIXTURE_LINKED 2U
 
@@ -51,18 +52,18 @@ typedef struct {
     uint16_t source;                ///< Of the next telecommands.
     uint8_t ack;                    ///< Of the next telecommands.
     bool has_many_users;            ///< Reports may go to anybody.
-    bool is_port_closed;            ///< The port refuses everything.
+    bool is_port_closed;            ///< The port refuses all reports.
     bool shows_actions;             ///< Callbacks of actions become lines.
     bool shows_cycle;               ///< sense, control and emit become lines.
     bool shows_status;              ///< TM[129,5] and TM[3,25] become lines.
-    status_t results[ACTION_COUNT]; ///< What an action ends with.
-    unsigned delays[ACTION_COUNT];  ///< How often it says STATUS_BUSY before that.
+    status_t results[ACTION_COUNT]; ///< Status with which an action ends.
+    unsigned delays[ACTION_COUNT];  ///< Number of STATUS_BUSY results before that.
     void (*in_sense)(void);         ///< Called from the callback of that name.
     void (*in_control)(void);
     void (*in_action)(state_action_t action);
     status_t (*in_perform)(const subsystem_function_t* function);
     fixture_move_t moved;            ///< Arguments of the last MOVE.
-    pus_link_properties_t supported; ///< What the last refusal of a link says.
+    pus_link_properties_t supported; ///< Properties in the last refusal of a link.
     uint32_t last_call_token;
     uint16_t next_sequence; ///< Number that the next report has.
     uint32_t set_id;        ///< Last parameter_set.
@@ -86,7 +87,7 @@ extern const uint32_t fixture_count_id;
 void fixture_open(const char* xml);
 /// The same after fixture_close, with the built-in descriptor in which `old` is replaced wherever it stands.
 void fixture_open_with(const char* old, const char* with);
-/// Begin anew with another configuration of the component; time goes on.
+/// Start again with another configuration of the component; time continues.
 void fixture_begin(const subsystem_config_t* config);
 /// A component with a descriptor that was refused.
 void fixture_open_invalid(void);
@@ -106,7 +107,7 @@ uint16_t fixture_order(state_t target, state_cause_t cause);
 uint16_t fixture_select(uint16_t configuration);
 /// TC[8,1] with the arguments as they are on the wire.
 uint16_t fixture_function(const char* name, const void* arguments, size_t size);
-/// Bring octets as they are.
+/// Deliver octets unchanged.
 void fixture_accept(const uint8_t* octets, size_t size);
 /// A report of the supervisor: its heartbeat.
 void fixture_heartbeat(void);

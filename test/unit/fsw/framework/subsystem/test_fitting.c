@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a descriptor may hold and a program cannot do is told with its line before the program starts.
+// A descriptor with something that the program cannot do is refused with its line before the program starts.
 #include "fsw/framework/subsystem/fitting.h"
 
 #include "fsw/framework/descriptor/descriptor.h"

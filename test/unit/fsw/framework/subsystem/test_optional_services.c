@@ -94,7 +94,7 @@ static void they_are_stepped_in_every_cycle_in_offline_too(void)
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     const uint32_t before = storage.steps;
     fixture_run(100U);
-    TEST_ASSERT_EQUAL_UINT32(before + 100U, storage.steps); // Also where the component counts anew.
+    TEST_ASSERT_EQUAL_UINT32(before + 100U, storage.steps); // Also after the component has started again.
 }
 
 static void records_go_to_the_service_they_are_of(void)
@@ -237,7 +237,7 @@ static void parameters_are_reached_by_address_across_their_borders(void)
     request(9U);
     TEST_ASSERT_TRUE(fixture_has("1.8 #"));
     start_request(MEMORY_PARAMETERS, 0U, false);
-    add_data(0x8000U, "x", 1U); // Nothing lies there.
+    add_data(0x8000U, "x", 1U); // No memory has this address.
     request(2U);
     TEST_ASSERT_TRUE(fixture_has("1.8 #"));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of docs/states.md row by row. They are written down here as the text has them, as walks, and not
-// as the code has them.
+// The tables of docs/states.md row by row. They are written here as the page has them, as walks, and not as
+// the code has them.
 #include "fsw/framework/subsystem/state_machine.h"
 
 #include "test/unit/fsw/framework/subsystem/machine_states.h"
@@ -131,7 +131,8 @@ static void a_refused_descriptor_stays_offline(void)
     TEST_ASSERT_EQUAL(PHASE_INVALID, machine.phase);
 }
 
-// "event in". "log" and "stay" change nothing: what was on its way goes on, as the walk behind the bar tells.
+// "event in". "log" and "stay" change nothing: the transition under way continues, as the walk after the bar
+// shows.
 static const char* const event_rows[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
     [EVENT_NETWORK_FAILED]  = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
@@ -175,11 +176,11 @@ static void an_error_goes_to_six_before_anything_else(void)
     }
 }
 
-// Columns "on DONE" and "on FAILED or TIMEOUT" of the table of states: all that follows, walk and rest.
+// Columns "on DONE" and "on FAILED or TIMEOUT" of the table of states: the complete walk and its rest state.
 typedef struct {
     state_action_t action;
     const char* on_done;
-    const char* on_failed; // When everything after it succeeds.
+    const char* on_failed; // If all later actions succeed.
     state_phase_t rests_done;
     state_phase_t rests_failed;
     state_action_t next_failed; // Action that follows the failure.
@@ -247,7 +248,7 @@ static void on_the_way_down_nothing_stops_a_failure(void)
     }
 }
 
-/// What failed belongs to the request before: one that then succeeds is not told as failed.
+/// The failure belongs to the request before: a later request that succeeds is not reported as failed.
 static void a_failure_is_forgotten_by_the_next_request(void)
 {
     for (unsigned i = 0U; i < (sizeof outcome_rows / sizeof outcome_rows[0]); i++) {
@@ -285,7 +286,8 @@ static void requests_for_0_and_6_cut_an_action_short(void)
             state_machine_t machine = machine_running((state_action_t)action);
             const state_t target    = (i == 0U) ? STATE_OFFLINE : STATE_ERROR_OPERATIONAL;
             const char* const name  = cell_name(action, i);
-            if (after[action][i] == NULL) { // On its way there: nothing to start, nothing superseded.
+            if (after[action][i] == NULL) {
+                // Already on its way there: no action starts, no request is superseded.
                 TEST_ASSERT_EQUAL(ANSWER_DONE,
                                   subsystem_state_machine_request(&machine, target, CAUSE_REQUEST));
                 TEST_ASSERT_FALSE(machine.is_superseded);
@@ -338,7 +340,8 @@ static void what_makes_safe_is_never_cut_short(void)
     TEST_ASSERT_EQUAL(ACTION_SECURE, machine.action);
     TEST_ASSERT_TRUE(subsystem_state_machine_event(&machine, EVENT_SHUTDOWN, CAUSE_SHUTDOWN));
     TEST_ASSERT_EQUAL(ACTION_SECURE, machine.action);
-    subsystem_state_machine_outcome(&machine, OUTCOME_FAILED); // Even so the way down begins behind it.
+    // The transition downwards begins all the same.
+    subsystem_state_machine_outcome(&machine, OUTCOME_FAILED);
     TEST_ASSERT_EQUAL(ACTION_POST, machine.action);
     TEST_ASSERT_EQUAL(2U, machine.transition_count);
     TEST_ASSERT_EQUAL(PHASE_UNSECURED, machine.transitions[0].phase);
@@ -360,7 +363,7 @@ static void who_is_being_secured_may_be_told_to_stay(void)
                       subsystem_state_machine_request(&machine, STATE_ERROR_OPERATIONAL, CAUSE_NETWORK));
     TEST_ASSERT_TRUE(machine.is_superseded);
     subsystem_state_machine_outcome(&machine, OUTCOME_DONE);
-    TEST_ASSERT_FALSE(machine.is_superseded); // By the last call, that is.
+    TEST_ASSERT_FALSE(machine.is_superseded); // By the last call only.
     TEST_ASSERT_EQUAL(PHASE_SECURED, machine.phase);
     TEST_ASSERT_EQUAL(ACTION_NONE, machine.action);
 }
@@ -376,7 +379,7 @@ static void a_descriptor_may_come_later(void)
                       subsystem_state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
     machine                      = machine_running(ACTION_CONFIGURE);
     const state_machine_t before = machine;
-    subsystem_state_machine_validate(&machine); // Where there is one already it changes nothing.
+    subsystem_state_machine_validate(&machine); // If there is a configuration already, it changes nothing.
     TEST_ASSERT_EQUAL(before.phase, machine.phase);
     TEST_ASSERT_EQUAL(before.action, machine.action);
     TEST_ASSERT_EQUAL(0U, machine.transition_count);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every configuration that any sequence of requests, events and outcomes can bring the machine into is
-// visited, and what must hold in each and on each step between two is checked.
+// Visits every configuration that any sequence of requests, events and outcomes can cause, and checks the
+// invariants of each configuration and of each step between two.
 #include "fsw/framework/subsystem/state_machine.h"
 
 #include "test/unit/fsw/framework/subsystem/machine_states.h"
@@ -26,7 +26,7 @@ void tearDown(void)
 static state_machine_t visited[VISITED_MAX];
 static unsigned visited_count;
 
-/// What tells two machines apart: not the transitions of the last call, nor the cause.
+/// Properties that distinguish two machines: neither the transitions of the last call nor the cause.
 static bool is_same(const state_machine_t* a, const state_machine_t* b)
 {
     return (a->state == b->state) && (a->phase == b->phase) && (a->target == b->target) &&
@@ -63,7 +63,7 @@ static bool take_step(state_machine_t* machine, unsigned step)
     return true;
 }
 
-// Which state may follow which, read off the walks of the tables: rows are from, columns are to.
+// Allowed successors of each state, from the walks of the tables: rows are from, columns are to.
 static const char* const followers[STATE_COUNT] = {"1", "29", "38", "467", "3567", "46", "7", "38", "9", "0"};
 
 static void check_transition(const state_transition_t* made)
@@ -74,7 +74,7 @@ static void check_transition(const state_transition_t* made)
     }
 }
 
-/// What holds in each configuration.
+/// Invariants of each configuration.
 static void check_standing(const state_machine_t* machine)
 {
     static const char* const actions_of[STATE_COUNT] = {
@@ -96,7 +96,7 @@ static void check_standing(const state_machine_t* machine)
     }
 }
 
-/// What holds for each step.
+/// Invariants of each step.
 static void check_step(const state_machine_t* before, const state_machine_t* after, unsigned step)
 {
     machine_check_transitions(after, before->state, before->phase);
@@ -110,7 +110,7 @@ static void check_step(const state_machine_t* before, const state_machine_t* aft
     if ((after->state == STATE_SAFE_OPERATIONAL) && (before->state == STATE_PRE_OPERATIONAL)) {
         TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, step, "went up without a request");
     }
-    if (step < STEP_OUTCOME) { // Only its end ends what makes the devices safe.
+    if (step < STEP_OUTCOME) { // Only its own end ends the action that makes the devices safe.
         if (before->action == ACTION_SECURE) {
             TEST_ASSERT_EQUAL(ACTION_SECURE, after->action);
         }
@@ -131,7 +131,7 @@ static void check_answers(const state_machine_t* machine)
             TEST_ASSERT_EQUAL(machine->action, trial.action);
             TEST_ASSERT_EQUAL(machine->target, trial.target);
         }
-        if (target == STATE_OFFLINE) { // The way down is open from everywhere.
+        if (target == STATE_OFFLINE) { // From every configuration the machine can go down.
             TEST_ASSERT_TRUE((verdict == ANSWER_DONE) || (verdict == ANSWER_STARTED));
             TEST_ASSERT_EQUAL((verdict == ANSWER_DONE) ? machine->target : STATE_OFFLINE, trial.target);
         }

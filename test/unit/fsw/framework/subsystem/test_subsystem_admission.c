@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// While the port refuses, requests are taken in as long as all that they report has room, and none is lost.
+// While the port refuses, requests are taken in as long as there is room for all their reports, and no report
+// is lost.
 #include "pus/core/tailoring.h"
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
 #include "unity.h"
@@ -34,7 +35,7 @@ static uint32_t reports_lost(void)
     return health.reports_lost;
 }
 
-/// Requests of one kind until no more is taken in; how many were.
+/// Send requests of one kind until no more is taken in; returns their number.
 static unsigned fill(const uint8_t service, const uint8_t subtype, const void* const data, const size_t size)
 {
     unsigned taken = 0U;
@@ -47,7 +48,7 @@ static unsigned fill(const uint8_t service, const uint8_t subtype, const void* c
 
 static void what_is_taken_in_is_answered_to_its_end(void)
 {
-    for (unsigned round = 0U; round < 3U; round++) { // The room is given back.
+    for (unsigned round = 0U; round < 3U; round++) { // The room is available again.
         fixture.is_port_closed = true;
         const unsigned taken   = fill(PUS_SERVICE_TEST, 1U, NULL, 0U);
         TEST_ASSERT_TRUE((taken >= 8U) && (taken < 1000U));
@@ -91,7 +92,7 @@ static void while_an_answer_is_unfinished_nothing_is_taken_in(void)
     TEST_ASSERT_FALSE(subsystem_may_accept(&fixture.subsystem));
     const uint64_t wake_ns = subsystem_step(&fixture.subsystem, fixture.now_ns);
     TEST_ASSERT_TRUE(wake_ns <=
-                     (fixture.now_ns + subsystem_period_ns(&fixture.subsystem))); // It tries again.
+                     (fixture.now_ns + subsystem_period_ns(&fixture.subsystem))); // The component retries.
     fixture.is_port_closed = false;
     fixture_run(1U);
     TEST_ASSERT_TRUE(subsystem_may_accept(&fixture.subsystem));
@@ -129,7 +130,7 @@ static void of_many_refused_instructions_the_first_and_their_number_are_told(voi
     TEST_ASSERT_TRUE((told >= taken) && (told < 254U));
     TEST_ASSERT_EQUAL((254U * taken) - told, reports_lost());
     fixture_forget();
-    (void)fixture_command(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids); // All of them, where the port takes them.
+    (void)fixture_command(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids); // All of them, once the port takes them.
     TEST_ASSERT_EQUAL(254U, count_lines(fixture_look(), "1.4 #"));
 }
 

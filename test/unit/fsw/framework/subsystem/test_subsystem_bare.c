@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Components that lack what others have: callbacks, a supervisor, events, published parameters, a loader.
+// Components without parts that others have: callbacks, a supervisor, events, published parameters, a loader.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -28,7 +28,8 @@ static void without_callbacks_it_walks_through_all_states(void)
     fixture.subsystem.config.callbacks = &nothing;
     (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_run(6U);
-    (void)fixture_select(FIXTURE_ALONE); // Its housekeeping is of parameters that nobody published.
+    // Its housekeeping has parameters that the program has not published.
+    (void)fixture_select(FIXTURE_ALONE);
     fixture_run(2U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "1.8 #1"));
     fixture_forget();
@@ -103,7 +104,7 @@ static void it_misses_no_supervisor_that_it_never_heard(void)
         TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_request(&fixture.subsystem, next, CAUSE_REQUEST));
         fixture_run(5U);
     }
-    fixture_run(5000U); // More than its patience.
+    fixture_run(5000U); // Longer than its patience.
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
@@ -133,7 +134,7 @@ static void how_long_a_device_may_be_silent_is_the_missions(void)
     TEST_ASSERT_EQUAL_UINT64(2500000U, subsystem_device_deadline_ns(&fixture.subsystem));
 }
 
-/// Many events of one kind, with an event of this layout to tell that some were suppressed.
+/// Raise many events of one kind, with an event of this layout that reports suppressed ones.
 static void suppress(const char* const teller)
 {
     static char events[512];
@@ -155,7 +156,7 @@ static void what_was_suppressed_is_told_by_an_event_that_fits(void)
     TEST_ASSERT_TRUE(fixture_has("5.2 event 20 aux 000400000050\n"));
     TEST_ASSERT_EQUAL_UINT16(20U, fixture.subsystem.events.teller);
     fixture_close();
-    suppress("<ParamRef name='EVENT' type='UINT16'/>"); // No room for the number.
+    suppress("<ParamRef name='EVENT' type='UINT16'/>"); // The event has no room for the number.
     TEST_ASSERT_FALSE(fixture_has("5.2 event 20"));
     TEST_ASSERT_EQUAL_UINT16(0U, fixture.subsystem.events.teller);
 }
@@ -196,7 +197,7 @@ static void a_name_of_eight_characters_is_a_whole_name(void)
     TEST_ASSERT_TRUE(fixture_has("1.7 #0"));
 }
 
-// ---- What the program publishes and the descriptor says are not the same ----
+// ---- Differences between the program's parameters and the descriptor ----
 
 static void a_field_that_is_not_published_is_no_fault(void)
 {
@@ -226,7 +227,7 @@ static void expect_refused_configuration(void)
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.loop_count);
 }
 
-/// One that the descriptor's reader cannot see: the program has published a narrower field.
+/// A difference that the reader of descriptors cannot detect: the program has published a narrower field.
 static void an_initial_value_that_does_not_fit_refuses_the_configuration(void)
 {
     static subsystem_descriptor_t wide;

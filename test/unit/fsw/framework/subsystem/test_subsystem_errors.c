@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes wrong: actions that fail or hang, events of each severity, a supervisor that is gone, a port that
-// refuses.
+// Failures: actions that fail or hang, events of each severity, a lost supervisor, a port that refuses.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -209,7 +208,7 @@ static void do_anything(void)
     }
 }
 
-/// Number of lines of verification that end requests, of all since the last look.
+/// Lines of verification that end requests, of all since the last call.
 static unsigned count_ends(void)
 {
     unsigned ends = 0U;
@@ -376,7 +375,7 @@ static void the_order_in_time_is_followed(void)
     fixture_run(20U);
     fixture_expect(
         "129.2 5>4 ENTERING cause 1 code 0000 cfg 1\n129.2 4>4 IDLE cause 1 code 0000 cfg 1\n1.7 #0\n");
-    (void)fixture_state(STATE_OPERATIONAL); // It is forgotten then.
+    (void)fixture_state(STATE_OPERATIONAL); // The event has no effect any more.
     fixture_run(20U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
@@ -411,7 +410,7 @@ static void expect_to_stay_without_supervisor(uint64_t patience_ns)
     fixture_expect("");
     fixture_run(2U);
     fixture_expect("129.2 5>4 ENTERING cause 6 code 0000 cfg 1\n129.2 4>4 IDLE cause 6 code 0000 cfg 1\n");
-    for (unsigned i = 0U; i < 4000U; i++) { // Told once; what is below OPERATIONAL stays.
+    for (unsigned i = 0U; i < 4000U; i++) { // Reported once; a state below OPERATIONAL is kept.
         fixture_run(1U);
     }
     fixture_expect("");
@@ -421,7 +420,7 @@ static void expect_to_stay_without_supervisor(uint64_t patience_ns)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-/// As long as its mission says.
+/// As long as its mission allows.
 static void without_a_supervisor_nothing_stays_operational(void)
 {
     static const uint64_t patiences_ns[] = {3000000000U, 1000000000U, 10000000000U};
@@ -468,7 +467,7 @@ static void a_port_that_refuses_for_long_costs_no_cycle(void)
         fixture_run(1U);
     }
     TEST_ASSERT_EQUAL(before + 2000U, subsystem_cycle(&fixture.subsystem));
-    subsystem_health_t health; // 20 at once and ten a second pass.
+    subsystem_health_t health; // 20 pass at once, and ten a second.
     subsystem_health(&fixture.subsystem, &health);
     TEST_ASSERT_EQUAL(2000U - 20U - 19U, health.events_suppressed);
     TEST_ASSERT_EQUAL(0U, health.reports_lost);

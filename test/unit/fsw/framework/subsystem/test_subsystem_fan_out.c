@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One writer, any readers: each link of a provided port has a slot, an epoch, a decimation and a method of
-// its own.
+// One writer, several readers: each link of a provided port has its own slot, epoch, decimation and method.
 #include "test/unit/fsw/framework/subsystem/link_fixture.inc"
 
 #include <sys/socket.h>
@@ -35,7 +34,7 @@ static void open_reader(rtlink_consumer_t* consumer, uint16_t link, uint32_t epo
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_open(consumer, fixture_links(), link, &terms, epoch));
 }
 
-/// Cycles in which a reader takes its sample each time.
+/// Cycles in which a reader always takes its sample.
 static void run_with(unsigned cycles, rtlink_consumer_t* one, rtlink_consumer_t* other_one)
 {
     for (unsigned i = 0U; i < cycles; i++) {
@@ -60,7 +59,7 @@ static void two_readers_of_one_port_get_every_sample(void)
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     open_reader(&reader, FIRST, FIRST_EPOCH, 1U);
     open_reader(&second, SECOND, SECOND_EPOCH, 1U);
-    TEST_ASSERT_FALSE(fixture_has("130.10 link 2 3>0")); // The second link takes nothing from the first.
+    TEST_ASSERT_FALSE(fixture_has("130.10 link 2 3>0")); // The second link has no effect on the first.
     run_with(20U, &reader, &second);
     expect_lossless(&reader, 20U);
     expect_lossless(&second, 20U);
@@ -77,7 +76,7 @@ static void a_reader_comes_and_goes_and_the_other_loses_nothing(void)
         open_reader(&second, SECOND, SECOND_EPOCH + life, 1U);
         run_with(4U, &reader, &second);
         expect_lossless(&second, 4U);
-        if ((life % 2U) == 0U) { // Closed in order, or dead: then its link is agreed upon anew.
+        if ((life % 2U) == 0U) { // Closed in order, or by death: then its link is negotiated again.
             close_link(SECOND, PUS_LINK_REASON_PEER);
             run_with(3U, &reader, NULL);
         }
@@ -85,7 +84,7 @@ static void a_reader_comes_and_goes_and_the_other_loses_nothing(void)
     }
     expect_lossless(&reader, (5U * 4U) + (3U * 3U));
     close_link(SECOND, PUS_LINK_REASON_PEER);
-    close_link(FIRST, PUS_LINK_REASON_PEER); // Now the first to go is the older one.
+    close_link(FIRST, PUS_LINK_REASON_PEER); // Now the older link is closed first.
     rtlink_consumer_close(&reader);
     open_reader(&second, SECOND, 77U, 1U);
     open_reader(&reader, FIRST, 78U, 1U);
@@ -123,7 +122,7 @@ static void a_port_has_at_most_four_readers(void)
     ask_reader(FIRST + SUBSYSTEM_PORT_LINKS, 1000U);
     TEST_ASSERT_TRUE(fixture_has("130.5 reason 5"));
     fixture_forget();
-    ask_reader(FIRST, 1000U); // In place of itself.
+    ask_reader(FIRST, 1000U); // Replaces its own link.
     TEST_ASSERT_TRUE(fixture_has("130.10 link 2 2>0 reason 0"));
     TEST_ASSERT_TRUE(fixture_has("130.4 link 2"));
 }
@@ -168,7 +167,7 @@ static bool route(void* context, uint16_t link, osal_socket_t** out_socket, osal
 /// The first reader has shared memory, the second one a socket.
 static void open_both_methods(void)
 {
-    static rtlink_resolver_t resolver; // The end of the test closes what is still open by it.
+    static rtlink_resolver_t resolver; // The end of the test closes the links that are still open.
     const osal_address_t loopback = {OSAL_IPV4_LOOPBACK, 0U};
     rtlink_terms_t terms          = terms_of(PORT_OUT);
     resolver                      = *fixture_links();
@@ -212,7 +211,7 @@ static void each_reader_has_a_method_of_its_own(void)
     close_both_methods();
 }
 
-/// Datagrams are lost at a socket that nobody reads, and nowhere else.
+/// Datagrams are lost only at a socket that is not read.
 static void a_reader_whose_socket_is_full_costs_the_other_nothing(void)
 {
     uint8_t frame[LINK_FRAME_MAX];
@@ -233,16 +232,16 @@ static void a_reader_whose_socket_is_full_costs_the_other_nothing(void)
         waiting++;
         (void)rtlink_consumer_deliver(&second, frame, size);
     }
-    TEST_ASSERT_TRUE((waiting > 0U) && (waiting < CYCLES_OF_A_HANG)); // It was full.
+    TEST_ASSERT_TRUE((waiting > 0U) && (waiting < CYCLES_OF_A_HANG)); // The socket was full.
     run_with(1U, &reader, NULL);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&receiver, 1000U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&receiver, &from, frame, sizeof frame, &size));
-    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_deliver(&second, frame, size)); // It goes on.
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_deliver(&second, frame, size)); // The reader continues.
     expect_lossless(&reader, CYCLES_OF_A_HANG + 1U);
     close_both_methods();
 }
 
-/// A reader that hangs takes nothing for a while: that is its own loss, whatever its method.
+/// A reader that hangs reads nothing for a while: it loses its own samples, whatever its method.
 static void a_reader_that_hangs_costs_the_other_nothing(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
@@ -253,8 +252,9 @@ static void a_reader_that_hangs_costs_the_other_nothing(void)
     run_with(500U, &reader, NULL);
     expect_lossless(&reader, 510U);
     TEST_ASSERT_EQUAL(STATUS_OK, out_status);
-    TEST_ASSERT_FALSE(fixture_has("130.10")); // The writer sees no reader.
-    run_with(10U, &reader, &second);          // It goes on with the newest one, and knows what it has missed.
+    TEST_ASSERT_FALSE(fixture_has("130.10")); // The writer has no reader.
+    // It continues with the newest sample, and counts the missed ones.
+    run_with(10U, &reader, &second);
     expect_lossless(&reader, 520U);
     TEST_ASSERT_EQUAL_UINT32(20U, second.counters.frames);
     TEST_ASSERT_EQUAL_UINT32(500U, second.counters.lost);

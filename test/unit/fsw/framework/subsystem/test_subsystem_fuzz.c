@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever comes over the wire, in whatever state, fails no assertion, and the component can be used
-// afterwards.
+// No packet, in any state, causes an assertion to fail, and the component works afterwards.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -29,7 +28,7 @@ static uint32_t draw(uint32_t below)
     return (random_state >> 8U) % below;
 }
 
-/// Data that is nearly right: small counts, identifiers that exist, and names of functions.
+/// Data that is nearly correct: small counts, existing identifiers, and names of functions.
 static size_t fill(uint8_t* octets, size_t capacity)
 {
     static const uint8_t likely[] = {0U, 0U, 0U, 1U, 1U, 2U, 3U, 5U, 7U, 16U, 17U, 100U, 0xFFU};
@@ -63,7 +62,7 @@ static void send_one(void)
     }
 }
 
-/// A packet of a stranger: any octets, or a good one with some of them changed.
+/// A random packet: arbitrary octets, or a good one with some of them changed.
 static void send_noise(void)
 {
     uint8_t octets[64];
@@ -71,7 +70,8 @@ static void send_noise(void)
     for (size_t i = 0U; i < size; i++) {
         octets[i] = (uint8_t)draw(256U);
     }
-    octets[0] = (uint8_t)(0x18U | (octets[0] & 0x07U)); // A request, else it is a mere heartbeat.
+    // A request; without this it would be only a heartbeat.
+    octets[0] = (uint8_t)(0x18U | (octets[0] & 0x07U));
     fixture_accept(octets, size);
     subsystem_link_datagram(&fixture.subsystem, octets, size);
 }

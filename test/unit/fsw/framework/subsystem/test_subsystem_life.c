@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole life of a component by telecommands: what it reports, in which order, and what each cycle does.
+// The whole life of a component by telecommands: its reports, their order, and the actions of each cycle.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -63,7 +63,7 @@ static void only_what_was_asked_for_is_reported(void)
     TEST_ASSERT_FALSE(fixture_has("1."));
     TEST_ASSERT_TRUE(fixture_has("129.2 9>0"));
     fixture_forget();
-    (void)fixture_state(STATE_OPERATIONAL); // A refusal is told in any case.
+    (void)fixture_state(STATE_OPERATIONAL); // A refusal is always reported.
     fixture_expect("1.4 #2 0204 5\n");
 }
 
@@ -109,7 +109,7 @@ static void malformed_requests_are_rejected(void)
     fixture_expect("1.2 #2 0106 8102\n");
     (void)fixture_command(99U, 1U, NULL, 0U);
     fixture_expect("1.2 #3 0105 63\n");
-    for (size_t size = 1U; size < 13U; size++) { // Cut packets, at every length.
+    for (size_t size = 1U; size < 13U; size++) { // Truncated packets, of every length.
         static const uint8_t octets[13] = {0x18U, 0x10U, 0xC0U, 0x00U, 0x00U, 0x06U,
                                            0x2FU, 0x11U, 0x01U, 0x00U, 0x01U};
         fixture.source =
@@ -128,7 +128,7 @@ static void a_superseded_request_ends(void)
     fixture_run(2U);
     fixture_forget();
     (void)fixture_state(STATE_PRE_OPERATIONAL);
-    fixture_expect("1.1 #1\n1.4 #1 0204 3\n"); // Busy.
+    fixture_expect("1.1 #1\n1.4 #1 0204 3\n"); // The component is busy.
     (void)fixture_state(STATE_OFFLINE);
     fixture_expect(
         "1.1 #2\n1.8 #0 0405 0\n1.3 #2\n129.2 2>8 ENTERING cause 0 code 0000 cfg 0\n1.5 #2 step 8\n");
@@ -334,7 +334,7 @@ static void a_refused_descriptor_keeps_it_offline(void)
     (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_expect("1.1 #0\n1.4 #0 0204 3\n");
     (void)fixture_command(PUS_SERVICE_TEST, 1U, NULL, 0U);
-    fixture_expect("1.1 #1\n1.3 #1\n17.2 \n1.7 #1\n"); // It can still be spoken to.
+    fixture_expect("1.1 #1\n1.3 #1\n17.2 \n1.7 #1\n"); // The component still answers.
     (void)fixture_function("MOVE", NULL, 0U);
     fixture_expect("1.1 #2\n1.4 #2 0201 4D4F5645\n");
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Links in circumstances that are rare: methods that do not reach, no room, ends that are not what one
-// thinks.
+// Links in rare circumstances: unreachable ends, no room, ends that differ from what was agreed.
 #include "test/unit/fsw/framework/subsystem/link_fixture.inc"
 
-static uint8_t reaching; ///< What the resolver says.
+static uint8_t reaching; ///< Result of the resolver.
 
 static uint8_t methods(void* context, uint16_t port, uint16_t link)
 {
@@ -106,7 +105,8 @@ static void the_status_of_a_producer_tells_what_it_sent(void)
     open(2U, 5U);
     fixture_run(4U);
     TEST_ASSERT_EQUAL(STATUS_OK, out_status);
-    subsystem_link_datagram(&fixture.subsystem, frame, sizeof frame); // For it, which reads none.
+    // The component reads no datagrams, so this one has no effect.
+    subsystem_link_datagram(&fixture.subsystem, frame, sizeof frame);
     fixture_forget();
     (void)fixture_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\x01\x00\x02", 3U);
     // Sent 4, received 0, lost 0, late 0, last sequence 3.
@@ -126,8 +126,8 @@ static void a_lost_link_is_told_only_where_there_is_an_event_for_it(void)
     TEST_ASSERT_FALSE(fixture_has("5."));
 }
 
-/// As when its process ends: nothing is told, the memory of its own ends is let go, and the callback hears of
-/// it once.
+/// As at the end of its process: no report, the memory of its own ends is released, and the callback is
+/// called once.
 static void released_it_has_let_go_of_its_links(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);

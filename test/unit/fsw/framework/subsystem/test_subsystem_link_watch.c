@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a component does when a link or the subsystem behind it fails.
+// Reactions of a component to a failure of a link or of the subsystem behind it.
 #include "test/unit/fsw/framework/subsystem/link_fixture.inc"
 
 // ---- The gate ----

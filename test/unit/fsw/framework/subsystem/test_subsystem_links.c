@@ -60,13 +60,13 @@ static void each_refusal_names_its_field(void)
         spoiled.properties.method = methods[i];
         expect_refusal(&spoiled, 4U, 6U);
     }
-    spoiled = request_of(PORT_IN, 0U); // The manager gives numbers from 1.
+    spoiled = request_of(PORT_IN, 0U); // The manager's numbers begin with 1.
     expect_refusal(&spoiled, 5U, 0U);
     spoiled                    = request_of(PORT_IN, 1U);
     spoiled.ends.consumer_port = 99U;
     expect_refusal(&spoiled, 7U, 9U);
     spoiled                    = request_of(PORT_IN, 1U);
-    spoiled.ends.consumer_apid = 99U; // Neither end is this one.
+    spoiled.ends.consumer_apid = 99U; // Neither end is this subsystem.
     expect_refusal(&spoiled, 7U, 9U);
     spoiled      = request_of(PORT_IN, 1U);
     spoiled.ends = (pus_link_ends_t){FIXTURE_APID, PORT_IN, PEER, PEER_PORT}; // It provides no such port.
@@ -76,7 +76,7 @@ static void each_refusal_names_its_field(void)
     expect_refusal(&spoiled, 7U, 9U);
 }
 
-/// A request that fits, with one thing wrong. False: this port takes it as well.
+/// A request that fits, with one field wrong. False: this port accepts it as well.
 static bool spoil(pus_link_request_t* request, unsigned what, bool is_producer)
 {
     switch (what) {
@@ -88,7 +88,7 @@ static bool spoil(pus_link_request_t* request, unsigned what, bool is_producer)
         return true;
     case 2U:
         request->properties.byte_order = 2U;
-        return !is_producer; // Its own order counts.
+        return !is_producer; // A producer accepts it: its own byte order applies.
     case 3U:
         request->properties.period_us = 700U;
         return true;
@@ -191,7 +191,7 @@ static void a_producer_opens_and_writes_its_true_state(void)
     TEST_ASSERT_EQUAL_DOUBLE(1.5, value);
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, reader.peer_state);
     (void)subsystem_raise(&fixture.subsystem, FIXTURE_BROKEN, (const uint8_t*)"\x00\x01", 2U);
-    fixture_run(1U); // The very next sample tells it.
+    fixture_run(1U); // The next sample shows it.
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_consumer_read(&reader, fixture.now_ns));
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, reader.peer_state);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, subsystem_link_write(&fixture.subsystem, 99U, &value, sizeof value));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that are performed in a loop of their own: when, with which reports, and that none is left open.
+// Requests that are performed in a loop of their own: when, with which reports, and that none stays open.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "base/octets.h"
@@ -11,7 +11,7 @@
 
 #define SLOW 0U ///< Place of the loop in configuration ALONE.
 #define SLOW_NS 4000000ULL
-#define UNKNOWN 0x0201FFFFU ///< Id of a parameter that there is not.
+#define UNKNOWN 0x0201FFFFU ///< Id of a parameter that does not exist.
 
 static void open_with(const char* services)
 {
@@ -81,7 +81,7 @@ static void a_request_waits_for_its_loop_and_nothing_else_does(void)
     (void)fixture_command(17U, 1U, NULL, 0U);
     fixture_expect("1.1 #0\n1.1 #1\n");
     (void)fixture_command(20U, 3U, limit,
-                          sizeof limit); // What sets values acts on the control: it is at once.
+                          sizeof limit); // Setting values affects the control: it is performed at once.
     fixture_expect("1.1 #2\n1.3 #2\n1.7 #2\n");
     fixture_run_until(next_ns - 1U);
     fixture_expect("");
@@ -127,7 +127,7 @@ static void what_is_refused_is_refused_in_the_loop_too(void)
     begin();
     values(2U, ids);
     values(1U, ids);
-    (void)fixture_command(20U, 1U, "\2\0", 2U); // Not of the right shape: never accepted.
+    (void)fixture_command(20U, 1U, "\2\0", 2U); // Its format is wrong: never accepted.
     fixture_expect("1.1 #0\n1.1 #1\n1.2 #2 0108 1\n");
     fixture_run(8U);
     const char* const lines = fixture_look();
@@ -155,7 +155,7 @@ static void a_full_inbox_refuses_and_tells_how_many_wait(void)
     for (unsigned i = 0U; i < ((waiting / SUBSYSTEM_LOOP_REQUESTS) + 2U); i++) {
         fixture_run_until(fixture.now_ns + SLOW_NS);
         const unsigned now = count_lines(fixture_look(), "17.2");
-        TEST_ASSERT_TRUE(now <= SUBSYSTEM_LOOP_REQUESTS); // So much for one cycle.
+        TEST_ASSERT_TRUE(now <= SUBSYSTEM_LOOP_REQUESTS); // The limit of one cycle.
         answered += now;
     }
     TEST_ASSERT_EQUAL(waiting, answered);
@@ -224,7 +224,7 @@ static void answers_wait_while_the_port_is_closed(void)
     const uint64_t at_ns = ((fixture.now_ns / SLOW_NS) + 1U) * SLOW_NS;
     values(1U, &fixture_count_id);
     TEST_ASSERT_EQUAL_UINT64(at_ns + SLOW_NS, subsystem_loop_step(&fixture.subsystem, SLOW, at_ns));
-    fixture_expect("1.1 #0\n"); // It sends nothing itself.
+    fixture_expect("1.1 #0\n"); // The loop itself sends nothing.
     fixture.is_port_closed = true;
     fixture_run(3U);
     fixture.is_port_closed = false;
@@ -246,7 +246,7 @@ static void a_mailbox_without_room_keeps_requests_waiting(void)
         values(255U, ids);
     }
     uint64_t at_ns = (fixture.now_ns / SLOW_NS) * SLOW_NS;
-    for (unsigned i = 0U; i < 50U; i++) { // Nobody empties it.
+    for (unsigned i = 0U; i < 50U; i++) { // The mailbox is not emptied.
         at_ns += SLOW_NS;
         (void)subsystem_loop_step(&fixture.subsystem, SLOW, at_ns);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops in tasks of their own beside a component that is commanded without a pause: no report holds half a
-// structure, none is of a configuration that has gone, and every one is sent or counted.
+// Loops in tasks of their own beside a component that is commanded without a pause: no report has half a
+// structure, none is of a former configuration, and every one is sent or counted.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "osal/include/osal/task.h"
@@ -25,12 +25,12 @@ typedef struct {
 } looper_t;
 
 static looper_t loopers[LOOPS];
-static uint64_t present_ns; // Atomic: what the tasks read as the time.
+static uint64_t present_ns; // Atomic: the tasks read it as the time.
 static uint32_t is_over;
 static uint32_t seed;
 static uint32_t reports;
 static uint32_t asked;    // Requests of ST[17]: each is answered,
-static uint32_t answered; // or refused for want of room.
+static uint32_t answered; // or refused for lack of room.
 static uint32_t values;   // TM[20,2].
 
 void setUp(void)
@@ -69,7 +69,7 @@ static void run_loop(void* context)
     }
 }
 
-/// All three values of the structure tell the same number.
+/// All three values of the structure have the same number.
 static void update(void)
 {
     parameter_lock(subsystem_dictionary(&fixture.subsystem));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services in loops of their own: rate, order, mailbox, and what happens when their configuration goes.
+// Services in loops of their own: rate, order, mailbox, and the end of their configuration.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "base/octets.h"
@@ -35,7 +35,7 @@ static void open_with_loops(void)
     fixture_open(xml);
 }
 
-/// Time in half milliseconds is what the samples tell.
+/// The samples show the time in half milliseconds.
 static void count_time(void)
 {
     fixture.count = (uint16_t)(fixture.now_ns / FAST_NS);
@@ -61,12 +61,12 @@ static uint16_t hk_request(uint8_t subtype, uint16_t structure)
 static void begin(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
-    (void)hk_request(6U, 100U); // The structure of the component's own loop is quiet.
+    (void)hk_request(6U, 100U); // The structure of the component's own loop is disabled.
     fixture_forget();
     fixture.shows_status = true;
 }
 
-/// What structure 101 reports at a time: values of the cycles before the loop's own.
+/// Values that structure 101 reports at a time: those of the cycles before the loop's own.
 static void expect_slow_report(uint64_t at_ns)
 {
     char expected[96];
@@ -98,7 +98,7 @@ static void a_structure_keeps_the_rate_of_its_loop(void)
     expect_slow_report(report_ns + (3U * SLOW_NS));
 }
 
-/// fixture_run_until steps at the wakes that subsystem_step returns, and only there.
+/// fixture_run_until steps exactly at the wakes that subsystem_step returns.
 static void the_component_wakes_for_the_fastest_loop(void)
 {
     begin();
@@ -164,7 +164,8 @@ static void requests_reach_structures_of_every_loop(void)
     (void)hk_request(3U, SLOW_REPORT);
     (void)fixture_look();
     (void)hk_request(5U, SLOW_REPORT);
-    TEST_ASSERT_TRUE(fixture_has("1.1") && (strstr(fixture_look(), " 0201 ") != NULL)); // It is gone.
+    // The structure does not exist any more.
+    TEST_ASSERT_TRUE(fixture_has("1.1") && (strstr(fixture_look(), " 0201 ") != NULL));
 }
 
 // ---- Loops with tasks of their own: stepped here by hand ----
@@ -178,7 +179,7 @@ static void begin_with_tasks(void)
     fixture.shows_status = true;
 }
 
-/// Step a loop so many of its cycles without the component; returns the time of the last.
+/// Step a loop this many of its cycles without the component; returns the time of the last one.
 static uint64_t step_loop(uint8_t loop, uint64_t period_ns, unsigned cycles)
 {
     uint64_t at_ns = (fixture.now_ns / period_ns) * period_ns;
@@ -196,7 +197,7 @@ static void the_component_leaves_loops_with_tasks_alone(void)
     fixture_run(60U);
     TEST_ASSERT_FALSE(fixture_has("3.25"));
     const uint64_t at_ns = step_loop(FAST, FAST_NS, 5U);
-    TEST_ASSERT_FALSE(fixture_has("3.25")); // It numbers and sends nothing itself.
+    TEST_ASSERT_FALSE(fixture_has("3.25")); // The loop itself numbers and sends nothing.
     fixture_run(1U);
     char expected[32];
     (void)snprintf(expected, sizeof expected, "3.25 0066%04X\n", (unsigned)(at_ns / FAST_NS));
@@ -207,7 +208,7 @@ static void a_loop_runs_each_of_its_cycles_once_and_keeps_its_rhythm_when_late(v
 {
     begin_with_tasks();
     const uint64_t at_ns = step_loop(FAST, FAST_NS, 4U);
-    for (unsigned i = 0U; i < 10U; i++) { // Woken too often.
+    for (unsigned i = 0U; i < 10U; i++) { // Woken more often than necessary.
         TEST_ASSERT_EQUAL_UINT64(at_ns + FAST_NS, subsystem_loop_step(&fixture.subsystem, FAST, at_ns + i));
     }
     fixture_run(1U);
@@ -238,7 +239,7 @@ static void a_full_mailbox_refuses_and_counts(void)
              at             = strstr(&at[1], "3.25 0066")) {
             reports++;
         }
-        TEST_ASSERT_TRUE(reports <= SUBSYSTEM_LOOP_REPORTS); // So much for one cycle.
+        TEST_ASSERT_TRUE(reports <= SUBSYSTEM_LOOP_REPORTS); // The limit of one cycle.
     }
     TEST_ASSERT_EQUAL_UINT32(before + cases - fit, fixture.subsystem.housekeeping.counters.dropped);
     fixture_run(1U);

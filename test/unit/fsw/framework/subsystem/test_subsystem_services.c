@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the generic part makes of a descriptor: functions, parameters, housekeeping, events, and changing it.
+// Services that the generic part provides from a descriptor: functions, parameters, housekeeping, events, and
+// changing the descriptor.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "base/octets.h"
@@ -87,7 +88,7 @@ static void functions_keep_to_their_states_and_configurations(void)
     (void)fixture_function("WAIT", NULL, 0U);
     fixture_expect("1.1 #0\n1.3 #0\n1.7 #0\n");
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
-    fixture.subsystem.machine.state = STATE_OPERATIONAL; // No need for its links here.
+    fixture.subsystem.machine.state = STATE_OPERATIONAL; // Its links are not needed here.
     move(0.0, 0.0, 1U);
     fixture_expect("1.1 #0\n1.4 #0 0204 1\n");
     fixture.subsystem.machine.state = STATE_PRE_OPERATIONAL;
@@ -177,7 +178,7 @@ static void too_many_functions_at_once_are_refused_after_a_warning(void)
         subsystem_function_done(&fixture.subsystem, call_token, 0U, 0U);
     }
     fixture_forget();
-    for (unsigned i = 0U; i < 6U; i++) { // It warns again when it comes to it again.
+    for (unsigned i = 0U; i < 6U; i++) { // It warns again when the limit is reached again.
         (void)fixture_function("WAIT", NULL, 0U);
     }
     fixture_run(1U);
@@ -228,7 +229,7 @@ static void functions_end_when_the_hardware_goes(void)
     fixture_run(5U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     TEST_ASSERT_EQUAL(2U, count_lines("1.8 "));
-    fixture.delays[ACTION_HARDWARE_INIT] = 3U; // Undone before anything was operational.
+    fixture.delays[ACTION_HARDWARE_INIT] = 3U; // Reversed before the subsystem was OPERATIONAL.
     (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_run(2U);
     (void)fixture_function("WAIT", NULL, 0U);
@@ -351,7 +352,8 @@ static void housekeeping_is_sampled_as_the_descriptor_says(void)
     const uint32_t first = next_report();
     TEST_ASSERT_TRUE(first <= 10U); // Of the first interval after the configuration was applied.
     TEST_ASSERT_EQUAL(first + 10U, next_report());
-    (void)fixture_state(STATE_SAFE_OPERATIONAL); // It goes on through the states, to the beat of the cycle.
+    // Periodic reports continue through the states, in step with the cycle.
+    (void)fixture_state(STATE_SAFE_OPERATIONAL);
     fixture_run(40U);
     TEST_ASSERT_EQUAL(4U, count_lines("3.25"));
     (void)fixture_state(STATE_ERROR_OPERATIONAL);

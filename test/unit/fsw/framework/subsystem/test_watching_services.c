@@ -121,7 +121,7 @@ static void accepted(uint8_t service, uint8_t subtype)
     fixture_forget();
 }
 
-/// The one record that was kept, handed to a component that begins anew; cut it is refused.
+/// The one kept record, given to a component that starts again; truncated it is refused.
 static void comes_back(uint8_t service)
 {
     static uint8_t record[sizeof kept.octets];
@@ -199,10 +199,11 @@ static void an_event_of_another_size_tells_what_its_definition_samples(void)
     fixture.count = 21U;
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("5.4 event 6 aux \n"));
-    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&fixture.subsystem)); // As if it was its own.
+    // As if the event were its own.
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-/// Values that only its own raiser knows: nobody is told zeros in their place.
+/// Values that only the raiser of the event knows: they are not reported as zeros.
 static void an_event_with_values_of_another_raiser_is_refused(void)
 {
     static const uint16_t events[][2] = {{FIXTURE_BROKEN, 0U}, {0U, FIXTURE_BROKEN}, {FIXTURE_FAILED, 0U}};
@@ -323,7 +324,7 @@ static void a_definition_comes_back_from_its_record(void)
 
 // ---- ST[04] ----
 
-/// TC[4,6]: COUNT, every so many milliseconds.
+/// TC[4,6]: COUNT, every given number of milliseconds.
 static void write_statistic(uint32_t interval_ms)
 {
     const uint64_t ticks = (((uint64_t)interval_ms * TICKS_PER_S) + 999U) / 1000U;

@@ -37,8 +37,7 @@ static status_t on_end(void* const context, const char* const name, const uint32
     return STATUS_OK;
 }
 
-/// Versions of expat may call handlers once more after they were told to stop: this one then goes on to the
-/// end.
+/// Versions of expat may call handlers again after they were told to stop: this one then parses to the end.
 static bool goes_on;
 
 enum XML_Status __real_XML_StopParser(XML_Parser expat, XML_Bool is_resumable);
@@ -106,7 +105,7 @@ static void finds_attributes_by_name(void)
 
 static void a_document_cut_at_every_octet_is_an_error_not_a_crash(void)
 {
-    const size_t end = strlen(sample) - 1U; // Without the last line feed it is whole.
+    const size_t end = strlen(sample) - 1U; // Without the last line feed the document is complete.
     for (size_t size = 0U; size < end; size++) {
         const status_t status = parse_pieces(sample, size, 7U);
         TEST_ASSERT_TRUE((status == STATUS_TRUNCATED) || (status == STATUS_INVALID));
@@ -236,7 +235,7 @@ static void holds_its_limits_exactly(void)
                       parse("<A>                                                      </A> "));
 }
 
-/// A hundred megabytes, never held: the limit ends it.
+/// A hundred megabytes, never kept in memory: the limit ends it.
 static void refuses_a_document_of_a_hundred_megabytes(void)
 {
     static char spaces[65536];
@@ -357,12 +356,12 @@ static void a_cut_is_told_from_an_error(void)
                  {"<A/><B/>", STATUS_INVALID}};
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_EQUAL_MESSAGE(cases[i].status, parse(cases[i].document), cases[i].document);
-        TEST_ASSERT_EQUAL(cases[i].status, xml_finish(&parser)); // What was told stays.
+        TEST_ASSERT_EQUAL(cases[i].status, xml_finish(&parser)); // The first result is kept.
         TEST_ASSERT_EQUAL(cases[i].status, xml_feed(&parser, "<A/>", 4U));
     }
 }
 
-/// Nothing of what expat tells after a refusal reaches the reader, and the refusal stays the first.
+/// Nothing that expat passes after a refusal reaches the reader, and the first refusal is kept.
 static void after_a_refusal_nothing_is_told(void)
 {
     goes_on   = true;

@@ -12,7 +12,7 @@
 static uint64_t words[WORDS + 2U];
 static xml_arena_t arena;
 
-/// An arena of whole words from `first` on, with at most so many allocations.
+/// An arena of whole words from `first` on, with at most this many allocations.
 static void open_arena(const size_t first, const size_t count, const uint32_t allocations_max)
 {
     arena = (xml_arena_t){.words = &words[first], .capacity = count * sizeof words[0]};

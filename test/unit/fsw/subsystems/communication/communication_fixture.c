@@ -34,7 +34,7 @@ static status_t send_up(void* context, const uint8_t* packet, size_t size)
         return STATUS_FULL;
     }
     const status_t decoded = pus_tc_decode(packet, size, &tc, &failure);
-    (void)decoded; // Judging is the supervisor's business.
+    (void)decoded; // The supervisor decides about the request.
     TEST_ASSERT_TRUE(fixture.request_count < FIXTURE_PACKETS);
     fixture.requests[fixture.request_count++] = (fixture_request_t){tc.source, tc.sequence, size};
     return STATUS_OK;

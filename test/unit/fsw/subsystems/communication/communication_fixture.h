@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A test fixture for communication: the real subsystem with a real listening port on loopback, ground
-/// clients with blocking sockets of their own, and a supervisor that keeps what it is sent.
+/// clients with blocking sockets of their own, and a supervisor that records what it receives.
 #ifndef TEST_UNIT_FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_FIXTURE_H
 #define TEST_UNIT_FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_FIXTURE_H
 
@@ -28,16 +28,16 @@ typedef struct {
     uint64_t now_ns;
     osal_socket_t clients[FIXTURE_CLIENTS];
     uint16_t ports[FIXTURE_CLIENTS];             ///< Of the clients' own ends.
-    fixture_request_t requests[FIXTURE_PACKETS]; ///< That went up.
+    fixture_request_t requests[FIXTURE_PACKETS]; ///< Requests that went up.
     unsigned request_count;
     unsigned events[32]; ///< Reports of events, by id.
     bool is_uplink_full;
-    unsigned uplink_room; ///< Requests it takes before it is full; 0: no limit.
+    unsigned uplink_room; ///< Requests that the supervisor takes before it is full; 0: no limit.
     uint16_t participant;
-    unsigned served; ///< Times that the participant was told so.
+    unsigned served; ///< Number of calls of the hook.
     unsigned cut;
     unsigned intrusions;
-    uint32_t sent[FIXTURE_CLIENTS]; ///< As the hook was told.
+    uint32_t sent[FIXTURE_CLIENTS]; ///< As reported to the hook.
 } fixture_t;
 
 extern fixture_t fixture;
@@ -50,13 +50,13 @@ void fixture_close(void);
 /// Take in, step, send out: what its program does at each wake.
 void fixture_step(void);
 void fixture_run(unsigned steps);
-/// Step until the supervisor has so many requests, or the test fails.
+/// Step until the supervisor has this many requests; fails the test otherwise.
 void fixture_run_until_requests(unsigned count);
 
 void fixture_connect(unsigned client);
 void fixture_disconnect(unsigned client);
 void fixture_write(unsigned client, const uint8_t* octets, size_t size);
-/// Telecommand of a user with so many octets of data.
+/// Telecommand of a user with this many octets of data.
 void fixture_write_request(unsigned client, uint16_t user, uint16_t sequence, size_t data);
 size_t fixture_request(uint8_t packet[PUS_PACKET_MAX], uint16_t user, uint16_t sequence, size_t data);
 /// True if communication has closed the connection.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Communication over real loopback connections: framing up, reports down, and clients that misbehave.
+// Communication over real loopback connections: framing up, reports down, and hostile clients.
 #include "fsw/subsystems/communication/communication.h"
 
 #include "test/unit/fsw/subsystems/communication/communication_fixture.h"
@@ -101,10 +101,10 @@ static void what_is_framed_is_not_judged(void)
     uint8_t packet[PUS_PACKET_MAX];
     fixture_connect(0U);
     size_t size = fixture_request(packet, 1U, 1U, 0U);
-    packet[size - 1U] ^= 0xFFU; // Checksum: the supervisor's business.
+    packet[size - 1U] ^= 0xFFU; // A wrong checksum: the supervisor detects it.
     fixture_write(0U, packet, size);
     fixture_run_until_requests(1U);
-    packet[0] = 0x08U; // A report from the ground is none of its business.
+    packet[0] = 0x08U; // The ground may not send reports.
     fixture_write(0U, packet, size);
     fixture_write_request(0U, 1U, 2U, 0U);
     fixture_run_until_requests(2U);
@@ -124,7 +124,7 @@ static void random_octets_break_nothing(void)
             octets[i] = (uint8_t)(random >> 24U);
         }
         octets[0] = (uint8_t)((octets[0] & 0x07U) | 0x18U);
-        octets[4] &= 0x0FU; // A length that may be believed, now and then.
+        octets[4] &= 0x0FU; // A plausible length, sometimes.
         fixture_connect(0U);
         fixture_write(0U, octets, sizeof octets);
         fixture_run(3U);
@@ -175,7 +175,7 @@ static void reports_go_where_their_user_spoke_last(void)
     fixture_report(1U, 1U, 7U, 100U, 0U);
     fixture_report(3U, 1U, 7U, 300U, 0U);
     fixture_report(0U, EVENT_SERVICE, 2U, 500U, 0U); // To all.
-    fixture_report(2U, 1U, 7U, 200U, 0U);            // To a user that never spoke.
+    fixture_report(2U, 1U, 7U, 200U, 0U);            // To a user that never sent anything.
     fixture_step();
     TEST_ASSERT_EQUAL(100U, fixture_next_report(0U));
     TEST_ASSERT_EQUAL(500U, fixture_next_report(0U));
@@ -189,7 +189,7 @@ static void reports_go_where_their_user_spoke_last(void)
     TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
 }
 
-/// They have no secondary header, so no destination: what stands in its place is a part of the time.
+/// Time packets have no secondary header, so no destination: at its offset is a part of the time.
 static void time_packets_go_to_all(void)
 {
     static const uint8_t packet[18] = {0x00, 0x00, 0xC0, 0x3F, 0x00, 0x0B, 0x00, 0x1F, 0x80,
@@ -292,7 +292,7 @@ static void a_slow_reader_loses_housekeeping_only(void)
         if ((number % 8U) == 0U) {
             fixture_step();
         }
-        if ((number % 4U) == 0U) { // The other one reads all the time.
+        if ((number % 4U) == 0U) { // The other client reads all the time.
             uint8_t octets[65536];
             while (fixture_read(1U, octets, sizeof octets) == sizeof octets) {
             }
@@ -301,7 +301,7 @@ static void a_slow_reader_loses_housekeeping_only(void)
     }
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_TM_DROPPED]); // Told once.
     TEST_ASSERT_TRUE(flow_tcp_is_connected(&fixture.communication.flow, 0U));
-    TEST_ASSERT_EQUAL(0U, fixture_next_report(0U)); // The first, and then everything that was kept, in order.
+    TEST_ASSERT_EQUAL(0U, fixture_next_report(0U)); // The first report, and then all kept ones, in order.
     uint32_t last     = 0U;
     uint32_t received = 1U;
     uint32_t seen     = 1U;
@@ -330,7 +330,7 @@ static void a_reader_that_reads_nothing_at_all_is_let_go(void)
     fixture_connect(1U);
     fixture_report(0U, EVENT_SERVICE, 2U, 77U, 0U);
     fixture_step();
-    TEST_ASSERT_EQUAL(77U, fixture_next_report(1U)); // Nothing of its predecessor's is left in the place.
+    TEST_ASSERT_EQUAL(77U, fixture_next_report(1U)); // Nothing of its predecessor remains in the place.
 }
 
 // ---- Clients ----
@@ -356,7 +356,7 @@ static void the_port_answers_when_it_is_configured(void)
 {
     fixture_close();
     fixture_open();
-    fixture_connect(0U); // The launcher's socket takes the connection; nobody is there yet.
+    fixture_connect(0U); // The launcher's socket accepts the connection; nothing serves it yet.
     fixture_write_request(0U, 1U, 1U, 0U);
     fixture_run(5U);
     TEST_ASSERT_EQUAL(0U, fixture.request_count);
@@ -403,15 +403,15 @@ static void of_the_participant_exactly_what_was_announced_is_taken(void)
     TEST_ASSERT_EQUAL(1U, fixture.request_count);
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 8U));
     TEST_ASSERT_EQUAL(2U, fixture.request_count);
-    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U)); // On its way.
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U)); // The octets are on their way.
     fixture_write_request(0U, 1U, 3U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(3U, fixture.request_count);
     TEST_ASSERT_EQUAL(before, fixture.intrusions);
-    fixture_connect(1U); // Somebody else, whenever it comes,
+    fixture_connect(1U); // Another client, whenever it connects,
     TEST_ASSERT_EQUAL(before + 1U, fixture.intrusions);
-    fixture_write_request(1U, 3U, 1U, 0U); // and whatever it says.
+    fixture_write_request(1U, 3U, 1U, 0U); // and whatever it sends.
     fixture_run_until_requests(4U);
     TEST_ASSERT_EQUAL(before + 2U, fixture.intrusions);
 }
@@ -444,11 +444,12 @@ static void a_participant_that_hangs_up_owes_nothing(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
-/// It hangs up within its last grant, and what is told of that belongs to the next grant of communication.
+/// It closes its connection within its last grant; the report of that belongs to the next grant of
+/// communication.
 static void the_end_of_a_participant_that_left_is_waited_for(void)
 {
     fixture_connect(0U);
-    fixture_connect(1U); // Somebody else, who stays and is not waited for.
+    fixture_connect(1U); // Another client, which stays and is not waited for.
     fixture.participant = fixture.ports[0];
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     fixture.participant = 0U; // It has left the scheduler.
@@ -457,7 +458,7 @@ static void the_end_of_a_participant_that_left_is_waited_for(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(0U, fixture.communication.participant);
-    fixture_connect(0U); // Whoever comes next is another one.
+    fixture_connect(0U); // The next client is another one.
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
@@ -476,11 +477,12 @@ static void one_that_left_without_hanging_up_is_let_go(void)
 /// The scheduler names its port before the kernel shows its connection.
 static void the_connection_of_a_participant_is_waited_for_and_told(void)
 {
-    fixture.participant = 1U; // A port that nobody connects from.
+    fixture.participant = 1U; // No client connects from this port.
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U));
     TEST_ASSERT_EQUAL(0U, fixture.served);
-    communication_let_go(&fixture.communication); // In vain: it is told that there is no connection.
+    // Without a connection: the hook is told that there is none.
+    communication_let_go(&fixture.communication);
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(1U, fixture.cut);
     TEST_ASSERT_EQUAL(0U, fixture.communication.owed);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clients that are idle, slow or hostile: the operator gets a place, and is told.
+// Clients that are idle, slow or hostile: the operator gets a place, and an event reports them.
 #include "fsw/subsystems/communication/communication.h"
 
 #include "test/unit/fsw/subsystems/communication/communication_fixture.h"
@@ -17,7 +17,8 @@ void tearDown(void)
     fixture_close();
 }
 
-/// Four idle connections, one of which says half a header: the operator, who comes fifth, gets a place.
+/// Four idle connections, one of which has sent half a header: the operator, who connects fifth, gets a
+/// place.
 static void idle_clients_give_their_place_up(void)
 {
     static const uint8_t half[3] = {0x18U, 0x01U, 0xC0U};
@@ -28,7 +29,7 @@ static void idle_clients_give_their_place_up(void)
     fixture_write(1U, half, sizeof half);
     fixture_write_request(0U, 1U, 1U, 0U);
     fixture_run_until_requests(1U);
-    fixture_connect(COMMUNICATION_CLIENTS); // Too soon: nobody is idle yet.
+    fixture_connect(COMMUNICATION_CLIENTS); // Too soon: no client is idle yet.
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS));
     fixture_run(100U);
@@ -40,7 +41,7 @@ static void idle_clients_give_their_place_up(void)
     fixture_connect(COMMUNICATION_CLIENTS);
     fixture_write_request(COMMUNICATION_CLIENTS, 3U, 1U, 0U);
     fixture_run_until_requests(3U);
-    TEST_ASSERT_TRUE(fixture_is_ended(1U)); // The longest silent one: client 0 has spoken.
+    TEST_ASSERT_TRUE(fixture_is_ended(1U)); // The one silent longest; client 0 has sent something.
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
     TEST_ASSERT_FALSE(fixture_is_ended(2U));
     fixture_run(200U);
@@ -104,7 +105,7 @@ static void misuse_is_counted_and_told_once_a_second(void)
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] <= 4U);
 }
 
-/// The supervisor refuses it; what it says of that goes to the user on board.
+/// The supervisor refuses it; the report of that goes to the user on board.
 static void who_poses_as_a_user_on_board_is_counted_and_told(void)
 {
     fixture_run(100U);
@@ -118,7 +119,7 @@ static void who_poses_as_a_user_on_board_is_counted_and_told(void)
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED]);
 }
 
-/// Who asks and does not read is asked to wait; its connection stays.
+/// A client that sends requests and does not read has to wait; its connection stays.
 static void who_does_not_read_sends_no_more(void)
 {
     fixture_connect(0U);
@@ -134,8 +135,8 @@ static void who_does_not_read_sends_no_more(void)
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
-/// As when its process ends: every connection is closed, nobody on board hears of it, and the port, which is
-/// the launcher's, goes on.
+/// As at the end of its process: every connection is closed, no component gets a notice, and the port, which
+/// is the launcher's, continues.
 static void released_it_has_ended_every_connection(void)
 {
     const subsystem_callbacks_t* const callbacks = communication_callbacks();

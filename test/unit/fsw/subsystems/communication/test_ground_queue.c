@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What waits for a slow reader: order across both kinds, housekeeping goes first, all else never.
+// Reports waiting for a slow reader: order across both kinds, housekeeping is dropped first, all others
+// never.
 #include "fsw/subsystems/communication/ground_queue.h"
 
 #include "unity.h"
@@ -27,7 +28,7 @@ static uint32_t draw(uint32_t below)
     return (random_state >> 8U) % below;
 }
 
-/// A report of a kind that carries its number in its first and last octets.
+/// A report of a kind with its number in its first and last octets.
 static void build(uint8_t packet[PUS_PACKET_MAX], bool is_housekeeping, uint32_t number, size_t size)
 {
     (void)memset(packet, (int)(number & 0xFFU), size);
@@ -111,7 +112,7 @@ static void what_is_half_sent_is_sent_to_its_end(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(true, 1U, 500U));
     TEST_ASSERT_NOT_NULL(communication_ground_queue_next(&queue, &size));
     communication_ground_queue_sent(&queue, 200U);
-    for (uint32_t i = 0U; i < 1000U; i++) { // Drops everything else of its kind.
+    for (uint32_t i = 0U; i < 1000U; i++) { // Drops all others of its kind.
         TEST_ASSERT_EQUAL(STATUS_OK, put(true, 100U + i, 1000U));
     }
     const uint8_t* const next = communication_ground_queue_next(&queue, &size);
@@ -150,7 +151,7 @@ static void other_reports_of_service_3_are_no_housekeeping(void)
         TEST_ASSERT_EQUAL((subtype == 25U) ? 1U : 0U, queue.housekeeping.blocks - before);
     }
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      communication_ground_queue_put(&queue, packet, 8U)); // Too short to tell: kept.
+                      communication_ground_queue_put(&queue, packet, 8U)); // Too short to decide: kept.
     TEST_ASSERT_EQUAL(1U, queue.housekeeping.blocks);
 }
 

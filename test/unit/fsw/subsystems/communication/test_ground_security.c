@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Communication with a key: what goes up, what is refused and told, and who is sent away.
+// Communication with a key: accepted requests, refused ones and their events, and disconnected clients.
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
 #include "test/unit/fsw/subsystems/communication/communication_fixture.h"
@@ -96,7 +96,7 @@ static void requests_go_up(void)
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT8(1U, fixture.communication.secured.is_on);
     TEST_ASSERT_EQUAL_UINT32(7U, fixture.communication.secured.accepted);
-    fixture_report(1U, 17U, 2U, 5U, 0U); // Answers find their way.
+    fixture_report(1U, 17U, 2U, 5U, 0U); // Answers find their client.
     TEST_ASSERT_EQUAL_UINT32(5U, fixture_next_report(0U));
 }
 
@@ -139,12 +139,12 @@ static void the_third_refusal_ends_a_connection(void)
     fixture_write(0U, frame.octets, frame.size);
     fixture_write(0U, frame.octets, frame.size);
     run_until_refused(&receiver.refused[SDLS_REFUSED_FORGED], 2U);
-    send(0U, SEALER_WHOLE, packet, size); // The operator's own is taken in between.
+    send(0U, SEALER_WHOLE, packet, size); // The operator's own frame is taken in between.
     fixture_run_until_requests(1U);
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
     fixture_write(0U, frame.octets, frame.size);
     TEST_ASSERT_TRUE(ends(0U));
-    connect(1U); // Others are not concerned.
+    connect(1U); // Other connections are not affected.
     send_request(1U, 2U, 0U);
     fixture_run_until_requests(2U);
 }
@@ -229,14 +229,14 @@ static void strangers_make_room_for_others(void)
         connect(i);
     }
     const uint32_t sessions = session;
-    session                 = 1U; // One of the four shows a key.
+    session                 = 1U; // One of the four proves to have a key.
     send_request(2U, 1U, 0U);
     session = sessions;
     fixture_run_until_requests(1U);
     connect(4U);
     send_request(4U, 2U, 0U);
     fixture_run_until_requests(2U);
-    TEST_ASSERT_TRUE(ends(0U)); // The first that came.
+    TEST_ASSERT_TRUE(ends(0U)); // The first that connected.
     connect(5U);
     TEST_ASSERT_TRUE(ends(1U));
     connect(6U);
@@ -244,7 +244,7 @@ static void strangers_make_room_for_others(void)
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_is_ended(2U) || fixture_is_ended(4U) || fixture_is_ended(5U) ||
                       fixture_is_ended(6U));
-    fixture.participant = fixture.ports[5]; // It stays, though it has shown none yet.
+    fixture.participant = fixture.ports[5]; // It stays, though it has not proved to have a key yet.
     connect(7U);
     TEST_ASSERT_TRUE(ends(6U));
     TEST_ASSERT_FALSE(fixture_is_ended(5U) || fixture_is_ended(7U));

@@ -19,7 +19,7 @@
 static descriptor_loader_t loader;
 static subsystem_descriptor_t descriptor;
 static scripted_bus_t bus;
-static scripted_bus_t channel_b; // Nobody is there.
+static scripted_bus_t channel_b; // No device is on it.
 static scripted_node_t* stick;
 static subsystem_t generic;
 static joystick_t joystick;
@@ -198,7 +198,7 @@ static void the_force_is_off_until_engaged(void)
     robot_feels(-11.0, 8.0);
     bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
     idle(2000U);
-    TEST_ASSERT_EQUAL_HEX16(0x0233U, stick->status[0]); // Whatever is computed, the device gives none.
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, stick->status[0]); // Whatever is computed, the device applies no torque.
     TEST_ASSERT_EQUAL_HEX16(0x0007U, stick->control[0]);
 }
 
@@ -345,7 +345,8 @@ static void released_it_has_let_go_of_its_bus(void)
     callbacks->release(&joystick);
     TEST_ASSERT_FALSE(flow_can_is_open(joystick.drives.network.flow));
     generic.state = STATE_HARDWARE_DEINIT;
-    TEST_ASSERT_EQUAL(STATUS_OK, cycle(callbacks->hardware_deinit)); // At once: nobody to be reset.
+    // At once: there is no device to be reset.
+    TEST_ASSERT_EQUAL(STATUS_OK, cycle(callbacks->hardware_deinit));
 }
 
 static void only_a_descriptor_of_one_stick_fits(void)
@@ -354,7 +355,7 @@ static void only_a_descriptor_of_one_stick_fits(void)
     subsystem_misfit_t misfit = {0};
     TEST_ASSERT_TRUE(callbacks->fits(&descriptor, &misfit));
     TEST_ASSERT_NULL(misfit.says);
-    wrong = descriptor; // The strings stay where they are.
+    wrong = descriptor; // The texts keep their addresses.
     wrong.configurations[0].device_count++;
     TEST_ASSERT_FALSE(callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected one <Device>, the stick"));

@@ -107,7 +107,7 @@ static void the_ceiling_holds_whatever_is_felt(void)
         TEST_ASSERT_TRUE(fabs(control.command_nm[1]) <= 1.5);
     }
     TEST_ASSERT_EQUAL_UINT(10U, control.limited);
-    reflect(1.0, 1.0); // And nothing of it stays.
+    reflect(1.0, 1.0); // Nothing of it remains.
     TEST_ASSERT_TRUE(control.contact[0] == control.contact[0]);
 }
 

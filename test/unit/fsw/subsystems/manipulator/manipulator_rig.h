@@ -40,7 +40,7 @@ void rig_idle(unsigned cycles);
 status_t rig_configure(void* self);
 /// A fresh sample of the joystick.
 void rig_hand_at(double first_rad, double second_rad);
-/// From OFFLINE up to a state in a configuration.
+/// Go from OFFLINE up to a state in a configuration.
 void rig_bring(uint16_t configuration, state_t state);
 status_t rig_perform(uint16_t function, const void* arguments, uint32_t call_token);
 const manipulator_cur_values_t* rig_values(void);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A rigid arm on elastic joints for tests of its control: rotors, gears as springs, links; integrated by
-/// semi-implicit Euler in small steps with the equations written out by themselves.
+/// semi-implicit Euler in small steps, with equations written independently of the controller's model.
 #ifndef TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_RIGID_ARM_H
 #define TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_RIGID_ARM_H
 
@@ -15,7 +15,7 @@ typedef struct {
     double motor[2];
     double motor_speed[2];
     double external_nm[2]; ///< Torque on the links from outside.
-    bool is_braked;        ///< Rotors stand.
+    bool is_braked;        ///< The rotors are held.
 } rigid_arm_t;
 
 /// At rest in a pose, gears carrying gravity.

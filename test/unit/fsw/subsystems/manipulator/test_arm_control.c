@@ -128,7 +128,8 @@ static void a_tare_is_the_mean_at_rest(void)
     TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &low, 4U, 1.0));
     EXPECT_WITHIN(0.2, 1.0e-15, tare.offset_nm[0]);
     EXPECT_WITHIN(-0.2, 1.0e-15, tare.offset_nm[1]);
-    TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &high, 4U, 1.0)); // Over is over.
+    // After its end the tare takes no more samples.
+    TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &high, 4U, 1.0));
 }
 
 static void motion_starts_a_tare_anew(void)
@@ -212,7 +213,7 @@ static void engaging_under_load_lets_the_arm_settle_slowly(void)
     engage(hand, &motion, &step);
     EXPECT_BELOW(0.1, step); // No jump of the torque;
     EXPECT_BELOW((11.0 / 4000.0) + (11.0 / 8000.0) + 0.0003,
-                 motion); // in the end, the give of loop and gear.
+                 motion); // finally, the elastic deflection of loop and gear.
 }
 
 static void the_motor_target_begins_where_the_motor_is(void)
@@ -305,7 +306,7 @@ static void without_a_hand_the_arm_is_held(void)
     }
     EXPECT_WITHIN(held, 0.0005, arm.link[0]);
     EXPECT_WITHIN(0.0, 1.0e-4, arm.link_speed[0]);
-    for (unsigned i = 0U; i < 400U; i++) { // It takes over where it left off.
+    for (unsigned i = 0U; i < 400U; i++) { // It continues from its last position.
         follow(hand);
     }
     EXPECT_WITHIN(held, 0.001, arm.link[0]);
@@ -323,7 +324,7 @@ static void a_hand_that_comes_late_takes_over_where_the_arm_is(void)
     }
     EXPECT_WITHIN(home[0], 0.0005, arm.link[0]);
     EXPECT_WITHIN(home[1], 0.0005, arm.link[1]);
-    const double moved[2] = {hand[0] + 0.05, hand[1] - 0.05}; // From then on it leads.
+    const double moved[2] = {hand[0] + 0.05, hand[1] - 0.05}; // From then on the hand leads.
     for (unsigned i = 0U; i < 4000U; i++) {
         follow(moved);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model against energy: everything it says follows from kinetic and potential energy, which this test
-// computes from the positions of the centres of mass alone.
+// The model against energy: all its terms follow from kinetic and potential energy, which this test computes
+// from the positions of the centres of mass alone.
 #include "fsw/subsystems/manipulator/arm_model.h"
 #include "test/support/bounds.h"
 

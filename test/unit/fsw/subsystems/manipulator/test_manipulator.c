@@ -101,7 +101,8 @@ static void released_it_has_let_go_of_its_bus(void)
     rig_callbacks->release(&rig_manipulator);
     TEST_ASSERT_FALSE(flow_can_is_open(rig_manipulator.drives.network.flow));
     rig_generic.state = STATE_HARDWARE_DEINIT;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_cycle(rig_callbacks->hardware_deinit)); // At once: nobody to be reset.
+    // At once: there is no device to be reset.
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_cycle(rig_callbacks->hardware_deinit));
 }
 
 static void only_a_descriptor_of_two_joints_fits(void)
@@ -110,7 +111,7 @@ static void only_a_descriptor_of_two_joints_fits(void)
     subsystem_misfit_t misfit = {0};
     TEST_ASSERT_TRUE(rig_callbacks->fits(&rig_descriptor, &misfit));
     TEST_ASSERT_NULL(misfit.says);
-    wrong = rig_descriptor; // The strings stay where they are.
+    wrong = rig_descriptor; // The texts keep their addresses.
     wrong.configurations[0].device_count--;
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected two <Device>, one for each joint"));
@@ -125,7 +126,7 @@ static void mixed_modes_are_refused(void)
     static subsystem_descriptor_t wrong;
     static descriptor_configuration_t other;
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
-    wrong                  = rig_descriptor; // The strings stay where they are.
+    wrong                  = rig_descriptor; // The texts keep their addresses.
     rig_generic.descriptor = &wrong;
     other                  = *rig_generic.configuration;
     const uint16_t first   = wrong.devices[other.first_device].first_setting;
@@ -183,7 +184,7 @@ static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_walk(rig_callbacks->engage));
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&rig_generic, MANIPULATOR_EVENT_TARE_DONE));
     rig_generic.state = STATE_SAFE_OPERATIONAL;
-    rig_show(GRAVITY1, GRAVITY2); // Free again: on command.
+    rig_show(GRAVITY1, GRAVITY2); // No contact any more: tare by command.
     rig_idle(20U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 5U));
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 6U));
@@ -251,7 +252,7 @@ static void exceeding_the_torque_limit_is_told_once_per_excess(void)
         rig_show(GRAVITY1, -12.5);
         rig_idle(1U); // Sampled now,
         TEST_ASSERT_EQUAL_UINT(excess - 1U, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
-        rig_idle(1U); // told in the cycle that sees it.
+        rig_idle(1U); // reported in the cycle that detects it.
         TEST_ASSERT_EQUAL_UINT(excess, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
         rig_idle(50U);
         rig_show(GRAVITY1, -11.8); // Still within the hysteresis.
@@ -293,7 +294,8 @@ static void an_unplugged_drive_takes_the_other_down_in_that_cycle(void)
     TEST_ASSERT_NOT_NULL(event);
     TEST_ASSERT_EQUAL_UINT64(MANIPULATOR_EVENT_DEVICE_LOST_OCTETS, event->size);
     TEST_ASSERT_EQUAL_HEX8(0x11U, event->octets[0]);
-    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, rig_generic.ports[ROBOT].written_state); // The peer is told.
+    // The peer is informed.
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, rig_generic.ports[ROBOT].written_state);
     rig_joints[1]->status[0] = 0x0250U;
     TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->secure));
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_DEVICE_LOST));
@@ -313,7 +315,7 @@ static void emergencies_become_events(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(warning, event->octets, 3U);
     TEST_ASSERT_EQUAL_UINT64(MANIPULATOR_EVENT_BUS_WARNING_OCTETS,
                              double_last_event(&rig_generic, MANIPULATOR_EVENT_BUS_WARNING)->size);
-    scripted_bus_deliver(&rig_bus, 0x080U, NULL, 0U); // SYNC of somebody else.
+    scripted_bus_deliver(&rig_bus, 0x080U, NULL, 0U); // SYNC of another node.
     rig_idle(1U);
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_FOREIGN_SYNC));
     TEST_ASSERT_EQUAL_UINT32(1U, rig_manipulator.parameters.counters.foreign_syncs);

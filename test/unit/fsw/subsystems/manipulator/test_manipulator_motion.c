@@ -39,7 +39,8 @@ static void move_to_moves_there_in_its_time(void)
     TEST_ASSERT_EQUAL_UINT32(77U, rig_generic.results[0].call_token);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
     rig_idle(3000U);
-    EXPECT_WITHIN(0.9, 0.001, 1.0e-6 * (double)rig_joints[0]->target_position); // And the gear's give.
+    // Plus the deflection of the gear.
+    EXPECT_WITHIN(0.9, 0.001, 1.0e-6 * (double)rig_joints[0]->target_position);
     EXPECT_WITHIN(-1.3, 0.001, 1.0e-6 * (double)rig_joints[1]->target_position);
     EXPECT_WITHIN(0.9, 1.0e-12, rig_manipulator.parameters.des_position[0]);
 }
@@ -88,7 +89,7 @@ static void stop_ends_a_motion_smoothly(void)
     TEST_ASSERT_TRUE((after < before) && (after > (before - 80000))); // v^2 / 2a = 0.6^2 / 8 = 0.05 rad.
     rig_idle(100U);
     TEST_ASSERT_INT32_WITHIN(20, after, rig_joints[0]->target_position);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 6U)); // And on again.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 6U)); // Enabled again.
 }
 
 static void leaving_operation_aborts_a_motion(void)
@@ -128,7 +129,8 @@ static void position_mode_engages_in_contact(void)
     EXPECT_WITHIN(11.0 + GRAVITY1, 0.3,
                   0.01 * (double)rig_joints[0]->torque_offset); // It keeps what it carries.
     rig_idle(4000U);
-    EXPECT_WITHIN(GRAVITY1, 0.1, 0.01 * (double)rig_joints[0]->torque_offset); // Then lets go, slowly.
+    // Then it reduces the torque slowly.
+    EXPECT_WITHIN(GRAVITY1, 0.1, 0.01 * (double)rig_joints[0]->torque_offset);
 }
 
 int main(void)
