@@ -244,7 +244,7 @@ def test_stand_in_and_program_alone():
     assert no_run.returncode == 1 and "no such run" in no_run.stderr
     program = subprocess.run([RUNNER, FOREIGN / "bin" / "manipulator", "--run", "x", "--proxy", "0"], stdin=subprocess.DEVNULL,
                              capture_output=True, text=True, timeout=flying.MOMENT_S, cwd=places.ROOT)
-    assert program.returncode == 1 and "proxy does not tell of a run" in program.stderr
+    assert program.returncode == 1 and "the proxy has sent no run" in program.stderr
 
 
 # ---- Units ----

@@ -224,7 +224,7 @@ def test_a_figure_out_of_its_bound_fails_the_run(folder):
     """The exit code, run.json and the report show it; here the test changes the bound, not the flight."""
     root = folder / "root"
     root.mkdir(parents=True)
-    for name in ("build", "sim", "descriptors"):
+    for name in ("base", "build", "sim", "descriptors"):
         (root / name).symlink_to(flying.ROOT / name)
     shutil.copytree(flying.ROOT / "gse", root / "gse")
     path = root / "gse" / "hirosco_gse" / "figures.py"

@@ -209,7 +209,7 @@ def test_a_mistake_read_anew_is_told_with_its_place_and_leaves_the_old_in_force(
     finally:
         flight.abandon()
     assert flight.code == 0, flight.told()
-    assert re.search(rf"manipulator\.xml:{line}: .*500parsec.*not read anew", flight.output + flight.console), flight.told()
+    assert re.search(rf"manipulator\.xml:{line}: .*500parsec.*not reloaded", flight.output + flight.console), flight.told()
 
 
 def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_told_with_both_hashes(house):
