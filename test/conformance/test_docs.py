@@ -111,7 +111,7 @@ def searched(docs, question):
     ("recommissions a restarted", "decision-0034-"),
     ("disk full", "decision-0030-"),
     ("ten minutes gripper", "tutorial.html"),
-    ("run leaves", "flying.html#what-a-run-leaves"),
+    ("files of a run", "flying.html#files-of-a-run"),
 ])
 def test_search_finds(docs, question, first):
     assert searched(docs, question)[0].startswith(first)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The subsystem @NAME@: in OPERATIONAL a value follows DES_VALUE at RATE and tells when it has arrived.
+/// The subsystem @NAME@: in OPERATIONAL a value follows DES_VALUE at RATE; an event reports its arrival.
 ///
 /// Ownership  The program places @name@_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// @NAME@ with its real descriptor, on a stand-in for the generic subsystem.
+// @NAME@ with its real descriptor, with a test double of the generic subsystem.
 #include "fsw/subsystems/@name@/@name@.h"
 #include "test/support/subsystem_double.h"
 

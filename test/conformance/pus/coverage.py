@@ -3,10 +3,11 @@
 
 HEAD = """# Coverage of the standard's messages
 
-Made by `make pus-coverage` from the catalogue of messages and a flight of the conformance suite (`test/conformance/pus`); a test
-fails when it is not true any more. A request is done when one of it completed in flight and its answer, if it has one, was
-decoded by the ground; a report when one was received and decoded. Refused: malformed requests of that kind, made from the catalogue,
-which were all rejected. Confidence: how sure the layout is (docs/decisions tells what was chosen where it is not high).
+`make pus-coverage` generates this page from the catalogue of messages and a flight of the conformance suite
+(`test/conformance/pus`); a test fails if the page is no longer true. A request is done if it completed in flight and the ground
+decoded its answer, if it has one; a report is done if the ground received and decoded it. The column "refused" is the number of
+malformed requests of that kind, derived from the catalogue; all of them were rejected. Confidence is the certainty of the layout
+(docs/decisions describes the choice if it is not high).
 
 """
 
