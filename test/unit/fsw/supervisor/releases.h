@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the tests of services that release requests share: application data in the making, with requests
-/// within.
+/// Common parts of the tests of services that release requests: building application data that contain
+/// requests.
 #ifndef TEST_UNIT_FSW_SUPERVISOR_RELEASES_H
 #define TEST_UNIT_FSW_SUPERVISOR_RELEASES_H
 
@@ -8,7 +8,7 @@
 
 extern octet_writer_t request_data;
 
-/// Begin application data; send it to the supervisor, who only tells of failures, and give it a step.
+/// Begin application data; send them to the supervisor, which reports failures only, and give it a step.
 void request_begin(void);
 void request_send(uint8_t service, uint8_t subtype);
 /// The same for data of constant octets.

@@ -47,8 +47,8 @@ static status_t start(void* context, uint16_t apid, uint32_t link_floor, uint64_
     fixture.starts++;
     member->start_count++;
     member->is_running = true;
-    fixture.promise_ns =
-        (apid == fixture.late_apid) ? UINT64_MAX : fixture.promise_ns; // Of its earlier life.
+    // The promise of the earlier life is void.
+    fixture.promise_ns = (apid == fixture.late_apid) ? UINT64_MAX : fixture.promise_ns;
     open_member(member);
     return STATUS_OK;
 }
@@ -244,7 +244,7 @@ static void answer_link(fixture_member_t* member, const pus_tc_t* tc, octet_read
     } else if (tc->subtype == PUS_LINK_REPORT_STATUS) {
         tell_links(member);
     } else {
-        // Nothing a fake can answer.
+        // A fake member does not answer these.
     }
 }
 
@@ -266,7 +266,7 @@ static void answer(fixture_member_t* member, const pus_tc_t* tc)
     } else if (tc->service == PUS_SERVICE_RTLINK) {
         answer_link(member, tc, &reader);
     } else {
-        // Performed.
+        // The fake performs the request.
     }
     pus_verify_completed(&member->process, &token, fixture.now_ns);
 }
@@ -442,7 +442,7 @@ void fixture_fill(unsigned member)
         (void)fixture_tc(full->apid, PUS_SERVICE_TEST, 1U, NULL, 0U);
         fixture_step();
     }
-    while (message_credit(&fixture.endpoint, full->apid) > 0U) { // As so many orders.
+    while (message_credit(&fixture.endpoint, full->apid) > 0U) { // The orders go into the mailbox.
         TEST_ASSERT_EQUAL(STATUS_OK, message_send(&fixture.endpoint, full->apid, NULL, 0U));
     }
     fixture.ack = ack;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A test fixture for the supervisor as a whole: a mission of its own, fake members on ring carriers that
-/// answer by themselves or keep silent, fake processes, and simulated time. What reaches a member or the
-/// ground is written down as one line of text each:
+/// A test fixture for the whole supervisor: a mission of its own, fake members on ring carriers that answer
+/// by themselves or stay silent, fake processes, and simulated time. What reaches a member or the ground is
+/// recorded as one line of text each:
 ///
-///     "G 1.2 #5 0110 103"          a report to the ground: of APID 1 where none is given, else "G/16 ..."
-///     "G time 2"                   a spacecraft time packet of a report every 2^2 s
-///     "16 TC 129.1 05 from 8001"   a request that reached a member, with its data
+/// "G 1.2 #5 0110 103"          a report to the ground: of APID 1 where none is given, else "G/16 ..."
+/// "G time 2"                   a spacecraft time packet of a report every 2^2 s
+/// "16 TC 129.1 05 from 8001"   a request that reached a member, with its data
 ///
-/// Periodic status and housekeeping are left out. fixture_expect checks all lines since the last look.
+/// Periodic status and housekeeping are left out. fixture_expect checks all lines since the last call.
 #ifndef TEST_UNIT_FSW_SUPERVISOR_SUPERVISOR_FIXTURE_H
 #define TEST_UNIT_FSW_SUPERVISOR_SUPERVISOR_FIXTURE_H
 
@@ -44,7 +44,7 @@ typedef struct {
     state_phase_t phase;
     uint16_t configuration;
     uint32_t start_count;
-    uint32_t open_links; ///< Bit n: it says that link n + 1 is open.
+    uint32_t open_links; ///< Bit n: it reports that link n + 1 is open.
     unsigned heartbeats; ///< Reports of the supervisor that reached it.
     bool is_running;
     bool is_silent;        ///< Sends no status.
@@ -53,7 +53,7 @@ typedef struct {
     uint8_t refuses_links; ///< Reason of TM[130,5]; 0: accepts.
     bool ignores_links;    ///< Answers no request of service 130.
     bool fails_to_open;
-    uint64_t interface_offset; ///< Its descriptor's hashes are other than the supervisor's by so much.
+    uint64_t interface_offset; ///< Difference of its descriptor's hashes from those of the supervisor.
     uint64_t configuration_offset;
 } fixture_member_t;
 
@@ -81,11 +81,11 @@ typedef struct {
 } fixture_t;
 
 extern fixture_t fixture;
-/// Gives the next supervisors what the fixture itself has none of: stores, files, optional services; null:
-/// nobody.
+/// Gives the next supervisors what the fixture itself does not have: stores, files, optional services; null:
+/// nothing.
 extern void (*fixture_configure)(supervisor_config_t* config);
 
-/// Supervisor at time 0, all processes running, nobody heard yet.
+/// Supervisor at time 0, all processes running, no report received yet.
 void fixture_open(void);
 /// The same after the autostart of supervisor and communication; lines forgotten.
 void fixture_open_up(void);
@@ -103,9 +103,9 @@ void fixture_step(void);
 /// Telecommand of the ground; returns its sequence count (#n).
 uint16_t fixture_tc(uint16_t apid, uint8_t service, uint8_t subtype, const void* data, size_t size);
 uint16_t fixture_request_state(uint16_t apid, state_t target);
-/// A member takes nothing in any more, and requests have used up its credit; lines forgotten.
+/// A member stops taking in, and requests have used its credit; lines forgotten.
 void fixture_fill(unsigned member);
-/// Octets from a member's mailbox as they are.
+/// Send octets from a member unchanged.
 void fixture_send(unsigned member, const uint8_t* octets, size_t size);
 /// Report of a member to all ground users.
 void fixture_report(unsigned member, uint8_t service, uint8_t subtype, const void* data, size_t size);
@@ -115,7 +115,7 @@ void fixture_event(unsigned member, uint8_t severity, uint16_t event);
 void fixture_verify(unsigned member, uint8_t subtype, uint16_t number);
 /// TM[130,10] of a member.
 void fixture_link_changed(unsigned member, uint16_t link, uint8_t previous, uint8_t state);
-/// Put a member into a state, as if it had told so; phase and configuration to match.
+/// Put a member into a state, as if it had reported it; phase and configuration to match.
 void fixture_place(unsigned member, state_t state);
 /// Both members in PRE_OPERATIONAL with links negotiated and open, then in a state; lines forgotten.
 void fixture_link_up(state_t state);

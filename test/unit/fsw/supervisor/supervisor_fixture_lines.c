@@ -29,7 +29,7 @@ static void request_line(const fixture_member_t* member, const uint8_t* packet, 
 static void verification_line(const char* who, const pus_tm_t* tm)
 {
     pus_verification_t report;
-    if (pus_verification_read(tm, &report) != STATUS_OK) { // A member's nonsense.
+    if (pus_verification_read(tm, &report) != STATUS_OK) { // A malformed report of a member.
         fixture_line("%s 1.%u %s", who, tm->subtype, hex(tm->data, tm->size));
         return;
     }

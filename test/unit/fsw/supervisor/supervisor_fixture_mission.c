@@ -47,8 +47,8 @@ static const char lone_document[] =
     "</Requires></RTLinkService></Configuration></Subsystem>\n";
 
 // HIGH of HAND has a plan of its own, and ARM's BROKEN, whose number is that of the supervisor's
-// PROCESS_LOST; HIGH of the others is left to what is built in. MEDIUM of STRAIN of ARM and LONE has a plan,
-// ARM's TIRED has none. Plans that go on for a while: ARM's TORQUE and JAMMED.
+// PROCESS_LOST; HIGH of the others has the built-in reaction. MEDIUM of STRAIN of ARM and LONE has a plan,
+// ARM's TIRED has none. Plans that run for a while: ARM's TORQUE and JAMMED.
 static const char mission_document[] =
     "<Mission name='bed' epoch='2026-06-01T12:00:00' power='100'><Subsystems>\n"
     "<Subsystem name='ARM' id='16' executable='arm' descriptor='arm.xml' restarts='2'>\n"

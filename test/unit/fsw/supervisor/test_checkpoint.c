@@ -28,7 +28,7 @@ static message_ring_t taken[2];
 static checkpoint_rings_t rings;
 static checkpoint_rings_t taken_rings;
 
-/// A mission of two subsystems, the supervisor and a link; what the checks ask of it is there.
+/// A mission of two subsystems, the supervisor and a link: all that the checks refer to.
 static void make_mission(void)
 {
     mission                       = (mission_descriptor_t){.interface_hash  = 0x0102030405060708U,
@@ -130,7 +130,7 @@ static void the_last_commit_is_adopted(void)
     }
 }
 
-// Whatever octet changes where it lies, the bank is refused, and the one before it serves.
+// Whichever octet changes, the bank is refused, and the older one is used.
 static void any_octet_that_changes_refuses_its_bank(void)
 {
     for (size_t at = 0U; at < offsetof(checkpoint_bank_t, octets); at++) {
@@ -146,7 +146,7 @@ static void any_octet_that_changes_refuses_its_bank(void)
         TEST_ASSERT_EQUAL_UINT64(1U, found.log_number);
         TEST_ASSERT_TRUE(is_older);
         state.log_number = 3U;
-        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // It goes on from there.
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // The next life continues from there.
         TEST_ASSERT_EQUAL(STATUS_OK, adopt());
         TEST_ASSERT_EQUAL_UINT64(3U, found.log_number);
     }
@@ -159,7 +159,7 @@ static void two_damaged_banks_are_told(void)
     checkpoint.banks[0].state.mode ^= 1U;
     checkpoint.banks[1].state.mode ^= 1U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, adopt());
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, adopt()); // Nothing is left to be believed.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, adopt()); // No bank is valid any more.
 }
 
 // The writer ends after each octet of a commit.
@@ -182,11 +182,11 @@ static void a_commit_that_was_cut_short_leaves_the_one_before(void)
         checkpoint.banks[newer].generation = 0U;
         TEST_ASSERT_EQUAL(STATUS_OK, adopt());
         TEST_ASSERT_EQUAL_UINT64(1U, found.log_number);
-        TEST_ASSERT_FALSE(is_older); // What was never finished is no loss.
+        TEST_ASSERT_FALSE(is_older); // A commit that was not finished is not lost.
     }
 }
 
-/// Commits states whose words all tell the same number, until it is killed.
+/// Commits states whose words all have the same number, until it is killed.
 static void commit_for_ever(checkpoint_t* const shared)
 {
     for (uint64_t i = 1U;; i++) {
@@ -214,7 +214,7 @@ static void a_writer_that_is_killed_anywhere_leaves_a_whole_state(void)
         TEST_ASSERT_EQUAL(writer, waitpid(writer, &result, 0));
         const status_t status = supervisor_checkpoint_adopt(shared, &limits, &found, &taken_rings, &is_older);
         if (status == STATUS_NOT_FOUND) {
-            continue; // It had not begun.
+            continue; // The child had not begun.
         }
         TEST_ASSERT_EQUAL(STATUS_OK, status);
         TEST_ASSERT_FALSE(is_older);
@@ -295,7 +295,7 @@ static void a_link_that_the_mission_does_not_have_is_refused(void)
     REFUSED(CHECKPOINT_LINK, open[0].is_stale, 2U);
     REFUSED(CHECKPOINT_LINK, renewals[MISSION_LINKS_MAX - 1U], RECOMMISSION_RENEWALS + 1U);
     REFUSED(CHECKPOINT_LINK, renewed, 2U);
-    state.open_count = 2U; // Twice the same.
+    state.open_count = 2U; // The same twice.
     state.open[1]    = state.open[0];
     expect_flaw(CHECKPOINT_LINK);
     REFUSED(CHECKPOINT_SESSION, sessions[0].step, 6U);
@@ -313,7 +313,7 @@ static void a_plan_that_the_mission_does_not_have_is_refused(void)
     REFUSED(CHECKPOINT_PLAN, plans[0].is_used, 2U);
     REFUSED(CHECKPOINT_PLAN, plans[0].next_action, 3U);
     REFUSED(CHECKPOINT_PLAN, plans[0].apid, 99U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].lost, 4U); // Of two members.
+    REFUSED(CHECKPOINT_PLAN, plans[0].lost, 4U); // Of two members only.
     REFUSED(CHECKPOINT_PLAN, plans[0].severity, 0U);
     REFUSED(CHECKPOINT_PLAN, plans[0].severity, 5U);
     REFUSED(CHECKPOINT_PLAN, plans[0].member_count, 0U);
@@ -366,7 +366,7 @@ static void what_waits_in_rings_goes_over_in_order(void)
     put(&waiting[0], "a second one that wraps around the end");
     put(&waiting[1], "three");
     supervisor_checkpoint_commit(&checkpoint, &state, &rings);
-    TEST_ASSERT_EQUAL(2U, waiting[0].blocks); // They stay where they are.
+    TEST_ASSERT_EQUAL(2U, waiting[0].blocks); // Waiting blocks stay in their rings.
     TEST_ASSERT_EQUAL(STATUS_OK, adopt());
     expect_block(&taken[0], "one");
     expect_block(&taken[0], "a second one that wraps around the end");
@@ -395,7 +395,7 @@ static void what_a_free_entry_holds_means_nothing(void)
     TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
 }
 
-// Octets that a writer in disorder has committed: judged, whatever they are.
+// Octets that a faulty writer has committed: checked, whatever they are.
 static void any_octets_are_judged(void)
 {
     uint32_t seed = 1U;
@@ -428,7 +428,7 @@ static void add(const char* head, const char* rest)
                                                (const uint8_t*)rest, strlen(rest)));
 }
 
-/// The blocks, each with a comma behind it, in their order or the other way round.
+/// The blocks, each followed by a comma, in order or in reverse order.
 static const char* blocks(bool is_backwards)
 {
     static char content[200];
@@ -487,7 +487,7 @@ static void a_damaged_annex_is_read_without_harm(void)
     add("abc", "");
     add("def", "");
     checkpoint.arrivals.octets[0] ^= 0xFFU;  // Size before the first block,
-    checkpoint.arrivals.octets[18] ^= 0xFFU; // and behind the last.
+    checkpoint.arrivals.octets[18] ^= 0xFFU; // and after the last.
     TEST_ASSERT_EQUAL_STRING("", blocks(false));
     TEST_ASSERT_EQUAL_STRING("", blocks(true));
     checkpoint.arrivals.used.count = 7U;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports that wait for the way to ground: order, classes, and blocks that are held and given back.
+// Reports that wait for the ground: order, classes, and blocks that are taken and returned.
 #include "fsw/supervisor/ground_backlog.h"
 
 #include "unity.h"
@@ -37,7 +37,7 @@ void tearDown(void)
     TEST_ASSERT_EQUAL(0U, blocks_taken());
 }
 
-/// A report with its message type, and a number to know it by.
+/// A report with its message type and an identifying number.
 static void build(uint8_t packet[PUS_PACKET_MAX], uint8_t service, uint8_t subtype, uint8_t number)
 {
     (void)memset(packet, 0, PUS_PACKET_MAX);
@@ -121,15 +121,15 @@ static void what_is_not_firm_leaves_the_blocks_that_are_for_it(void)
     while (put(1U, 17U, 2U, 0U, 200U) == STATUS_OK) {
         plain++;
     }
-    TEST_ASSERT_EQUAL(80U, plain); // Of the 128 of this size.
+    TEST_ASSERT_EQUAL(80U, plain); // Of the 128 blocks of this size.
     TEST_ASSERT_TRUE(supervisor_ground_backlog_room(&backlog, PUS_CLASS_PLAIN) > 200U);
     for (unsigned i = 0U; i < 48U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 8U, 0U, 200U));
     }
-    TEST_ASSERT_EQUAL(STATUS_FULL, put(1U, 1U, 8U, 0U, 200U)); // Now none is left.
+    TEST_ASSERT_EQUAL(STATUS_FULL, put(1U, 1U, 8U, 0U, 200U)); // No block is left.
 }
 
-/// A report of 60 octets as the router puts it: it takes a block before it knows the class.
+/// A report of 60 octets as the router handles it: it takes a block before it knows the class.
 static status_t put_routed(uint8_t service, uint8_t subtype)
 {
     uint8_t* const block = supervisor_ground_backlog_take(&backlog, 60U);
@@ -144,7 +144,7 @@ static status_t put_routed(uint8_t service, uint8_t subtype)
     return status;
 }
 
-/// Requests are taken in while their answers have room: BULK reports that wait do not keep them out.
+/// Requests are taken in while there is room for their answers: waiting BULK reports do not prevent that.
 static void bulk_reports_leave_room_for_requests(void)
 {
     unsigned plain = 0U;
@@ -156,7 +156,8 @@ static void bulk_reports_leave_room_for_requests(void)
         plain++;
     }
     TEST_ASSERT_EQUAL(65U, plain);
-    for (unsigned i = 1U; i < GROUND_INTAKE_REPORTS; i++) { // Each answer that is still to come, and its end.
+    for (unsigned i = 1U; i < GROUND_INTAKE_REPORTS; i++) {
+        // Every answer that is still to come, and its completion.
         TEST_ASSERT_EQUAL(STATUS_OK, put_routed(17U, 2U));
         TEST_ASSERT_EQUAL(STATUS_OK, put_routed(1U, 7U));
     }
@@ -170,7 +171,7 @@ static void a_report_waits_in_the_block_it_lies_in(void)
     build(block, 1U, 7U, 9U);
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_ground_backlog_put(&backlog, 3U, block, 100U, block));
     TEST_ASSERT_EQUAL(1U, blocks_taken());
-    supervisor_ground_backlog_give(&backlog, block); // Who routed it needs it no more, the line still does.
+    supervisor_ground_backlog_give(&backlog, block); // The router has released it, the line still holds it.
     TEST_ASSERT_EQUAL(1U, blocks_taken());
     TEST_ASSERT_TRUE(supervisor_ground_backlog_next(&backlog, true, &report));
     TEST_ASSERT_EQUAL_PTR(block, report.packet);
@@ -191,7 +192,7 @@ static void what_is_routed_leaves_the_blocks_for_firm_ones_too(void)
     while (put_routed(1U, 7U) == STATUS_OK) {
         firm++;
     }
-    TEST_ASSERT_EQUAL(768U - others, firm); // At least the 256 that are for these.
+    TEST_ASSERT_EQUAL(768U - others, firm); // At least the 256 reserved for these.
 }
 
 static void without_a_block_there_is_none_to_take(void)
@@ -222,7 +223,7 @@ static void what_waits_is_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 3U, 25U, 5U, 300U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 5U, 4U, 6U, 30U));
     expect(false, 1U);
-    expect(false, 4U); // Leaves a hole in its line.
+    expect(false, 4U); // It leaves a hole in its line.
     supervisor_ground_backlog_copy(&backlog, &ring);
     static const uint8_t left[] = {2U, 3U, 5U, 6U};
     for (size_t i = 0U; i < sizeof left; i++) {
@@ -232,7 +233,7 @@ static void what_waits_is_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, message_ring_take(&ring, packet, sizeof packet, &size));
 }
 
-/// Against a list: nothing is doubled, lost or out of order within a class.
+/// Compared with a list: nothing is doubled, lost or out of order within a class.
 static void any_history_keeps_order_and_blocks(void)
 {
     uint32_t random_state         = 5U;

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#define APIDS 12U // Of members in random graphs: 1..12.
+#define APIDS 12U // Members in random graphs: 1..12.
 
 void setUp(void)
 {
@@ -75,7 +75,7 @@ static void a_full_graph_refuses(void)
     }
     const link_edge_t more = edge(99U, 16U, 17U);
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, supervisor_link_graph_add(&graph, &more));
-    add(&graph, 5U, 16U, 18U); // Replacing one that is there is no addition.
+    add(&graph, 5U, 16U, 18U); // Replacing an existing edge needs no room.
     TEST_ASSERT_TRUE(supervisor_link_graph_remove(&graph, LINK_GRAPH_EDGES));
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_link_graph_add(&graph, &more));
 }
@@ -85,14 +85,14 @@ static void a_network_holds_a_bounded_number_of_members(void)
     link_graph_t graph = {0};
     uint16_t members[LINK_GRAPH_MEMBERS + 1U];
     members[LINK_GRAPH_MEMBERS] = 0xBEEFU;
-    for (uint16_t i = 1U; i < LINK_GRAPH_EDGES; i++) { // A chain longer than a network may be.
+    for (uint16_t i = 1U; i < LINK_GRAPH_EDGES; i++) { // A chain longer than the limit of a network.
         add(&graph, i, i, (uint16_t)(i + 1U));
     }
     TEST_ASSERT_EQUAL(LINK_GRAPH_MEMBERS, supervisor_link_graph_members(&graph, 1U, members));
     TEST_ASSERT_EQUAL(0xBEEFU, members[LINK_GRAPH_MEMBERS]);
 }
 
-/// Who is connected with whom, by repeating the rule until nothing changes.
+/// Connected members, found by repeating the rule until nothing changes.
 static void close_naively(const link_graph_t* graph, bool connected[APIDS + 1U][APIDS + 1U])
 {
     (void)memset(connected, 0, (APIDS + 1U) * (APIDS + 1U) * sizeof(bool));

@@ -91,7 +91,7 @@ static void lines_are_numbered_and_timed(void)
     expect_text("packets.ascii", "1 0.000000000 TC 1810c0\n2 93.000500000 TM 08ff\n");
     supervisor_packet_log_close(&packets);
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 3U,
-                                                            RING_RECORDS)); // It goes on.
+                                                            RING_RECORDS)); // The log continues.
     supervisor_packet_log_append(&packets, 1U, true, request, 1U);
     supervisor_packet_log_close(&packets);
     expect_text("packets.ascii", "1 0.000000000 TC 1810c0\n2 93.000500000 TM 08ff\n3 0.000000001 TC 18\n");
@@ -125,7 +125,7 @@ static void the_ring_is_written_when_it_is_left(void)
     expect_text("packets.ring", "1 0.000000005 TM 0102\n2 0.000000006 TM 01\n");
 }
 
-/// Number of each line, in order, from the file at hand; returns how many.
+/// Numbers of all lines, in order, from the open file; returns how many.
 static size_t line_numbers(uint64_t* numbers, size_t capacity)
 {
     size_t count = 0U;
@@ -147,7 +147,7 @@ static void the_ring_keeps_the_newest(void)
     }
     supervisor_packet_log_close(&packets);
     read_file("packets.ring");
-    const char* const gap = strstr((const char*)content, " GAP\n"); // Of the others.
+    const char* const gap = strstr((const char*)content, " GAP\n"); // The records of the others.
     TEST_ASSERT_NOT_NULL(gap);
     (void)memmove(content, &gap[5], strlen(&gap[5]) + 1U);
     const size_t count = line_numbers(numbers, 1024U);
@@ -242,7 +242,8 @@ static void append(unsigned count)
 
 static void a_strategy_that_cannot_open_leaves_the_old_one(void)
 {
-    TEST_ASSERT_EQUAL(0, mkdir(path_of("packets.spool"), 0755)); // No file can be made in its place.
+    // A folder has the name, so the file cannot be made.
+    TEST_ASSERT_EQUAL(0, mkdir(path_of("packets.spool"), 0755));
     open_log(PACKET_LOG_ASCII);
     append(1U);
     TEST_ASSERT_EQUAL(STATUS_IO, supervisor_packet_log_select(&packets, PACKET_LOG_SQLITE));
@@ -274,20 +275,20 @@ static void a_mission_says_how_many_records_the_ring_keeps(void)
     append(10U);
     supervisor_packet_log_close(&packets);
     expect_text("packets.ring", "1 7 GAP\n8 0.000000000 TC 18\n9 0.000000000 TC 18\n10 0.000000000 TC 18\n");
-    TEST_ASSERT_EQUAL(0U, packets.failures); // It is what a ring is for.
+    TEST_ASSERT_EQUAL(0U, packets.failures); // A ring loses old records by design.
 }
 
 // ---- A disk that is full, read-only or gone ----
 
 #define SECOND_NS 1000000000ULL
 
-/// From now on the file of that name takes nothing.
+/// From now on the file of that name accepts no octets.
 static void fill_disk(const char* name)
 {
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path_of(name)));
 }
 
-/// Write so far, and no further.
+/// Accept this many octets and no more.
 static void limit_files(rlim_t octets)
 {
     struct rlimit limit;
@@ -325,7 +326,7 @@ static void a_folder_that_is_not_there_is_waited_for(void)
     (void)rmdir(path_of("nowhere"));
 }
 
-/// Also where the write stops within a record: what is there of it is cut off.
+/// Also if the write stops within a record: the part of it is cut off.
 static void a_full_disk_loses_nothing_that_the_ring_holds(void)
 {
     static const packet_log_strategy_t strategies[] = {PACKET_LOG_ASCII, PACKET_LOG_SQLITE};
@@ -382,7 +383,7 @@ static void what_the_ring_has_lost_is_a_gap_in_the_file(void)
     expect_text("packets.ascii", "1 0.000000000 TC 18\n2 4 GAP\n5 0.000000000 TC 18\n6 0.000000000 TC 18\n");
 }
 
-/// Within one step: records that no file has taken wait in the ring, and then the file must take them.
+/// Within one step: records that no file has accepted wait in the ring, and then the file must get them.
 static void more_than_the_ring_between_two_steps(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
@@ -404,7 +405,7 @@ static void more_than_the_ring_between_two_steps(void)
     TEST_ASSERT_EQUAL(140U, packets.ring.blocks + packets.failures);
 }
 
-/// 1 s, 2 s, 4 s and so on up to 32 s; the first again after a minute in which all was well.
+/// 1 s, 2 s, 4 s and so on up to 32 s; the first delay again after a minute without failure.
 static void tries_become_rarer(void)
 {
     static const unsigned tries_s[] = {1U, 3U, 7U, 15U, 31U, 63U, 95U, 127U};
@@ -421,7 +422,7 @@ static void tries_become_rarer(void)
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     limit_files(1U);
     append(1U);
-    supervisor_packet_log_step(&packets, 160U * SECOND_NS); // Soon after: as rare as before.
+    supervisor_packet_log_step(&packets, 160U * SECOND_NS); // Soon after: with the same delay as before.
     TEST_ASSERT_EQUAL_UINT64(192U * SECOND_NS, packets.retry_ns);
     room_is_again();
     supervisor_packet_log_step(&packets, 192U * SECOND_NS);
@@ -444,12 +445,12 @@ static void a_file_that_was_removed_is_made_again(void)
     append(1U);
     supervisor_packet_log_step(&packets, 2U * SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
-    TEST_ASSERT_EQUAL(3U, packets.first_number); // The merge tells that 1 and 2 are missing.
+    TEST_ASSERT_EQUAL(3U, packets.first_number); // The merge reports that 1 and 2 are missing.
     supervisor_packet_log_close(&packets);
     expect_text("packets.ascii", "3 0.000000000 TC 18\n");
 }
 
-/// A long ring goes into the file over several steps, while new records come.
+/// A long ring is written to the file in several steps, while new records come.
 static void a_long_ring_is_written_in_portions(void)
 {
     open_log(PACKET_LOG_ASCII);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The packet log with a task of its own for the disk, which is slow, does not answer, or fails below it.
+// The packet log with a task of its own for a disk that is slow, does not answer, or fails.
 #define _GNU_SOURCE
 #include "fsw/supervisor/packet_log.h"
 
@@ -23,7 +23,7 @@ static packet_log_t packets;
 static char folder[64];
 static char content[FILE_MAX];
 static size_t content_size;
-static int pipe_end = -1; // Where the file is a pipe.
+static int pipe_end = -1; // Read end of the pipe that replaces the file.
 static osal_task_t reader;
 
 static const char* path_of(const char* name)
@@ -49,7 +49,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    close_pipe(); // Else a write waits for ever.
+    close_pipe(); // Otherwise a write never ends.
     supervisor_packet_log_close(&packets);
     (void)unlink(path_of("packets.ascii"));
     (void)unlink(path_of("packets.spool"));
@@ -114,7 +114,7 @@ static void read_until_closed(void* context)
     content[content_size] = '\0';
 }
 
-/// The writer still waits: only when somebody reads, the log can be closed.
+/// The writer still waits: the log can be closed only when the pipe is read.
 static void close_slow_log(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&reader, read_until_closed, NULL, 0));
@@ -144,11 +144,11 @@ static void expect_numbers(uint64_t first, uint64_t last)
     TEST_ASSERT_EQUAL_STRING("", line);
 }
 
-/// A step that waited for the disk would never return here: nobody reads meanwhile.
+/// A step that waited for the disk would never return here: the pipe is not read.
 static void a_slow_disk_holds_nobody_up(void)
 {
     open_slow_log(RING_RECORDS);
-    append(300U); // More than the pipe takes.
+    append(300U); // More than the pipe holds.
     supervisor_packet_log_step(&packets, 0U);
     append(1U);
     supervisor_packet_log_step(&packets, SECOND_NS - 1U);
@@ -175,8 +175,8 @@ static void a_slow_disk_holds_nobody_up(void)
     TEST_ASSERT_EQUAL(0U, packets.failures);
 }
 
-/// Each piece takes longer than a second: the ring stays in force, and the file gets all the same what it
-/// takes.
+/// Each piece takes longer than a second: the ring stays in force, and the file still gets all that it can
+/// take.
 static void a_disk_that_stays_slow_leaves_the_ring_in_force(void)
 {
     open_slow_log(RING_RECORDS);
@@ -193,7 +193,7 @@ static void a_disk_that_stays_slow_leaves_the_ring_in_force(void)
     expect_numbers(1U, 1800U);
 }
 
-/// What is being written is not lost, also when the ring needs its place.
+/// The piece being written is not lost, even if the ring needs its room.
 static void the_ring_overflows_while_the_disk_is_slow(void)
 {
     open_slow_log(100U);
@@ -211,7 +211,7 @@ static void the_ring_overflows_while_the_disk_is_slow(void)
     TEST_ASSERT_NOT_NULL(strstr(content, "\n500 0.000000000 TC 18\n"));
 }
 
-/// More than the ring holds, before the disk is told to be slow.
+/// More than the ring holds, before the disk is reported to be slow.
 static void a_storm_while_the_disk_is_slow(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
@@ -250,7 +250,7 @@ static void a_strategy_is_selected_while_the_disk_is_slow(void)
     TEST_ASSERT_EQUAL(0U, packets.failures);
 }
 
-/// The disk fails while the writer writes; it is tried again as without a writer.
+/// The disk fails while the writer writes; retries are the same as without a writer.
 static void a_disk_fails_below_the_writer(void)
 {
     open_slow_log(RING_RECORDS);
@@ -275,7 +275,7 @@ static void a_disk_fails_below_the_writer(void)
     TEST_ASSERT_EQUAL(0U, packets.failures);
 }
 
-/// Killed at any moment of a write: the successor has each record once, whatever the file has got.
+/// Killed at any moment of a write: the successor has each record once, whatever the file has received.
 static void a_death_while_the_writer_writes(void)
 {
     static uint8_t ring[PACKET_LOG_RING_OCTETS];
@@ -296,7 +296,7 @@ static void a_death_while_the_writer_writes(void)
                                         .sizes          = {packets.whole[PACKET_LOG_ASCII]},
                                         .ring           = ring,
                                         .ring_octets    = octets};
-        supervisor_packet_log_close(&packets); // What it wrote after its last commit.
+        supervisor_packet_log_close(&packets); // Records written after its last commit.
         TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open_after(&packets, folder, PACKET_LOG_ASCII,
                                                                       &past, RING_RECORDS));
         append(1U);
@@ -308,7 +308,7 @@ static void a_death_while_the_writer_writes(void)
 
 int main(void)
 {
-    (void)alarm(120U); // Who waits for a disk that takes nothing waits for ever.
+    (void)alarm(120U); // A write to a disk that takes nothing never ends.
     UNITY_BEGIN();
     RUN_TEST(a_slow_disk_holds_nobody_up);
     RUN_TEST(a_disk_that_stays_slow_leaves_the_ring_in_force);

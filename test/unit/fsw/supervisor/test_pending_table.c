@@ -33,7 +33,7 @@ static void report(uint16_t apid, uint16_t destination, uint32_t id, uint8_t sub
     supervisor_pending_report(&table, apid, destination, &made);
 }
 
-// Per flags of acknowledgement: the report of success that ends the chain. 0: not tracked at all.
+// For each set of acknowledgement flags: the report of success that ends the request. 0: not tracked at all.
 static void the_last_report_asked_for_ends_a_request(void)
 {
     static const uint8_t last[16] = {0U, 1U, 3U, 3U, 3U, 3U, 3U, 3U, 7U, 7U, 7U, 7U, 7U, 7U, 7U, 7U};
@@ -74,7 +74,8 @@ static void a_refused_instruction_is_not_the_end(void)
     TEST_ASSERT_EQUAL(0U, table.count);
 }
 
-// All instructions were refused: that was told, and the loss of the subsystem much later tells nothing more.
+// All instructions were refused, and that was reported: the later loss of the subsystem is not reported for
+// it.
 static void a_request_of_which_only_refusals_are_known_is_not_told_lost(void)
 {
     pus_token_t taken;
@@ -120,7 +121,7 @@ static void requests_of_which_only_refusals_are_known_make_room(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, supervisor_pending_add(&table, 17U, &one, 100U));
 }
 
-// The ground's sequence count has come round.
+// The ground's sequence count has wrapped.
 static void a_request_that_is_like_a_refused_one_takes_its_place(void)
 {
     supervisor_pending_init(&table);
@@ -152,7 +153,7 @@ static void reports_of_others_change_nothing(void)
 static void equal_requests_end_one_by_one(void)
 {
     supervisor_pending_init(&table);
-    add(16U, 5U, 1U, 0xFU); // A user that counts from 0 again.
+    add(16U, 5U, 1U, 0xFU); // A user whose count starts from 0 again.
     add(16U, 5U, 1U, 0xFU);
     report(16U, 1U, 5U, 7U, 0U);
     TEST_ASSERT_EQUAL(1U, table.count);

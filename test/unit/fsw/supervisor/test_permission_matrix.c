@@ -89,7 +89,7 @@ static void denies_when_any_part_of_the_key_differs(void)
     }
 }
 
-/// Service * 1000 + subtype of what only reports, besides ST[17].
+/// Service * 1000 + subtype of the requests that only report, besides ST[17].
 static bool is_in(const uint8_t service, const uint8_t subtype)
 {
     static const unsigned keys[] = {
@@ -122,7 +122,7 @@ static void a_rule_may_be_for_a_whole_service(void)
     }
 }
 
-/// Every service, subtype, state and selector without any rule: only what is built in.
+/// Every service, subtype, state and selector without any rule: only the built-in set applies.
 static void without_rules_only_the_built_in_set_is_allowed(void)
 {
     mission.rule_count = 0U;
@@ -130,7 +130,7 @@ static void without_rules_only_the_built_in_set_is_allowed(void)
         for (unsigned subtype = 1U; subtype < 256U; subtype++) {
             for (unsigned state = 0U; state < 10U; state++) {
                 if ((service == 129U) && (subtype == 1U)) {
-                    continue; // The next test.
+                    continue; // Tested below.
                 }
                 const permission_request_t request = {.service = (uint8_t)service,
                                                       .subtype = (uint8_t)subtype,
@@ -148,7 +148,7 @@ static void without_rules_only_the_built_in_set_is_allowed(void)
     }
 }
 
-/// Downwards and to ERROR_OPERATIONAL always; upwards never without a rule. Rows: present state, columns:
+/// Lower states and ERROR_OPERATIONAL always; higher ones never without a rule. Rows: present state, columns:
 /// target.
 static void requests_for_a_state_are_free_downwards_only(void)
 {

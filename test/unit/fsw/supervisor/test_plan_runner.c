@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which run a subsystem belongs to, when failures of all severities follow each other in any order.
+// The run to which a subsystem belongs, when failures of all severities follow each other in any order.
 #include "fsw/supervisor/plan_runner.h"
 
 #include "unity.h"
@@ -38,7 +38,7 @@ static plan_run_t failure(descriptor_severity_t severity, uint16_t apid, uint16_
     return run;
 }
 
-/// Returns how many runs it ended.
+/// Returns the number of runs that it ended.
 static unsigned fail(const plan_run_t* run, plan_verdict_t expected)
 {
     unsigned ended = 0U;
@@ -98,7 +98,7 @@ static void a_lower_severity_starts_nothing_for_a_member_of_a_higher_one(void)
     const plan_run_t beside = failure(DESCRIPTOR_MEDIUM, 3U, 1U, 3U);
     (void)fail(&high, PLAN_STARTED);
     TEST_ASSERT_EQUAL(0U, fail(&medium, PLAN_OUTRANKED));
-    TEST_ASSERT_EQUAL(0U, fail(&beside, PLAN_STARTED)); // 3 came to the network later: it alone.
+    TEST_ASSERT_EQUAL(0U, fail(&beside, PLAN_STARTED)); // 3 joined the network later: only that one is new.
     TEST_ASSERT_EQUAL(1U, supervisor_plan_runner_of(&runner, 3U)->member_count);
     TEST_ASSERT_EQUAL(1U, supervisor_plan_runner_of(&runner, 2U)->apid);
 }
@@ -110,7 +110,7 @@ static void the_same_severity_joins_and_brings_its_members(void)
     const plan_run_t lesser = failure(DESCRIPTOR_MEDIUM, 3U, 3U, 3U);
     (void)fail(&first, PLAN_STARTED);
     (void)fail(&lesser, PLAN_STARTED);
-    TEST_ASSERT_EQUAL(1U, fail(&second, PLAN_JOINED)); // That of 3 ends.
+    TEST_ASSERT_EQUAL(1U, fail(&second, PLAN_JOINED)); // The run of 3 ends.
     TEST_ASSERT_EQUAL(1U, runs_under_way());
     TEST_ASSERT_EQUAL(3U, supervisor_plan_runner_of(&runner, 3U)->member_count);
     TEST_ASSERT_EQUAL(1U, supervisor_plan_runner_of(&runner, 3U)->event_id);
@@ -190,7 +190,7 @@ static void a_member_whose_process_died_is_no_concern_of_the_run(void)
     const plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 3U);
     (void)fail(&run, PLAN_STARTED);
     supervisor_plan_runner_mark_lost(&runner, 2U);
-    supervisor_plan_runner_mark_lost(&runner, 9U); // Of no run.
+    supervisor_plan_runner_mark_lost(&runner, 9U); // It is in no run.
     const plan_run_t* const present = supervisor_plan_runner_of(&runner, 2U);
     TEST_ASSERT_TRUE(supervisor_plan_runner_concerns(present, 1U));
     TEST_ASSERT_FALSE(supervisor_plan_runner_concerns(present, 2U));

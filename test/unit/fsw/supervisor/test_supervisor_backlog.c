@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// COMMUNICATION dies and comes back: what was reported in between waits, in order, and whatever has no room
-// is counted.
+// COMMUNICATION dies and is started again: reports of the meantime wait, in order, and those without room are
+// counted.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -56,8 +56,8 @@ static void report_number(uint8_t service, uint8_t subtype, uint16_t number)
 }
 
 typedef struct {
-    const char* start;  // Of its lines.
-    const char* format; // Of the number behind it.
+    const char* start;  // Begin of its lines.
+    const char* format; // Format of the number after it.
     unsigned count;
     unsigned last;
 } arrivals_t;
@@ -123,12 +123,13 @@ static void what_has_no_room_is_counted_and_nothing_firm_is_lost(void)
     const arrivals_t firm   = arrivals_of(text, "G/16 1.7 #", "%u");
     const arrivals_t plain  = arrivals_of(text, "G/16 5.1 ", "%4X");
     const arrivals_t bulk   = arrivals_of(text, "G/16 3.26 ", "%4X");
-    const arrivals_t behind = arrivals_of(text, "G 5.2 0028", "%c"); // GROUND_BEHIND: a plain one itself.
+    const arrivals_t behind = arrivals_of(text, "G 5.2 0028", "%c"); // GROUND_BEHIND: itself a PLAIN report.
     TEST_ASSERT_EQUAL(240U, firm.count);
     TEST_ASSERT_EQUAL_UINT32(before.dropped_firm, fixture.supervisor.ground.dropped_firm);
     TEST_ASSERT_EQUAL_UINT32(241U, plain.count + behind.count + (now.dropped_plain - before.dropped_plain));
     TEST_ASSERT_EQUAL_UINT32(240U, bulk.count + (now.dropped_bulk - before.dropped_bulk));
-    TEST_ASSERT_TRUE((plain.count + bulk.count) <= 512U); // The other smallest blocks are for FIRM ones.
+    // The other smallest blocks are reserved for FIRM reports.
+    TEST_ASSERT_TRUE((plain.count + bulk.count) <= 512U);
     TEST_ASSERT_TRUE((plain.count >= 200U) && (bulk.count >= 60U));
     fixture_forget();
     report_firm(7U); // All is as before.
@@ -136,7 +137,7 @@ static void what_has_no_room_is_counted_and_nothing_firm_is_lost(void)
     fixture_expect("G/16 1.7 #7\n");
 }
 
-/// More than there is room for at all: the first ones arrive, the others are counted.
+/// More than there is room for in total: the first ones arrive, the others are counted.
 static void the_first_firm_ones_are_kept_where_there_are_too_many(void)
 {
     be_dead();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the supervisor's descriptor grants the services of the whole spacecraft is all they take.
+// The services of the whole spacecraft use no more than the supervisor's descriptor grants.
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "test/unit/fsw/supervisor/releases.h"
@@ -43,7 +43,7 @@ static void each_service_is_told_what_it_has(void)
     for (size_t i = 0U; i < sizeof types; i++) {
         TEST_ASSERT_EQUAL_UINT16(GRANTED, spacecraft_capacity(&fixture.supervisor, types[i], 64U));
         TEST_ASSERT_EQUAL_UINT16(
-            1U, spacecraft_capacity(&fixture.supervisor, types[i], 1U)); // No more than has room.
+            1U, spacecraft_capacity(&fixture.supervisor, types[i], 1U)); // At most the capacity.
     }
     granting.service_count = 0U;
     TEST_ASSERT_EQUAL_UINT16(64U, spacecraft_capacity(&fixture.supervisor, PUS_SERVICE_FILES, 64U));
@@ -63,7 +63,7 @@ static void activities_beyond_it_are_refused(void)
     fixture_expect("");
     release_at(fixture.now_ns + LATER_NS, LONE, GRANTED);
     fixture_run(1U);
-    fixture_expect("G 1.4 #6 0205 2\n"); // PUS_FAILURE_TABLE_FULL, and how many there may be.
+    fixture_expect("G 1.4 #6 0205 2\n"); // PUS_FAILURE_TABLE_FULL, and the granted number.
 }
 
 static void actions_beyond_it_are_refused(void)
@@ -75,7 +75,7 @@ static void actions_beyond_it_are_refused(void)
     fixture_expect("");
     release_on(1U + GRANTED, LONE, GRANTED);
     fixture_run(1U);
-    fixture_expect("G 1.4 #6 0205 2\nG 1.4 #7 0201 100003\n"); // So there is none to be enabled.
+    fixture_expect("G 1.4 #6 0205 2\nG 1.4 #7 0201 100003\n"); // Without entries there is nothing to enable.
 }
 
 static uint16_t take_until_it_warns(pool_t* pool)
@@ -88,7 +88,7 @@ static uint16_t take_until_it_warns(pool_t* pool)
     return count;
 }
 
-/// Room for requests and sequences: three quarters in use are an event, once each; peaks are parameters.
+/// Memory for requests and sequences: three quarters in use raise one event each; peaks are parameters.
 static void pools_of_requests_warn_and_are_told(void)
 {
     const supervisor_blocks_t* const blocks = &fixture.supervisor.blocks;

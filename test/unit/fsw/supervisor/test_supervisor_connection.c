@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// TC[17,3] to the supervisor: it asks another application, and tells what became of it.
+// TC[17,3] to the supervisor: it tests the connection to another application, and reports the result.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -45,7 +45,7 @@ static void an_application_that_answers_is_reached(void)
     test_connection(ARM);
     fixture_run(1U);
     fixture_expect("G 1.1 #0\nG 1.3 #0\n16 TC 17.1 from 8001\n");
-    answer(PUS_SERVICE_TEST, 2U, PUS_USER_GROUND); // Not what was asked for.
+    answer(PUS_SERVICE_TEST, 2U, PUS_USER_GROUND); // Not the expected answer.
     answer(PUS_SERVICE_TEST, 4U, SUPERVISOR_USER);
     answer(PUS_SERVICE_EVENTS, 2U, SUPERVISOR_USER);
     fixture_run(3U);
@@ -86,7 +86,7 @@ static void only_some_are_tested_at_once(void)
     }
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("G 1.4 #4 0205 4"));
-    answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER); // It is there: all that ask for it know.
+    answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER); // The application answers: all requesters are informed.
     fixture_forget();
     fixture_run(3U);
     TEST_ASSERT_TRUE(fixture_has("G 1.7 #0"));

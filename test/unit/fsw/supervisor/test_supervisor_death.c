@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The supervisor dies between two steps, and another one goes on with what it has left.
+// The supervisor dies between two steps, and the next one continues with its checkpoint.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -33,7 +33,7 @@ static void note_arrival(void* context, const uint8_t* frame, size_t size)
     TEST_ASSERT_TRUE(supervisor_checkpoint_add(context, &checkpoint.arrivals, frame, size, NULL, 0U));
 }
 
-/// As the program does: what has arrived outlives it.
+/// As the program does: received blocks outlive it.
 static void watch(void)
 {
     message_watch(&fixture.endpoint, (message_arrival_t){&checkpoint, note_arrival});
@@ -53,13 +53,13 @@ void tearDown(void)
     fixture_close();
 }
 
-/// It is killed, and the next one opens: nothing of its own memory is left.
+/// It is killed, and the next one opens: nothing of its memory is left.
 static void die(void)
 {
     static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
-    osal_file_close(&fixture.supervisor.log.file); // As the system does.
+    osal_file_close(&fixture.supervisor.log.file); // As the system closes it.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
-    life++; // Unless it takes over the life of the channels.
+    life++; // Unless the next one takes over the life of the channels.
     message_open(&fixture.endpoint, DESCRIPTOR_SUPERVISOR_APID, life, fixture.endpoint.carrier, inbox,
                  sizeof inbox / sizeof inbox[0]);
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
@@ -87,12 +87,12 @@ static void it_goes_on_and_says_so(void)
     die();
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has(RESTARTED "000000020000"));
-    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001")); // Each is asked for its state.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001")); // The supervisor requests the state of each.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.4 from 8001"));
     fixture_run(60U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
     TEST_ASSERT_FALSE(fixture_has(DIFFERS));
-    TEST_ASSERT_FALSE(fixture_has("2 TC 129.8")); // Who is up stays up, and is told nothing.
+    TEST_ASSERT_FALSE(fixture_has("2 TC 129.8")); // A running subsystem keeps its state, and gets no order.
     fixture_forget();
     die();
     fixture_step();
@@ -180,16 +180,16 @@ static void links_are_as_the_members_say(void)
     die();
     fixture_run(5U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.8 00 from 8001"));
-    TEST_ASSERT_FALSE(fixture_has(LINK_DIFFERS)); // As it was.
+    TEST_ASSERT_FALSE(fixture_has(LINK_DIFFERS)); // The link is as it was.
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
     fixture_forget();
     fixture.members[FIXTURE_ARM].open_links &= ~((uint32_t)1U << (LINK_ARM_STATE - 1U));
     fixture.members[FIXTURE_HAND].open_links |= (uint32_t)1U << (LINK_LONE_STATE - 1U);
     die();
     fixture_run(5U);
-    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00100001")); // Closed at one end while nobody looked:
-    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));      // the other end follows.
-    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00110003")); // Open, and of nobody's making.
+    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00100001")); // Closed at one end during the death:
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));      // the supervisor closes the other end.
+    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00110003")); // Open without an order.
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0003"));
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.graph.count);
     fixture_forget();
@@ -211,7 +211,7 @@ static void networks_are_there_again(void)
     die();
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_run(60U); // The plan goes on to its end.
+    fixture_run(60U); // The plan runs to its end.
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0003 from 8001"));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
 }
@@ -236,7 +236,7 @@ static void a_negotiation_goes_on(void)
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.graph.count);
 }
 
-/// ARM and HAND linked in OPERATIONAL; ARM's process dies, and both are on their way back.
+/// ARM and HAND linked in OPERATIONAL; ARM's process dies, and both are being recommissioned.
 static void lead_back(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -254,13 +254,13 @@ static void expect_led_back(void)
     TEST_ASSERT_TRUE(fixture_has(BACK "00100005"));
     TEST_ASSERT_TRUE(fixture_has(BACK "00110005"));
     TEST_ASSERT_FALSE(fixture_has(STOPPED));
-    TEST_ASSERT_FALSE(fixture_has("G 1.")); // Nobody has asked.
+    TEST_ASSERT_FALSE(fixture_has("G 1.")); // No user has requested it.
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_HAND].state);
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
 }
 
-/// What a recommissioning goes on with, or begins with.
+/// Data with which a recommissioning continues, or begins.
 static void expect_taken_over(const registry_entry_t* was, const registry_entry_t* entry)
 {
     TEST_ASSERT_EQUAL(was->is_restarted, entry->is_restarted);
@@ -288,14 +288,13 @@ static void who_is_on_the_way_back_arrives(unsigned ticks)
     fixture_run(200U);
     expect_led_back();
     fixture_forget();
-    fixture.members[FIXTURE_ARM].is_running =
-        false; // And the next supervisor still knows how to open the links.
+    fixture.members[FIXTURE_ARM].is_running = false; // The next supervisor still knows how to open the links.
     fixture_run(200U);
     expect_led_back();
     expect_whole_log();
 }
 
-/// Wherever it is on its way.
+/// At each instant of the recommissioning.
 static void a_recommissioning_goes_on(void)
 {
     for (unsigned ticks = 0U; ticks < 140U; ticks += 3U) {
@@ -305,7 +304,7 @@ static void a_recommissioning_goes_on(void)
     }
 }
 
-/// Both die, and the next supervisor finds it: it knows where the subsystem was.
+/// Both die, and the next supervisor detects it: it knows the earlier state of the subsystem.
 static void who_dies_with_it_is_led_back(void)
 {
     lead_back();
@@ -350,7 +349,7 @@ static void records_that_are_in_memory_only_are_there_again(void)
 
 static message_carrier_t true_carrier;
 static unsigned sends_left;
-static bool is_killed_before; // The send that is its last does not happen.
+static bool is_killed_before; // The send that is its last one is not performed.
 static jmp_buf killed;
 
 static status_t mortal_send(void* context, uint16_t to, const uint8_t* frame, size_t size)
@@ -367,7 +366,7 @@ static status_t mortal_send(void* context, uint16_t to, const uint8_t* frame, si
     return status;
 }
 
-/// One step in which it dies at its nth send. False: it has not sent as often.
+/// One step in which it dies at its n-th send. False: it has fewer sends.
 static bool dies_within_a_step(unsigned sends)
 {
     true_carrier             = fixture.endpoint.carrier;
@@ -480,11 +479,11 @@ static void without_anything_to_take_over_it_begins_anew_and_says_so(void)
     die();
     fixture_step();
     TEST_ASSERT_TRUE(fixture.supervisor.lives == 1U);
-    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001")); // The members know.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.4 from 8001")); // The members know the order.
     TEST_ASSERT_FALSE(fixture_has("1 TC 129.4"));
     expect_whole_log();
     TEST_ASSERT_TRUE(fixture_has(DAMAGED "0000"));
-    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode); // Nobody knows what was under way.
+    TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode); // It is unknown what was under way.
     fixture_run(60U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
 }
@@ -499,7 +498,7 @@ static bool keep_checkpoint(void* context, const checkpoint_t* of)
     return can_keep;
 }
 
-/// For analysis, before it is written over.
+/// Kept for analysis, before it is overwritten.
 static void what_was_damaged_is_kept(void)
 {
     configuration.keep_checkpoint = keep_checkpoint;
@@ -518,7 +517,7 @@ static void what_was_damaged_is_kept(void)
     }
 }
 
-/// Where it ran as a thread, its messages are as it has left them: they are not taken over a second time.
+/// If it ran as a thread, its messages are still there: they are not taken over a second time.
 static void messages_that_were_kept_go_on_as_they_are(void)
 {
     fixture_run(5U);

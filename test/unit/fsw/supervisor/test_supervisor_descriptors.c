@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// A subsystem that runs with another descriptor than the supervisor has read: told once for each change, and
-// with another interface led nowhere but down.
+// A subsystem that runs with another descriptor than the supervisor has read: reported once for each change;
+// with another interface only transitions towards OFFLINE are permitted.
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
 #include <stdio.h>
 #include <string.h>
 
-#define TICKS_OF_A_STATUS 130U ///< It comes once a second.
+#define TICKS_OF_A_STATUS 130U ///< The status comes once a second.
 #define FOREIGN 0x1122334455667788ULL
 
 void setUp(void)
@@ -30,7 +30,7 @@ static unsigned count(const char* text, const char* part)
     return found;
 }
 
-/// How the event that names a member's two hashes looks in the lines to the ground.
+/// Form of the event with a member's two hashes in the lines to the ground.
 static void expect_told(const char* text, uint16_t event, uint64_t expected, uint64_t offset)
 {
     char line[96];
@@ -88,7 +88,8 @@ static void with_the_right_interface_again_it_is_led_on(void)
     (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
     fixture_run(3U);
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_LONE].state);
-    fixture.members[FIXTURE_LONE].interface_offset = FOREIGN; // The same again is news again.
+    // After a change the same difference is reported again.
+    fixture.members[FIXTURE_LONE].interface_offset = FOREIGN;
     fixture_run(TICKS_OF_A_STATUS);
     expect_told(fixture_look(), 9U, lone()->interface_hash, FOREIGN);
 }
@@ -97,7 +98,7 @@ static void another_configuration_is_told_once_for_each_and_not_refused(void)
 {
     fixture.members[FIXTURE_LONE].configuration_offset = 1U;
     fixture_run(3U * TICKS_OF_A_STATUS);
-    fixture.members[FIXTURE_LONE].configuration_offset = 2U; // Read anew, with another file.
+    fixture.members[FIXTURE_LONE].configuration_offset = 2U; // Read again, from another file.
     fixture_run(3U * TICKS_OF_A_STATUS);
     const char* const text = fixture_look();
     expect_told(text, 10U, lone()->configuration_hash, 1U);

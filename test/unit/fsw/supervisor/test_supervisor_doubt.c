@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of a subsystem that was not heard for a while is no ground for a verdict until it has
+// The known state of a subsystem that was silent for a while decides nothing until the subsystem has
 // answered.
 #include "fsw/supervisor/supervisor.h"
 
@@ -28,7 +28,7 @@ static const registry_entry_t* arm(void)
     return &fixture.supervisor.registry[0];
 }
 
-/// ARM is cut off in operation, and goes down by itself; nobody hears it.
+/// ARM is cut off in operation, and goes to a lower state by itself; no report of it arrives.
 static void cut_off_arm(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -46,12 +46,13 @@ static void a_state_that_is_not_heard_of_bars_nobody_for_certain(void)
     cut_off_arm();
     (void)fixture_request_state(HAND, STATE_OFFLINE);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("G 1.2 #4 0115 10")); // Not 0113: ARM may not be OPERATIONAL any more.
+    TEST_ASSERT_TRUE(fixture_has("G 1.2 #4 0115 10")); // Not 0113: ARM may have left OPERATIONAL.
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
     (void)fixture_request_state(HAND, STATE_OPERATIONAL);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #5 0115 10"));
-    (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL); // 41 W more than ARM in OPERATIONAL leaves.
+    // 41 W: more than is left with ARM in OPERATIONAL.
+    (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #6 0115 10"));
     (void)fixture_tc(ARM, 8U, 1U, "REST\0\0\0\0", 8U); // Not permitted in OPERATIONAL.
@@ -64,7 +65,7 @@ static void who_is_heard_again_is_asked_and_then_believed(void)
     cut_off_arm();
     fixture_tick();
     fixture_report(FIXTURE_ARM, PUS_SERVICE_TEST, 2U, NULL,
-                   0U); // Sent before, perhaps: it says nothing of the state.
+                   0U); // It may have been sent before, so it does not prove the state.
     fixture_run(2U);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.asked);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, arm()->state);
@@ -85,7 +86,8 @@ static void who_is_heard_again_is_asked_and_then_believed(void)
 static void an_answer_that_does_not_come_is_asked_for_again(void)
 {
     cut_off_arm();
-    fixture.members[FIXTURE_ARM].is_silent = false; // Its status comes once a second, but no answer.
+    // ARM reports its status once a second, but does not answer.
+    fixture.members[FIXTURE_ARM].is_silent = false;
     run_ms(1000);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.asked);
     TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
@@ -98,7 +100,7 @@ static void an_answer_that_does_not_come_is_asked_for_again(void)
     TEST_ASSERT_TRUE(fixture.supervisor.reactions.asked <= 4U);
 }
 
-/// A report of an end to the supervisor, of the request that asks or of another one.
+/// A report of completion to the supervisor, of the status request or of another one.
 static void end_of_request(uint32_t request_id, bool is_good)
 {
     const pus_token_t token = {
@@ -115,11 +117,12 @@ static void end_of_request(uint32_t request_id, bool is_good)
 static void only_the_end_of_the_question_is_an_answer(void)
 {
     cut_off_arm();
-    fixture.members[FIXTURE_ARM].is_silent = false; // Its status comes once a second, but no answer.
+    // ARM reports its status once a second, but does not answer.
+    fixture.members[FIXTURE_ARM].is_silent = false;
     run_ms(1000);
     TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
     const uint32_t asked = arm()->asked.request_id;
-    fixture_verify(FIXTURE_ARM, 7U, (uint16_t)(asked & 0x3FFFU)); // The same number, of the ground.
+    fixture_verify(FIXTURE_ARM, 7U, (uint16_t)(asked & 0x3FFFU)); // The same number, but of the ground.
     fixture_step();
     TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);
     end_of_request(asked ^ 1U, true);

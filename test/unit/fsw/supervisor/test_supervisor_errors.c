@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reactions to events by severity, to processes that die and to subsystems that fall silent.
+// Reactions to events by severity, to processes that die and to silent subsystems.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -48,8 +48,8 @@ static void a_high_error_shuts_the_network_down_in_the_same_step(void)
     fixture_forget();
     fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
     fixture_step();
-    // HAND is told; ARM goes by itself; LONE is none of them. Network 16 was shut down for 16; its plan
-    // began.
+    // HAND gets an order; ARM goes by itself; LONE is not in the network. Network 16 was shut down for 16;
+    // its plan began.
     fixture_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     run_ms(490);
@@ -92,7 +92,7 @@ static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0401 from 8001"));
     fixture_forget();
     notice(FIXTURE_ARM, 2U, NOTE);
-    notice(FIXTURE_ARM, 9U, GRIPLESS); // No severity.
+    notice(FIXTURE_ARM, 9U, GRIPLESS); // This is no severity.
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
@@ -103,12 +103,12 @@ static void one_failure_has_one_plan(void)
     fixture_link_up(STATE_OPERATIONAL);
     fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
     fixture_step();
-    fixture_event(FIXTURE_HAND, 4U, BROKEN); // It fails with the other.
+    fixture_event(FIXTURE_HAND, 4U, BROKEN); // It is in the run of the other failure.
     fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
     run_ms(700);
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // When it is over, the next failure has its own.
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // After that run the next failure has its own.
     fixture_run(2U);
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.plans_started);
 }
@@ -222,7 +222,7 @@ static void a_medium_error_takes_nothing_up(void)
     }
 }
 
-/// The plan of LONE's STRAIN stops it at once: where it is up, and not stopped yet.
+/// The plan of LONE's STRAIN stops it at once, if it runs and is not stopped yet.
 static void a_plan_may_take_a_member_to_its_safe_state(void)
 {
     static const state_t states[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_OPERATIONAL,
@@ -268,7 +268,7 @@ static void a_process_that_dies_is_started_again(void)
     TEST_ASSERT_EQUAL(1U, fixture.starts);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.restarts);
     TEST_ASSERT_TRUE(fixture.members[FIXTURE_ARM].is_running);
-    run_ms(600); // The plan is what is built in, not that of ARM's own event number 1.
+    run_ms(600); // The plan is the built-in one, not that of ARM's own event number 1.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
     fixture_forget();
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
@@ -277,8 +277,7 @@ static void a_process_that_dies_is_started_again(void)
     TEST_ASSERT_EQUAL(MODE_NOMINAL, fixture.supervisor.mode);
 }
 
-/// 20 ms after it should have stepped (the mission's hangAfter), not before; and it costs its time of
-/// booting.
+/// 20 ms after the promised step (the mission's hangAfter), not before; the restart takes its boot time.
 static void a_process_that_hangs_is_killed_and_started_again(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -297,7 +296,7 @@ static void a_process_that_hangs_is_killed_and_started_again(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
 }
 
-/// At its next look the supervisor sees a process that is later than its mission allows by so much.
+/// At its next check the supervisor sees a process that is this much later than its mission allows.
 static void see_late(uint16_t apid, uint64_t by_ns)
 {
     fixture_tick();
@@ -306,7 +305,7 @@ static void see_late(uint16_t apid, uint64_t by_ns)
     fixture_step();
 }
 
-/// Time and again as late as the mission allows, to the nanosecond: slow, and nobody acts.
+/// Repeatedly as late as the mission allows, to the nanosecond: slow, and no reaction.
 static void a_process_that_is_slow_within_its_time_is_left_alone(void)
 {
     const uint64_t patience_ns = patience_of(ARM);
@@ -314,8 +313,9 @@ static void a_process_that_is_slow_within_its_time_is_left_alone(void)
     fixture.late_apid = ARM;
     for (unsigned i = 0U; i < 50U; i++) {
         fixture.promise_ns = fixture.now_ns;
-        fixture_run((unsigned)(patience_ns / FIXTURE_TICK_NS)); // It does not step,
-        fixture_step();                                         // and is seen at the last instant, too.
+        fixture_run((unsigned)(patience_ns / FIXTURE_TICK_NS)); // The process does not step,
+        // and is checked at the last permitted instant, too.
+        fixture_step();
         TEST_ASSERT_EQUAL_UINT64(patience_ns, fixture.supervisor.now_ns - fixture.promise_ns);
     }
     TEST_ASSERT_EQUAL(0U, fixture.kills);
@@ -339,8 +339,7 @@ static unsigned times_told(const char* text, const char* line)
     return count;
 }
 
-/// The promise of the life that was killed stands while the next one waits for its start: nobody acts on it
-/// again.
+/// The promise of the killed life is still there while the next one waits for its start: no second reaction.
 static void a_hang_that_is_seen_again_is_acted_on_once(void)
 {
     mission_of(LONE)->restart_budget = 2U;
@@ -368,7 +367,7 @@ static void a_hang_that_is_seen_again_is_acted_on_once(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
-/// It might be told in the name of its earlier life, and would never know.
+/// The request might reach its earlier life and never be answered.
 static void a_restarted_process_is_told_nothing_before_it_is_heard(void)
 {
     fixture.members[FIXTURE_LONE].is_silent  = true;
@@ -404,7 +403,7 @@ static void a_restart_budget_ends_in_mode_safe(void)
     (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
     run_ms(5000);
     TEST_ASSERT_TRUE(fixture_has("G 1.10 #0 0002 12"));
-    TEST_ASSERT_FALSE(fixture_has("G 5.4")); // Not reported again and again.
+    TEST_ASSERT_FALSE(fixture_has("G 5.4")); // The silence is not reported repeatedly.
     TEST_ASSERT_EQUAL(1U, fixture.starts);
 }
 
@@ -442,7 +441,7 @@ static void silence_is_an_error(void)
     fixture_forget();
     run_ms(2500);
     TEST_ASSERT_FALSE(fixture_has("G 5.4"));
-    run_ms(1500); // And again after the same silence.
+    run_ms(1500); // Reported again after the same silence.
     TEST_ASSERT_TRUE(fixture_has("G 5.4 00020010"));
 }
 
@@ -460,7 +459,7 @@ static void no_history_of_errors_breaks_the_supervisor(void)
         const uint32_t chance = (random >> 10U) % 12U;
         const unsigned member = FIXTURE_ARM + ((random >> 16U) % 3U);
         if (!fixture.members[member].is_running) {
-            // Dead: the supervisor decides.
+            // It is dead: the supervisor decides.
         } else if (chance < 4U) {
             fixture_event(member, (uint8_t)(chance + 1U), (uint16_t)((random >> 20U) % 6U));
         } else if (chance == 5U) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A port with two readers: one network of three members, each link with a session, an epoch and an end of
-// its own.
+// A port with two readers: one network of three members, each link with its own session, epoch and end.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -78,7 +77,7 @@ static void a_reader_that_dies_fails_its_network_and_loses_only_its_own_link(voi
     fixture_forget();
     fixture.members[FIXTURE_LONE].is_running = false;
     fixture_run(3U);
-    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06")); // The network: both others, by way of the writer.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06")); // The network: both others, through the writer.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 00030A"));
     TEST_ASSERT_FALSE(fixture_has("17 TC 130.7"));

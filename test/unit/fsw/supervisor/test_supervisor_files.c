@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ST[23] of the supervisor, and the files that its other services read and write.
+// ST[23] of the supervisor, and files that its other services read and write.
 #include "fsw/supervisor/services/files.h"
 
 #include "base/octets.h"
@@ -129,7 +129,7 @@ static void only_some_are_open_at_once(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, open_one());
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, create(NAME("a", "new")));
     TEST_ASSERT_NULL(disk_find("a/new"));
-    fail_next_call(STATUS_IO); // It is closed all the same.
+    fail_next_call(STATUS_IO); // The file is closed all the same.
     TEST_ASSERT_EQUAL(STATUS_IO, files->close(files->context, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, create(NAME("a", "new")));
     TEST_ASSERT_EQUAL_UINT32(1U, file);
@@ -161,7 +161,7 @@ static void copies_go_on_while_nothing_else_wakes_the_supervisor(void)
                      SPACECRAFT_RETRY_NS);
 }
 
-/// What TC[21,1] has behind the identifier, as a file: one request without a delay.
+/// Content of TC[21,1] after the identifier, as a file: one request without a delay.
 static void a_sequence_is_loaded_from_a_file(void)
 {
     uint8_t content[64];

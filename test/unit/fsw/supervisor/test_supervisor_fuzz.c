@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever the ground and the members send fails no assertion of the supervisor, and it serves on afterwards.
+// No packet of the ground or of the members causes an assertion of the supervisor to fail, and it works
+// afterwards.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -46,13 +47,13 @@ static void send_request(void)
     uint8_t service   = services[draw(sizeof services)];
     uint8_t subtype   = (uint8_t)draw(12U);
     if ((service == 131U) && (subtype == 5U)) {
-        subtype = 8U; // Shutting down is an end, not a round.
+        subtype = 8U; // The shutdown would end the test.
     }
     fixture.ack = (uint8_t)draw(16U);
     (void)fixture_tc(apids[draw(10U)], service, subtype, data, (service == 129U) ? (size % 3U) : size);
 }
 
-/// Member reports that are nearly right: states, events, link answers and verification of any kind.
+/// Member reports that are nearly correct: states, events, link answers and verification of any kind.
 static void send_report(unsigned member)
 {
     static const uint8_t services[] = {1U, 1U, 3U, 5U, 129U, 129U, 130U, 130U, 130U, 131U};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The supervisor dies at every point of one busy step: before and after each frame, each write to the packet
-// log, to the journal and to a packet store, each order to a process and each question to the platform. The
-// next one goes on, and everything has happened once.
+// log, to the journal and to a packet store, each order to a process and each query to the platform. The next
+// one continues, and each effect has happened once.
 #define _GNU_SOURCE
 #include "fsw/supervisor/supervisor.h"
 #include "fsw/supervisor/undo.h"
@@ -28,8 +28,8 @@
 
 static jmp_buf killed;
 static bool is_armed;
-static unsigned points;   // So far.
-static unsigned deadline; // The supervisor dies at this one; 0: it lives.
+static unsigned points;   // Number of points so far.
+static unsigned deadline; // The supervisor dies at this point; 0: it does not die.
 
 static void point(void)
 {
@@ -42,7 +42,7 @@ static void point(void)
     }
 }
 
-// ---- What it does to others ----
+// ---- Its effects on others ----
 
 ssize_t write(int descriptor, const void* octets, size_t size)
 {
@@ -100,7 +100,7 @@ static bool mortal_is_running(void* context, uint16_t apid)
 // ---- Media ----
 
 static uint8_t store_octets[STORE_OCTETS];
-static uint64_t store_size; // The context; another one is that of a store that takes nothing.
+static uint64_t store_size; // The context; a different one belongs to the store that accepts nothing.
 
 static status_t read_store(void* context, uint64_t offset, uint8_t* octets, size_t size)
 {
@@ -203,7 +203,7 @@ static void open_media(void)
     }
     const journal_configuration_t config = {.media    = {media[0], media[1]},
                                             .limit    = MEDIUM_MAX,
-                                            .slack    = 512U, // Now and then it is compacted.
+                                            .slack    = 512U, // It is compacted occasionally.
                                             .slots    = slots,
                                             .capacity = RECORDS};
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &config));
@@ -232,11 +232,11 @@ static void watch_arrivals(void)
     message_watch(&fixture.endpoint, (message_arrival_t){NULL, note_arrival});
 }
 
-/// The next one opens: nothing of the memory of the one before is left.
+/// The next one opens: nothing of its predecessor's memory is left.
 static void succeed(void)
 {
     static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
-    osal_file_close(&fixture.supervisor.log.file); // As the system does.
+    osal_file_close(&fixture.supervisor.log.file); // As the system closes it.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
     message_open(&fixture.endpoint, DESCRIPTOR_SUPERVISOR_APID, 1U, carrier, inbox,
                  sizeof inbox / sizeof inbox[0]);
@@ -322,7 +322,7 @@ static void see(uint64_t number, const char* hex)
     const int32_t count  = (int32_t)(((head[2] & 0x3FU) << 8U) | head[3]);
     const bool is_report = (head[0] & 0x10U) == 0U;
     TEST_ASSERT_TRUE(apid < APIDS);
-    if (is_report && (apid != HAND)) { // That counts anew after its restart.
+    if (is_report && (apid != HAND)) { // HAND counts from the beginning after its restart.
         if (last_count[apid] >= 0) {
             TEST_ASSERT_EQUAL_MESSAGE(last_count[apid] + 1, count, "a sequence count");
         }
@@ -330,7 +330,7 @@ static void see(uint64_t number, const char* hex)
     }
 }
 
-/// Text of the records in their order: those of ASCII first, for they are the earlier ones.
+/// Text of the records in their order: those of ASCII first, because they are the earlier ones.
 static void expect_whole_log(void)
 {
     TEST_ASSERT_EQUAL(
@@ -367,7 +367,7 @@ static void expect_whole_log(void)
     }
 }
 
-/// Every frame was taken once, in both directions, by those that have lived all the time.
+/// Every frame was taken once, in both directions, by the components that did not die.
 static void expect_frames_once(void)
 {
     for (unsigned i = FIXTURE_GROUND; i <= FIXTURE_ARM; i++) {
@@ -375,7 +375,7 @@ static void expect_frames_once(void)
         const message_channel_t* const up      = &member->places[0].channel;
         const message_channel_t* const down    = &fixture.endpoint.places[i].channel;
         TEST_ASSERT_EQUAL(0U, member->counters.lost);
-        TEST_ASSERT_TRUE(member->counters.stale <= 2U); // For each death one frame may come again.
+        TEST_ASSERT_TRUE(member->counters.stale <= 2U); // For each death one frame may be sent again.
         TEST_ASSERT_EQUAL(down->sent, member->counters.received);
         TEST_ASSERT_EQUAL(up->sent, down->taken);
     }
@@ -406,8 +406,8 @@ static struct { // Sequence counts of the requests.
     uint16_t insert;
 } busy;
 
-/// For one step: requests to a subsystem and to the supervisor itself, reports, a process that dies, one that
-/// is stopped, a release of the schedule, a new activity, a link, another packet log.
+/// Work of one step: requests to a subsystem and to the supervisor itself, reports, a process that dies, one
+/// that is stopped, a release of the schedule, a new activity, a link, another packet log.
 static void make_busy(void)
 {
     const uint8_t sqlite = PACKET_LOG_SQLITE;
@@ -458,9 +458,9 @@ static void expect_all_once(void)
     expect_end(busy.insert);
     TEST_ASSERT_EQUAL(5U, count_lines("16 TC 17.1 from 1\n")); // With what the schedule has released.
     TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.1 #%u\n", busy.link)));
-    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.8 #%u ", busy.link))); // HAND is gone.
+    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.8 #%u ", busy.link))); // HAND has died.
     TEST_ASSERT_EQUAL(2U, count_lines("G 17.2"));
-    TEST_ASSERT_EQUAL(1U, count_lines("G 131.4")); // The transition of the log.
+    TEST_ASSERT_EQUAL(1U, count_lines("G 131.4")); // The change of the log.
     TEST_ASSERT_EQUAL(1U, count_lines("G/16 5.1 0004"));
     TEST_ASSERT_EQUAL(1U, count_lines("G/16 3.26 6162"));
     TEST_ASSERT_EQUAL(1U, count_lines("G 5.4 00010011")); // PROCESS_LOST.

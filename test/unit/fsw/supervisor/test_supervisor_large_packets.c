@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What came in parts is routed like a request that came whole; what is longer than a packet goes in parts.
+// A request that arrived in parts is routed like one that came in one packet; a report longer than a packet
+// is sent in parts.
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
@@ -52,7 +53,7 @@ static void send_part(const uint16_t number, const size_t sent, const size_t siz
     fixture_run(1U);
 }
 
-/// Send it, in two parts at least; forget what was told of all parts but the last.
+/// Send it, in two parts at least; forget the reports about all parts but the last.
 static void send_request(void)
 {
     uint16_t number = 1U;
@@ -98,7 +99,7 @@ static void parts_are_no_way_around_permission(void)
     send_request();
     fixture_run(1U);
     fixture_expect("G 1.10 #99 0001 63\n");
-    const uint8_t none = 0U; // Application data that TC[17,1] does not have.
+    const uint8_t none = 0U; // TC[17,1] has no application data.
     make_request(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, FIXTURE_USER, &none, 1U, 60000U);
     send_request();
     fixture_run(1U);
@@ -172,7 +173,7 @@ static void a_report_longer_than_a_packet_goes_in_parts(void)
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.large_packets.service.counters.aborted);
 }
 
-/// They leave what others need to wait for ground, and are lost themselves neither.
+/// They leave the credit that others need, and are not lost themselves.
 static void parts_wait_for_ground(void)
 {
     const pus_large_t* const service        = &fixture.supervisor.spacecraft.large_packets.service;
@@ -184,7 +185,8 @@ static void parts_wait_for_ground(void)
     TEST_ASSERT_TRUE(service->counters.reports < 8U);
     TEST_ASSERT_TRUE(supervisor_ground_backlog_room(&fixture.supervisor.ground_backlog, PUS_CLASS_FIRM) >
                      16384U);
-    const uint32_t lost                     = service->counters.refused; // What finds no buffer is told.
+    // A request without a buffer is reported.
+    const uint32_t lost                     = service->counters.refused;
     fixture.members[FIXTURE_GROUND].is_deaf = false;
     fixture_run(100U);
     TEST_ASSERT_EQUAL_UINT32(8U - lost, service->counters.reports);

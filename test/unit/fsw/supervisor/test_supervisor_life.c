@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the supervisor does by itself from start to shutdown, and service 131.
+// Actions of the supervisor itself from start to shutdown, and service 131.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -105,7 +105,8 @@ static void make_impatient(supervisor_config_t* config)
     config->mission                              = &mission;
 }
 
-/// Who stays OPERATIONAL without it for a short time only, by its mission, hears it three times in that time.
+/// A subsystem that stays OPERATIONAL without the supervisor for a short time only gets three heartbeats in
+/// that time.
 static void the_least_patient_member_sets_the_interval(void)
 {
     fixture_configure = make_impatient;
@@ -132,11 +133,12 @@ static void check_order_of_shutdown(const char* text, bool has_request)
     (void)at(text, "17 TC 129.8 0004 from 8001");
     TEST_ASSERT_TRUE(safe < offline);
     TEST_ASSERT_TRUE(at(text, "18 TC 129.8 0004 from 8001") > safe);
-    TEST_ASSERT_NULL(strstr(text, "18 TC 129.8 04")); // It was not operational.
+    TEST_ASSERT_NULL(strstr(text, "18 TC 129.8 04")); // LONE was not operational.
     TEST_ASSERT_TRUE(offline < ground);
     if (has_request) {
         const char* const done = at(text, "G 1.7 #");
-        TEST_ASSERT_TRUE((offline < done) && (done < ground)); // While the ground can still be told.
+        // While the connection to ground is still open.
+        TEST_ASSERT_TRUE((offline < done) && (done < ground));
     }
 }
 
@@ -147,7 +149,7 @@ static void a_mission_goes_down_with_communication_last(void)
     fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_forget();
     const uint8_t mode[1] = {MODE_SAFE};
-    (void)mission_tc(PUS_MISSION_SET_MODE, mode, 1U); // Allowed in any mode.
+    (void)mission_tc(PUS_MISSION_SET_MODE, mode, 1U); // Allowed in every mode.
     fixture_run(2U);
     fixture_forget();
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
@@ -158,11 +160,11 @@ static void a_mission_goes_down_with_communication_last(void)
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
         TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[i].state);
     }
-    const char* const log = fixture_log_file("packets.ascii"); // Flushed, to the very last record.
+    const char* const log = fixture_log_file("packets.ascii"); // Flushed, including the last record.
     TEST_ASSERT_EQUAL(fixture.supervisor.log.next_number - 1U, count_lines(log, ""));
 }
 
-/// A request that was lost on its way to a subsystem, which lives.
+/// A request that was lost on its way to a running subsystem.
 static void the_shutdown_ends_what_was_not_answered(void)
 {
     fixture_open_up();
@@ -179,7 +181,8 @@ static void the_shutdown_ends_what_was_not_answered(void)
     char line[32];
     (void)snprintf(line, sizeof line, "G 1.8 #%u 0406", number);
     const char* const lost = at(text, line);
-    TEST_ASSERT_TRUE(lost < at(text, "2 TC 129.8 0004 from 8001")); // While the ground can still be told.
+    // While the connection to ground is still open.
+    TEST_ASSERT_TRUE(lost < at(text, "2 TC 129.8 0004 from 8001"));
 }
 
 static void a_stop_request_does_the_same(void)
@@ -376,7 +379,7 @@ static void processes_are_stopped_and_started(void)
     fixture_expect("G 1.1 #0\nG 1.3 #0\nG 1.7 #0\n");
     TEST_ASSERT_EQUAL(1U, fixture.stops);
     fixture_run(500U);
-    fixture_expect(""); // It is not lost: it was sent away.
+    fixture_expect(""); // It is not lost: it was stopped by order.
     (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
     fixture_expect("G 1.10 #1 0002 12\n");
@@ -422,7 +425,7 @@ static void requests_to_a_stopped_process_end(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
-/// Requests to LONE are under way; its answers stand behind the order in the inboxes of the supervisor.
+/// Requests to LONE are under way; its answers come after the order in the inboxes of the supervisor.
 static void end_life_before_the_answers(bool is_started_again)
 {
     fixture_open_up();
@@ -447,7 +450,7 @@ static void a_request_that_has_ended_is_not_answered(void)
     end_life_before_the_answers(false);
     fixture_expect("G/18 1.1 #0\nG/18 1.7 #0\nG 1.1 #2\nG 1.8 #1 0408 12\nG 1.3 #2\nG 1.7 #2\n");
     TEST_ASSERT_EQUAL(2U, fixture.endpoint.counters.stale);
-    fixture_verify(FIXTURE_LONE, 7U, 1U); // Its process is still about to end.
+    fixture_verify(FIXTURE_LONE, 7U, 1U); // Its process has not ended yet.
     fixture_run(2U);
     fixture_expect("");
     TEST_ASSERT_EQUAL(3U, fixture.endpoint.counters.stale);
@@ -469,7 +472,7 @@ static void what_has_waited_for_longer_than_its_life_is_dropped(void)
 {
     fixture_open_up();
     fixture_report(FIXTURE_GROUND, PUS_SERVICE_TEST, 2U, NULL, 0U);
-    message_take_control(&fixture.endpoint); // It waits.
+    message_take_control(&fixture.endpoint); // The order waits.
     message_set_life(&fixture.endpoint, COMMUNICATION_APID, 9U);
     fixture_step();
     fixture_expect("");
@@ -489,7 +492,7 @@ static void a_start_that_fails_is_told(void)
     TEST_ASSERT_EQUAL(PROCESS_LOST, fixture.supervisor.registry[2].process);
 }
 
-// ---- What members say of themselves ----
+// ---- Reports of members about themselves ----
 
 static void states_that_are_none_are_not_believed(void)
 {
@@ -506,7 +509,7 @@ static void states_that_are_none_are_not_believed(void)
         (void)pus_transition_report(&fixture.members[FIXTURE_ARM].process, &phase, fixture.now_ns);
         fixture_step();
         TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, fixture.supervisor.registry[0].state);
-        (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL); // Power is reckoned from all states.
+        (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL); // The power is the sum over all states.
         fixture_run(2U);
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manager of real-time links: sessions with two members, what ends them, and the graph of what is open.
+// The manager of real-time links: sessions with two members, their ends, and the graph of open links.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -59,7 +59,8 @@ static void both_ends_agree_then_open_with_one_epoch(void)
     TEST_ASSERT_TRUE(was_asked(text, ARM, "00010010000100110002"));
     TEST_ASSERT_TRUE(was_asked(text, HAND, "00010010000100110002"));
     TEST_ASSERT_TRUE(strstr(text, "16 TC 130.3") < strstr(text, "17 TC 130.3")); // The producer first.
-    // The last agreed record, with the transaction of who asked: link 1, depth counted up by either member.
+    // The last agreed record, with the transaction number of the requester: link 1, depth increased by either
+    // member.
     TEST_ASSERT_NOT_NULL(strstr(text, "G 130.4 000000070001000000000000000800000003E800000003"));
     TEST_ASSERT_NOT_NULL(strstr(text, "G 1.7 #0"));
     TEST_ASSERT_EQUAL(0U, edges());
@@ -94,7 +95,7 @@ static void two_links_are_negotiated_at_once(void)
     (void)fixture_request_link(LINK_ARM_STATE); // Both with the same transaction number of the ground.
     (void)fixture_request_link(LINK_HAND_POS);
     fixture_run(6U);
-    const char* const text = fixture_look(); // Each is answered with its own link.
+    const char* const text = fixture_look(); // Each request is answered with its own link.
     TEST_ASSERT_NOT_NULL(strstr(text, "G 130.4 000000070001000000000000000800000003E80000000300000000"
                                       "0000\nG 1.7 #0\n"));
     TEST_ASSERT_NOT_NULL(strstr(text, "G 130.4 000000070002000000000000000800000003E80000000300000000"
@@ -156,7 +157,8 @@ static void a_member_s_refusal_is_passed_on(void)
     fixture_run(5U);
     TEST_ASSERT_TRUE(fixture_has("G 130.5 000000070304"));
     TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0409 304"));
-    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The producer accepted for nothing.
+    // The manager releases the producer, which had accepted.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001"));
     TEST_ASSERT_EQUAL(0U, sessions());
     fixture_forget();
     (void)fixture_open_link(LINK_ARM_STATE); // It was not agreed.
@@ -168,7 +170,7 @@ static void a_member_s_refusal_is_passed_on(void)
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(5U);
     TEST_ASSERT_TRUE(fixture_has("G 130.5 000000070104"));
-    TEST_ASSERT_FALSE(fixture_has("17 TC")); // The consumer was not even asked.
+    TEST_ASSERT_FALSE(fixture_has("17 TC")); // The consumer got no request.
 }
 
 static void one_link_has_one_session(void)
@@ -224,7 +226,7 @@ static void a_member_that_dies_ends_its_sessions_at_once(void)
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(4U);
     TEST_ASSERT_EQUAL(1U, sessions());
-    fixture.members[FIXTURE_LONE].is_running = false; // Not one of the two.
+    fixture.members[FIXTURE_LONE].is_running = false; // LONE is neither of the two members.
     fixture_run(3U);
     TEST_ASSERT_EQUAL(1U, sessions());
     fixture_forget();
@@ -287,7 +289,7 @@ static void closing_takes_both_ends(void)
     TEST_ASSERT_EQUAL(1U, edges());
     TEST_ASSERT_EQUAL(0U, sessions());
     fixture_forget();
-    (void)fixture_open_link(LINK_ARM_STATE); // It has to be negotiated anew.
+    (void)fixture_open_link(LINK_ARM_STATE); // The link has to be negotiated again.
     fixture_run(2U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
@@ -329,7 +331,7 @@ static void an_end_that_closes_takes_the_other_along(void)
     TEST_ASSERT_EQUAL(1U, edges());
     TEST_ASSERT_NULL(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE));
     fixture_forget();
-    (void)fixture_open_link(LINK_ARM_STATE); // Nothing of it is left.
+    (void)fixture_open_link(LINK_ARM_STATE); // Nothing of the session is left.
     fixture_run(2U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
@@ -343,7 +345,7 @@ static void an_end_that_closes_by_itself_is_not_told_to(void)
     fixture_run(10U);
     TEST_ASSERT_FALSE(fixture_has("16 TC 130.7"));
     TEST_ASSERT_FALSE(fixture_has("17 TC 130.7"));
-    for (unsigned i = 0U; i < 2U; i++) { // It goes where it closes all of them.
+    for (unsigned i = 0U; i < 2U; i++) { // The member goes to the state in which it closes all links.
         tearDown();
         setUp();
         fixture_link_up(STATE_PRE_OPERATIONAL);
@@ -390,7 +392,7 @@ static void a_lost_member_closes_its_links(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 00020A"));
     TEST_ASSERT_EQUAL(0U, edges());
     fixture_forget();
-    (void)fixture_open_link(LINK_ARM_STATE); // What its predecessor agreed on binds nobody.
+    (void)fixture_open_link(LINK_ARM_STATE); // The agreement of its predecessor is void.
     fixture_run(2U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
@@ -406,7 +408,7 @@ static void staleness_is_kept_in_the_graph(void)
     TEST_ASSERT_FALSE(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE)->is_stale);
 }
 
-// ---- What members may not do ----
+// ---- Invalid reports of members ----
 
 static void answers_of_strangers_count_nothing(void)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ST[06] of the supervisor: its buffer for files, and what becomes of files where there is no store.
+// ST[06] of the supervisor: its buffer for files, and access to files without a store.
 #include "fsw/framework/subsystem/memory_service.h"
 #include "fsw/supervisor/services/memory.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"

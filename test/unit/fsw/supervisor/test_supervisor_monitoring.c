@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What ST[12] of the supervisor watches, and when there is a value to judge.
+// Parameters that ST[12] of the supervisor monitors, and when they have a value.
 #include "fsw/supervisor/services/monitoring.h"
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -65,7 +65,7 @@ static void a_value_that_is_not_reported_any_more_is_none(void)
 {
     uint16_t handle = 0U;
     report_force(1U);
-    fixture_run(1000U); // Reported once: on request, perhaps. No limit.
+    fixture_run(1000U); // Reported once, possibly on request: it never becomes old.
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
     report_force(2U);
     fixture_run(98U); // A second later.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ST[18] of the supervisor: what its procedures send, read and raise, and what one without an end takes.
+// ST[18] of the supervisor: requests, readings and events of its procedures, and the cost of an endless one.
 #include "base/crc.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
@@ -23,7 +23,7 @@ static status_t load_own(void* const context, const uint16_t index,
                : STATUS_NOT_FOUND;
 }
 
-/// The supervisor's own descriptor; that of the others cannot be read.
+/// The supervisor's own descriptor; those of the others cannot be read.
 static void give_descriptors(supervisor_config_t* const config)
 {
     own                 = config->descriptor;
@@ -111,7 +111,7 @@ static void who_does_not_answer_is_told(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
     run("local ok, code = send(16, 17, 1, '', true) assert(not ok and code == 0x0406, code)");
-    fixture_run(1100U); // The supervisor ends what is not even accepted.
+    fixture_run(1100U); // The supervisor ends a request that is not even accepted.
     expect_ends(1U, 0U);
 }
 
@@ -119,7 +119,7 @@ static void requests_share_the_counts_of_the_supervisor(void)
 {
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     run("for i = 1, 3 do assert(send(16, 17, 1, '', true)) end");
-    fixture_event(FIXTURE_ARM, 3U, 2U); // Its plan orders ARM about.
+    fixture_event(FIXTURE_ARM, 3U, 2U); // Its plan gives orders to ARM.
     fixture_run(10U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 "));
     expect_ends(1U, 0U);
@@ -171,7 +171,7 @@ static void an_error_is_told(void)
     expect_ends(0U, 1U);
 }
 
-/// The fixture sees in each step that the supervisor wants to be woken, and that within a tick.
+/// The fixture checks in each step that the supervisor asks to be woken within a tick.
 static void those_without_an_end_take_their_share_only(void)
 {
     char name[NAME_OCTETS] = "SPIN";
@@ -199,8 +199,8 @@ static void those_without_an_end_take_their_share_only(void)
     TEST_ASSERT_FALSE(pus_procedures_are_active(service()));
 }
 
-/// What is sent to who takes nothing, does not run or is not there holds up what others are sent for a tenth
-/// of a second at most.
+/// A request to a subsystem that takes nothing, does not run or does not exist delays requests to others by a
+/// tenth of a second at most.
 static void requests_to_who_takes_nothing_end_in_time(void)
 {
     fixture.members[FIXTURE_ARM].is_deaf     = true;

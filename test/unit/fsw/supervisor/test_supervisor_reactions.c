@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two failures, in any order, one after the other: no plan under way masks what is built in.
+// Two failures, in any order, one after the other: no running plan suppresses the built-in reaction.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -56,7 +56,7 @@ static void fail(const failure_t* failure)
     fixture_step(); // Their answers.
 }
 
-/// Both are up again, by whatever the operator did.
+/// Both are operational again, by orders of the operator.
 static void bring_back_up(void)
 {
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
@@ -72,7 +72,7 @@ static void check(const failure_t* failure, const char* text)
     } else if (failure->severity == 3U) {
         TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, fixture.members[failure->member].state, text);
     } else {
-        // Layer 1 does nothing.
+        // Layer 1 does not react.
     }
 }
 
@@ -97,7 +97,7 @@ static void no_plan_under_way_masks_a_reaction(void)
         if (second->severity == 4U) {
             run_ms(2100U);
             const bool is_log_only = (second->event == 1U) && (second->member == FIXTURE_ARM);
-            if (!is_log_only && (first->severity < 4U)) { // A HIGH plan takes both down in the end.
+            if (!is_log_only && (first->severity < 4U)) { // A HIGH plan finally takes both down.
                 TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, fixture.members[FIXTURE_ARM].state, text);
                 TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, fixture.members[FIXTURE_HAND].state, text);
             }
@@ -122,7 +122,7 @@ static void a_high_error_ends_a_medium_plan(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
     fixture_forget();
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
-    run_ms(25000); // Nothing is left of the plan of 20 s.
+    run_ms(25000); // The plan of 20 s has no effect any more.
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
 }
 
@@ -136,7 +136,7 @@ static void a_medium_error_under_a_high_plan_has_none(void)
     fixture_forget();
     fixture_event(FIXTURE_HAND, 3U, 2U);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0401 from 8001")); // But layer 1.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0401 from 8001")); // Only layer 1.
     fixture_event(FIXTURE_ARM, 3U, 6U);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 5.1 00130010000600100007"));
@@ -164,12 +164,13 @@ static void an_order_that_is_out_is_not_given_again(void)
     fixture_event(FIXTURE_ARM, 3U, 3U);
     run_ms(500);
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
-    run_ms(600); // But it may have been lost.
+    run_ms(600); // But the order may have been lost.
     fixture_event(FIXTURE_ARM, 3U, 3U);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
     fixture_forget();
-    fixture_event(FIXTURE_HAND, 4U, 1U); // Another one is given at once, and does what the first was to do.
+    // Another order is given at once, with the effect that the first should have had.
+    fixture_event(FIXTURE_HAND, 4U, 1U);
     fixture_event(FIXTURE_ARM, 3U, 3U);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
@@ -203,7 +204,7 @@ static void an_error_during_the_shutdown_still_secures_the_network(void)
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.counters.plans_started);
-    run_ms(3100); // Late: all are ordered to OFFLINE, and nothing stops them on the way.
+    run_ms(3100); // Late: all are ordered to OFFLINE, and no order interrupts that.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
     fixture_forget();
     fixture_event(FIXTURE_ARM, 4U, 5U);
@@ -252,7 +253,7 @@ static void a_report_that_is_disabled_takes_no_plan_away(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
-/// No event of the supervisor but those of its members is of that severity yet.
+/// No event of the supervisor has this severity, except those about its members.
 static void raise_as_high(uint16_t event)
 {
     subsystem_t* const subsystem = &fixture.supervisor.subsystem;
@@ -269,7 +270,8 @@ static void an_own_event_concerns_the_subsystem_that_its_descriptor_says(void)
     static const uint8_t unknown[2] = {0U, 99U};
     fixture_link_up(STATE_OPERATIONAL);
     raise_as_high(SUPERVISOR_EVENT_RESOURCE_REFUSED); // {APID}
-    raise_as_high(SUPERVISOR_EVENT_MODE_CHANGED);     // {PREVIOUS, MODE}: no APID, whatever it looks like.
+    // {PREVIOUS, MODE}: it has no APID, though the value could be one.
+    raise_as_high(SUPERVISOR_EVENT_MODE_CHANGED);
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, unknown, 2U);
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_MODE_CHANGED, of_hand, 2U);
     fixture_run(2U);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A subsystem that died is started again within its budget and, where the mission says so, led back with its
-// network to where it was; and everything that can stop it on its way.
+// A subsystem that died is started again within its budget and, if the mission requires it, recommissioned
+// with its network; and all causes that can stop that.
 #include "fsw/supervisor/recommission.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
@@ -19,7 +19,7 @@ static mission_subsystem_t* mission_of(uint16_t apid)
     return (mission_subsystem_t*)supervisor_registry_find(&fixture.supervisor, apid)->mission;
 }
 
-/// ARM and HAND linked and in a state, both to be led back.
+/// ARM and HAND linked and in a state; the mission requires recommissioning for both.
 static void link_up(state_t state)
 {
     fixture_open_up();
@@ -51,7 +51,7 @@ static bool is_under_way(uint16_t apid)
     return supervisor_registry_find(&fixture.supervisor, apid)->recommission.is_active;
 }
 
-/// From now on the supervisor hears what a user asks for.
+/// The recommissioning has ended, with an event that has the state and the failure code.
 static void expect_stopped(uint16_t apid, state_t state, unsigned code)
 {
     char expected[64];
@@ -86,7 +86,7 @@ static void the_network_is_back_with_its_links(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 000100000003")); // Other epochs.
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.6 000200000004"));
-    TEST_ASSERT_FALSE(fixture_has("G 130.4")); // Nobody has asked.
+    TEST_ASSERT_FALSE(fixture_has("G 130.4")); // No user has requested it.
     TEST_ASSERT_FALSE(fixture_has("G 1."));
     fixture_forget();
     fixture_run(SECOND);
@@ -144,7 +144,7 @@ static void a_member_without_configuration_is_led_to_where_it_was(void)
     TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, fixture.members[FIXTURE_LONE].phase);
 }
 
-// ---- What stops it ----
+// ---- Causes that stop it ----
 
 static void a_mode_that_forbids_it_stops_it(void)
 {
@@ -220,7 +220,7 @@ static void who_had_failed_before_is_not_led_back(void)
     TEST_ASSERT_FALSE(is_under_way(HAND));
 }
 
-/// A partner finds the silence of the dead one before the supervisor does.
+/// A partner detects the silence of the dead one before the supervisor does.
 static void who_failed_by_the_same_death_is_led_back(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -267,7 +267,7 @@ static void the_shutdown_ends_it(void)
     TEST_ASSERT_FALSE(is_under_way(ARM));
 }
 
-// ---- A hang on the way ----
+// ---- A hang during recommissioning ----
 
 static unsigned times_told(const char* text, const char* line)
 {
@@ -278,7 +278,7 @@ static unsigned times_told(const char* text, const char* line)
     return count;
 }
 
-/// It neither steps, nor takes in, nor says a word, until it is killed for it.
+/// It neither steps, nor takes in, nor sends anything, until it is killed for that.
 static void hang(unsigned member)
 {
     fixture_member_t* const one = &fixture.members[member];
@@ -300,8 +300,8 @@ static unsigned deaths_of(uint16_t apid)
     return supervisor_registry_find(&fixture.supervisor, apid)->deaths;
 }
 
-/// Wherever on its way it hangs, also while a link is being opened: it is killed, that costs of its budget,
-/// and it and its partner begin anew and come to where they were.
+/// At each instant of its recommissioning it hangs, also while a link is being opened: it is killed, which
+/// uses its budget, and it and its partner start again and return to their states.
 static void who_hangs_on_the_way_begins_anew(void)
 {
     unsigned on_the_way = 0U;
@@ -313,7 +313,7 @@ static void who_hangs_on_the_way_begins_anew(void)
         fixture_run(ticks);
         on_the_way += is_under_way(ARM) ? 1U : 0U;
         hang(FIXTURE_ARM);
-        TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // Again, if it had arrived.
+        TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // Again, if the recommissioning was complete.
         TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(fixture_look(), "G 5.4 001E0010"), where);
         fixture_run(5U * SECOND);
         const char* const text = fixture_look();
@@ -330,12 +330,13 @@ static void who_hangs_on_the_way_begins_anew(void)
         TEST_ASSERT_EQUAL_MESSAGE(MODE_NOMINAL, fixture.supervisor.mode, where);
         fixture_close();
     }
-    TEST_ASSERT_TRUE((on_the_way > 50U) && (on_the_way <= 60U)); // The last ones had arrived.
+    // The recommissioning of the last ones was complete.
+    TEST_ASSERT_TRUE((on_the_way > 50U) && (on_the_way <= 60U));
     fixture_open();
 }
 
-/// The partner's plan takes the mission to a mode that forbids the rest of the way: each run ends, and is
-/// told.
+/// The partner's plan takes the mission to a mode that forbids the further states: each recommissioning ends,
+/// and is reported.
 static void a_partner_that_hangs_on_the_way_ends_it_by_its_plan(void)
 {
     for (unsigned ticks = 0U; ticks <= 52U; ticks += 4U) {
@@ -361,8 +362,8 @@ static void a_partner_that_hangs_on_the_way_ends_it_by_its_plan(void)
     fixture_open();
 }
 
-/// Each life hangs on its way: the pauses grow, and the last one of the budget ends in the fallback, told
-/// once.
+/// Each life hangs during its recommissioning: the pauses grow, and the last one of the budget ends in the
+/// fallback mode, reported once.
 static void hangs_on_the_way_use_up_the_budget(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -373,7 +374,7 @@ static void hangs_on_the_way_use_up_the_budget(void)
         fixture_run(30U);
         TEST_ASSERT_TRUE(is_under_way(ARM));
         hang(FIXTURE_ARM);
-        TEST_ASSERT_TRUE(is_under_way(ARM)); // It still knows where it was.
+        TEST_ASSERT_TRUE(is_under_way(ARM)); // The earlier state is still known.
         TEST_ASSERT_EQUAL(i + 1U, fixture.starts);
         fixture_run(pauses[i]);
         TEST_ASSERT_EQUAL(i + 2U, fixture.starts);
@@ -414,7 +415,7 @@ static void deaths_in_a_row_cost_a_pause_each_and_then_the_mode(void)
     fixture_run(10U);
     TEST_ASSERT_EQUAL(3U, fixture.starts); // After 1 s.
     TEST_ASSERT_EQUAL(MODE_NOMINAL, fixture.supervisor.mode);
-    TEST_ASSERT_TRUE(is_under_way(ARM)); // It still knows where it was.
+    TEST_ASSERT_TRUE(is_under_way(ARM)); // The earlier state is still known.
     die(FIXTURE_ARM);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);

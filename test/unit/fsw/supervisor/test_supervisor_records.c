@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the supervisor's services keep, where it comes back after a power cut, and what is told of records
-// that do not.
+// Lasting records of the supervisor's services, their state after a power cut, and the reports about records
+// that are lost.
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/support/recorded_media.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -52,7 +52,7 @@ void tearDown(void)
     fixture_configure = NULL;
 }
 
-/// Power comes back on media as they are in `images`.
+/// Power is restored with media as they are in `images`.
 static void begin_anew(void)
 {
     fixture_close();
@@ -120,10 +120,11 @@ static void a_record_of_nobody_is_told(void)
     TEST_ASSERT_EQUAL_UINT32(3U, fixture.supervisor.spacecraft.refused);
     TEST_ASSERT_TRUE(fixture_has("G 5.2 000B6312345678"));
     TEST_ASSERT_TRUE(fixture_has("G 5.2 000B0F00000005"));
-    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B1100000006")); // ST[17] keeps nothing.
+    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B1100000006")); // ST[17] has no records.
 }
 
-/// A flipped bit early in the file: schedules and procedures are gone. It is told, once, in mode SAFE.
+/// A flipped bit early in the file: schedules and procedures are lost. This is reported once, and the mode is
+/// SAFE.
 static void a_damaged_journal_is_told(void)
 {
     TEST_ASSERT_NOT_EQUAL(0U, fixture.supervisor.mode);
@@ -153,7 +154,7 @@ static void after_a_power_cut_it_begins_in_the_fallback_mode(void)
     power_cut();
     TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode);
     TEST_ASSERT_TRUE(
-        fixture_has(INTERRUPTED "010000000000000000\n")); // In the mode it had begun with, from 0 on.
+        fixture_has(INTERRUPTED "010000000000000000\n")); // In the mode in which it had begun, from 0 on.
     TEST_ASSERT_TRUE(fixture_has("G 131.2 010001\n"));
     fixture_forget();
     power_cut();
@@ -178,7 +179,7 @@ static void after_a_shutdown_it_begins_in_the_initial_mode(void)
     TEST_ASSERT_FALSE(fixture_has("G 5."));
 }
 
-/// Rather a flight too many in the fallback mode than one too few.
+/// An unnecessary flight in the fallback mode is better than a missing one.
 static void a_disk_that_forgets_nothing_leaves_the_record(void)
 {
     (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
@@ -221,7 +222,7 @@ static void a_record_that_is_no_mode_is_told(void)
 
 static void a_disk_that_takes_no_record_stops_no_mode(void)
 {
-    for (unsigned failing = 1U; failing <= 2U; failing++) { // Writing it, and making it last.
+    for (unsigned failing = 1U; failing <= 2U; failing++) { // Writing and syncing it.
         recorded.failure    = STATUS_IO;
         recorded.fail_from  = recorded.calls + failing;
         recorded.fail_count = 1U;
@@ -278,7 +279,7 @@ static void a_service_that_cannot_begin_is_told(void)
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.refused);
 }
 
-/// What a supervisor tells that begins anew: 0 the release comes again, 1 it is in doubt, 2 it was done.
+/// Report of a supervisor that starts again: 0 the release is repeated, 1 it is in doubt, 2 it was done.
 static unsigned outcome(void)
 {
     const bool is_reached = fixture_has(LONE_REACHED);
@@ -287,8 +288,8 @@ static unsigned outcome(void)
     return is_reached ? 0U : (is_told ? 1U : 2U);
 }
 
-/// Whatever the moment of a power cut: what was not released is, and what may have been is told, not done
-/// again.
+/// At whatever instant the power is cut: a request not yet released is released, and one possibly released is
+/// reported, not repeated.
 static void a_release_is_never_lost_untold(void)
 {
     static image_t before[2];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that services of the supervisor release: when, and what becomes of those that find no room.
+// Requests that services of the supervisor release: when, and the effect of missing room.
 #include "fsw/supervisor/services/spacecraft_services.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
@@ -113,7 +113,7 @@ static void what_is_no_request_holds_nobody_up(void)
     TEST_ASSERT_EQUAL_UINT32(before + 1U, fixture.supervisor.counters.tc_malformed);
 }
 
-/// The queue of released requests is full of such as LONE has no credit for.
+/// The queue of released requests is full of requests to LONE, which has no credit.
 static void fill_queue(void)
 {
     static const uint8_t data[400];

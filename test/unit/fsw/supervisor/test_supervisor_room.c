@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Links whose ends have no room for a request of the manager, or are asked twice.
+// Links whose ends have no room for a request of the manager, or get two requests.
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
@@ -42,7 +42,7 @@ static void a_consumer_without_room_ends_the_negotiation(void)
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.3"));
-    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // It accepted for nothing.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The manager releases the end that has accepted.
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 11\n"));
     expect_no_session();
 }
@@ -62,7 +62,7 @@ static void an_end_without_room_is_not_opened(void)
     (void)fixture_open_link(LINK_ARM_STATE);
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 0001"));
-    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // Not alone.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // It must not stay open alone.
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 11\n"));
     expect_no_session();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routing both ways, what is refused and with which code, permission and the gates on the way up.
+// Routing in both directions, refusals and their codes, permission and the gates for higher states.
 #include "fsw/supervisor/supervisor.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
@@ -42,7 +42,7 @@ static void every_packet_is_logged_in_both_directions(void)
     TEST_ASSERT_EQUAL(before + 4U, fixture.supervisor.log.next_number);
     const char* const text = fixture_log_file("packets.ascii");
     TEST_ASSERT_NOT_NULL(strstr(text, " TC 1810c000"));
-    TEST_ASSERT_EQUAL(0, strncmp(text, "1 0.000000000 TM 0801c000", 25U)); // The supervisor's first word.
+    TEST_ASSERT_EQUAL(0, strncmp(text, "1 0.000000000 TM 0801c000", 25U)); // The supervisor's first report.
 }
 
 static void a_refused_request_is_logged_too(void)
@@ -55,7 +55,7 @@ static void a_refused_request_is_logged_too(void)
 
 // ---- Malformed requests ----
 
-/// A good TC[17,1] to ARM of user 1 with number 0x155, to be spoiled.
+/// A correct TC[17,1] to ARM of user 1 with number 0x155, to be changed.
 static size_t good_request(uint8_t packet[64])
 {
     size_t size       = 0U;
@@ -106,7 +106,7 @@ static void each_fault_has_its_code(void)
     spoil_and_expect(2U, 0x41U, "G 1.2 #341 010D 1\n"); // Sequence flags.
     spoil_and_expect(6U, 0x1FU, "G 1.2 #341 0103 1\n"); // PUS version.
     spoil_and_expect(10U, 2U, "G 1.2 #341 0107 2\n");   // A user the mission does not have.
-    spoil_and_expect(10U, 0U, "G 1.2 #341 0107 0\n");   // All users are none.
+    spoil_and_expect(10U, 0U, "G 1.2 #341 0107 0\n");   // 0 stands for all users, which is no source.
     TEST_ASSERT_EQUAL(6U, fixture.supervisor.counters.tc_malformed);
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.tc_forbidden);
 }
@@ -132,13 +132,13 @@ static void nobody_speaks_for_another(void)
     fixture.source = PUS_USER_ONBOARD | ARM; // The ground in the name of ARM.
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
-    fixture.source = PUS_USER_ONBOARD | COMMUNICATION_APID; // Or of who carries it: that commands nobody.
+    fixture.source = PUS_USER_ONBOARD | COMMUNICATION_APID; // Or of communication: it may not command.
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
     TEST_ASSERT_EQUAL_UINT32(2U, fixture.supervisor.counters.tc_forbidden);
     uint8_t packet[64];
-    const size_t size = good_request(packet); // A member in the name of the ground.
+    const size_t size = good_request(packet); // A packet of a member with the ground as its source.
     fixture_send(FIXTURE_HAND, packet, size);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #341 0107 1"));
@@ -160,7 +160,7 @@ static void reports_of_others_are_dropped(void)
         .apid = ARM, .service = 5U, .subtype = 4U, .data = (const uint8_t*)"\0\1", .size = 2U};
     const uint32_t malformed = fixture.supervisor.counters.tm_malformed;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_encode(&tm, packet, sizeof packet, &size));
-    fixture_send(FIXTURE_HAND, packet, size); // HAND says that ARM is broken.
+    fixture_send(FIXTURE_HAND, packet, size); // HAND sends an event of ARM.
     packet[8] ^= 1U;
     fixture_send(FIXTURE_ARM, packet, size);
     for (size_t cut = 0U; cut < size; cut++) {
@@ -185,7 +185,7 @@ static void what_cannot_be_delivered_is_unrouted(void)
 #define PLAIN_WINDOW (MESSAGE_WINDOW - MESSAGE_RESERVE) // A mailbox holds one window, less what orders need.
 #define PATIENCE_TICKS 10U
 
-/// The ground's next request waits while its addressee has no room, and what is behind it does, too.
+/// The ground's next request waits while its addressee has no room, and so do all after it.
 static void a_request_waits_for_room_at_its_addressee(void)
 {
     fixture.members[FIXTURE_ARM].is_deaf = true;
@@ -196,7 +196,7 @@ static void a_request_waits_for_room_at_its_addressee(void)
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(PATIENCE_TICKS - 1U);
     fixture_expect("");
-    fixture.members[FIXTURE_ARM].is_deaf    = false; // In time.
+    fixture.members[FIXTURE_ARM].is_deaf    = false; // Before the time-out.
     fixture.members[FIXTURE_ARM].is_passive = true;
     fixture_run(3U);
     const char* text = fixture_look();
@@ -209,7 +209,7 @@ static void a_request_waits_for_room_at_its_addressee(void)
     TEST_ASSERT_NULL(strstr(text, "G 1.10"));
 }
 
-/// Others are held up once, for a time that has an end; reports and orders never.
+/// Others are delayed once, for a limited time; reports and orders never.
 static void who_takes_nothing_in_does_not_hold_others_up(void)
 {
     fixture.members[FIXTURE_ARM].is_deaf = true;
@@ -230,12 +230,12 @@ static void who_takes_nothing_in_does_not_hold_others_up(void)
     TEST_ASSERT_TRUE(fixture_has(expected));
     TEST_ASSERT_TRUE(fixture_has("17 TC 17.1 from 1"));
     fixture_forget();
-    const uint16_t third = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U); // It is known now.
+    const uint16_t third = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U); // Its state is known now.
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(1U);
     (void)snprintf(expected, sizeof expected, "G 1.10 #%u 0109 10\n", third);
     TEST_ASSERT_TRUE(fixture_has(expected) && fixture_has("17 TC 17.1 from 1"));
-    fixture.members[FIXTURE_ARM].is_deaf = false; // It takes in again, and is waited for again.
+    fixture.members[FIXTURE_ARM].is_deaf = false; // It takes in again, and requests to it may wait again.
     fixture_run(2U);
     fixture_forget();
     for (unsigned i = 0U; i < (2U * PLAIN_WINDOW); i++) {
@@ -246,7 +246,7 @@ static void who_takes_nothing_in_does_not_hold_others_up(void)
     TEST_ASSERT_FALSE(fixture_has("G 1.10"));
 }
 
-/// A process that is gone does not hold anybody up.
+/// A process that has ended delays no request.
 static void a_request_to_who_is_gone_does_not_wait(void)
 {
     fixture.members[FIXTURE_ARM].is_deaf = true;
@@ -426,7 +426,7 @@ static void nobody_goes_down_beside_a_member_that_operates(void)
         (void)snprintf(expected, sizeof expected, "G 1.2 #%u 0113 11\n", barred);
         fixture_expect(expected);
     }
-    (void)fixture_request_state(ARM, STATE_SAFE_OPERATIONAL); // That far it may go.
+    (void)fixture_request_state(ARM, STATE_SAFE_OPERATIONAL); // This transition is permitted.
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 04"));
     (void)fixture_request_state(HAND, STATE_SAFE_OPERATIONAL);
@@ -474,13 +474,13 @@ static void pending_requests_end_with_their_subsystem(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
-/// A subsystem that goes on telling its status, and never says a word about what it is asked.
+/// A subsystem that continues to report its status, but never answers a request.
 static void a_request_that_nobody_accepts_ends(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    fixture.ack = PUS_ACK_COMPLETION; // Nothing is due before it is done.
+    fixture.ack = PUS_ACK_COMPLETION; // No report is required before completion.
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
     fixture_verify(FIXTURE_ARM, 1U, 1U);
@@ -495,7 +495,7 @@ static void a_request_that_nobody_accepts_ends(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.pending.count);
 }
 
-/// Its mailbox is full when it is to secure itself: the order comes as soon as there is room.
+/// Its mailbox is full when it is to go to its safe state: the order is sent as soon as there is room.
 static void an_order_without_room_is_owed(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -508,7 +508,7 @@ static void an_order_without_room_is_owed(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0602 from 8001"));
 }
 
-/// The ground has filled its mailbox with requests: the supervisor's own order has room nevertheless.
+/// The ground has filled its mailbox with requests: there is still room for the supervisor's own order.
 static void an_order_passes_where_requests_wait(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -534,7 +534,7 @@ static void answers_wait_by_class_and_requests_with_them(void)
         fixture_step();
     }
     TEST_ASSERT_TRUE(fixture.supervisor.ground.dropped_bulk > 0U);
-    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_unroutable); // That counts requests alone.
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_unroutable); // It counts requests only.
     TEST_ASSERT_FALSE(supervisor_ground_accepts(&fixture.supervisor, PUS_CLASS_BULK, 40U));
     fixture.members[FIXTURE_GROUND].is_deaf = false;
     fixture_run(100U);

@@ -87,7 +87,7 @@ static void what_is_sent_again_waits_for_ground(void)
     const char* const lines = fixture_look();
     const char* const again = strstr(lines, "G/16 3.26 6162\n");
     TEST_ASSERT_NOT_NULL(again);
-    TEST_ASSERT_NULL(strstr(&again[1], "G/16")); // Once, and behind all that waited.
+    TEST_ASSERT_NULL(strstr(&again[1], "G/16")); // Once, and after all that waited.
     TEST_ASSERT_NULL(strstr(&again[1], "G/17"));
 }
 
@@ -115,7 +115,7 @@ static void time_is_reported_as_often_as_asked(void)
     fixture_run(400U); // Four seconds.
     fixture_expect("G time 1\nG time 1\n");
     fixture.members[FIXTURE_GROUND].is_deaf = true;
-    fixture_run(1200U); // Until there is no credit: what is refused is not told late.
+    fixture_run(1200U); // Until there is no credit: a refused time report is not sent late.
     fixture.members[FIXTURE_GROUND].is_deaf = false;
     fixture_forget();
     fixture_run(600U);

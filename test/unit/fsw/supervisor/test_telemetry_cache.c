@@ -36,7 +36,7 @@ void tearDown(void)
 {
 }
 
-/// Show what was written as a report, and begin anew.
+/// Pass what was written as a report, and begin a new one.
 static void observe(const uint8_t service, const uint8_t subtype, const uint64_t time_ns)
 {
     const pus_tm_t tm = {.apid    = 16U,
@@ -103,7 +103,7 @@ static void expect_value(const uint32_t id, const uint64_t time_ns, const uint8_
 
 static void values_of_structures_are_kept(void)
 {
-    report(25U, 1U, 17U, EPOCH); // Nobody knows what is in it.
+    report(25U, 1U, 17U, EPOCH); // The content is unknown.
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.taken);
     define(10U);
     EXPECT(WORD, 0U, 0, 0);
@@ -131,7 +131,7 @@ static void what_does_not_fit_is_left_alone(void)
     EXPECT(WORD, 2000U, 11, 12);
     TEST_ASSERT_EQUAL_UINT32(2U, cache.counters.unfitting);
     octet_write_u8(&writer, 7U);
-    observe(3U, 25U, 3000U); // Too short for an id: that of no structure.
+    observe(3U, 25U, 3000U); // Too short for an id: it belongs to no structure.
     octet_write_u16(&writer, 1U);
     observe(3U, 35U, 3000U);
     observe(17U, 2U, 3000U);
@@ -153,7 +153,7 @@ static void a_definition_replaces_the_one_before(void)
     TEST_ASSERT_EQUAL_UINT16(2U, cache.structure_count);
     report(25U, 1U, 2U, 2000U);
     EXPECT(WORD, 2000U, 1, 2);
-    report(26U, 1U, 17U, 3000U); // The other one is whole.
+    report(26U, 1U, 17U, 3000U); // The other one is complete.
     EXPECT(LONG, 3000U, 14, 15, 16, 17);
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
 }
@@ -165,7 +165,7 @@ static void bad_definitions_are_no_definitions(void)
     define(10U);
     const uint16_t whole = cache.entry_count;
     octet_reader_t reader;
-    for (size_t size = 0U; size < 34U; size++) { // Cut anywhere.
+    for (size_t size = 0U; size < 34U; size++) { // Truncated anywhere.
         uint8_t octets[34];
         writer = octet_writer(octets, sizeof(octets));
         octet_write_u16(&writer, 1U);
@@ -310,14 +310,16 @@ static void what_is_not_reported_any_more_is_old(void)
     const uint64_t each_ns  = TELEMETRY_CACHE_AGE_MIN_NS;
     const uint64_t last_ns  = start_ns + each_ns;
     const uint64_t limit_ns = last_ns + (TELEMETRY_CACHE_INTERVALS * (each_ns + 1U));
-    TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, UINT64_MAX)); // Nobody knows it.
+    // The parameter is unknown.
+    TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, UINT64_MAX));
     define(10U);
     TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, UINT64_MAX)); // Not reported yet.
     report(25U, 1U, 17U, start_ns);
-    TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, UINT64_MAX)); // Once is no habit.
+    // A single report has no interval.
+    TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, UINT64_MAX));
     report(25U, 1U, 17U, last_ns);
     TEST_ASSERT_FALSE(
-        supervisor_telemetry_cache_is_old(&cache, OCTET, last_ns)); // As the clock says now, or said before.
+        supervisor_telemetry_cache_is_old(&cache, OCTET, last_ns)); // At the present time or an earlier one.
     TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, 0U));
     TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, last_ns + TELEMETRY_CACHE_AGE_MIN_NS));
     TEST_ASSERT_FALSE(

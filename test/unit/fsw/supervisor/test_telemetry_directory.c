@@ -94,7 +94,7 @@ static void what_is_no_scalar_is_not_found(void)
     }
 }
 
-/// A report of structure 5 with so many octets, each one more than that before it.
+/// A report of structure 5 with this many octets, each one more than the one before.
 static void report(const uint16_t size)
 {
     uint8_t data[64] = {0, 5};
@@ -161,7 +161,7 @@ static void what_has_no_room_is_counted(void)
     supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(10U, directory.full);
     directory.structure_count = 0U;
-    directory.content_used    = TELEMETRY_CONTENT - 8U; // For the second, not for the first.
+    directory.content_used    = TELEMETRY_CONTENT - 8U; // Room for the second, not for the first.
     supervisor_telemetry_directory_learn(&directory, &descriptor);
     TEST_ASSERT_EQUAL_UINT32(14U, directory.full);
     TEST_ASSERT_EQUAL_UINT16(1U, directory.structure_count);

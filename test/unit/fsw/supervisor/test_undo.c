@@ -12,7 +12,7 @@ static checkpoint_state_t state;
 static undo_medium_t places[2];
 static medium_t inner;
 static medium_t medium; // Guarded.
-static bool is_deaf;    // The medium tells nothing.
+static bool is_deaf;    // Reads fail, and some queries of the size.
 static uint32_t random_state = 5U;
 
 static uint32_t draw(uint32_t below)
@@ -81,7 +81,7 @@ static void what_is_committed_stays(void)
     TEST_ASSERT_EQUAL(STATUS_OK, medium.resize(medium.context, 9U));
     open_medium();
     expect_text("abcdef");
-    open_medium(); // It died once more, before it has committed.
+    open_medium(); // The process died again before a commit.
     expect_text("abcdef");
 }
 
@@ -110,7 +110,7 @@ static void each_medium_has_its_own(void)
     expect_text("abc");
 }
 
-/// What is emptied held nothing that counts; at least nothing that was written later is left.
+/// An emptied medium had no content that matters; octets written later must not remain.
 static void much_that_is_cut_off_does_not_come_back(void)
 {
     static uint8_t octets[UNDO_CUT_MAX + 1U];
