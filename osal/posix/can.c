@@ -47,18 +47,18 @@ status_t osal_can_create(const char* address)
 {
     FSW_ASSERT(address != NULL);
     place_t place;
-    if ((take_apart(address, &place) != STATUS_OK) || (place.shared[0] == '\0')) {
+    if ((take_apart(address, &place) != STATUS_OK) || (strlen(place.shared) == 0U)) {
         return STATUS_INVALID;
     }
-    return (place.interface[0] == '\0') ? can_shm_create(place.shared)
-                                        : can_counted_create(place.shared, place.interface);
+    return (strlen(place.interface) == 0U) ? can_shm_create(place.shared)
+                                           : can_counted_create(place.shared, place.interface);
 }
 
 status_t osal_can_destroy(const char* address)
 {
     FSW_ASSERT(address != NULL);
     place_t place;
-    if ((take_apart(address, &place) != STATUS_OK) || (place.shared[0] == '\0') ||
+    if ((take_apart(address, &place) != STATUS_OK) || (strlen(place.shared) == 0U) ||
         (osal_shm_remove(place.shared) != STATUS_OK)) {
         return STATUS_NOT_FOUND;
     }
@@ -69,8 +69,8 @@ status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_count
 {
     FSW_ASSERT((address != NULL) && (out_counts != NULL));
     place_t place;
-    if ((take_apart(address, &place) != STATUS_OK) || (place.shared[0] == '\0') ||
-        (place.interface[0] == '\0')) {
+    if ((take_apart(address, &place) != STATUS_OK) || (strlen(place.shared) == 0U) ||
+        (strlen(place.interface) == 0U)) {
         return STATUS_NOT_FOUND;
     }
     return can_counted_look(place.shared, out_counts);
@@ -93,9 +93,9 @@ status_t osal_can_open(osal_can_t* can, const char* address, osal_can_end_t end)
     if (status != STATUS_OK) {
         return status;
     }
-    if (place.interface[0] == '\0') {
+    if (strlen(place.interface) == 0U) {
         status = can_shm_open(can, place.shared);
-    } else if (place.shared[0] == '\0') {
+    } else if (strlen(place.shared) == 0U) {
         status = can_socket_open(can, place.interface);
     } else {
         status = can_counted_open(can, place.shared, place.interface);

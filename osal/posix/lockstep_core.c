@@ -34,12 +34,12 @@ static void admit_new(osal_lockstep_t* scheduler)
 {
     for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
         participant_t* const one = &scheduler->participants[i];
-        if ((one->state == OSAL_LOCKSTEP_JOINED) && (one->is_new != 0U)) {
+        if ((one->state == OSAL_LOCKSTEP_JOINED) && one->is_new) {
             if (one->wake_ns <= scheduler->now_ns) {
                 one->wake_ns = lockstep_is_turn_to_come(scheduler, i) ? scheduler->now_ns
                                                                       : lockstep_next_slot_ns(scheduler);
             }
-            one->is_new = 0U;
+            one->is_new = false;
         }
     }
 }
@@ -79,15 +79,15 @@ void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant)
     if (self->succession_ns != 0U) {
         self->life++;
         self->begin_ns = scheduler->now_ns + self->succession_ns;
-        self->is_begun = 0U;
+        self->is_begun = false;
         self->state    = OSAL_LOCKSTEP_EXPECTED;
     } else {
         self->messages = 0U;
         self->octets   = 0U;
     }
-    self->is_new       = 0U;
-    self->is_failed    = 0U;
-    self->is_suspended = 0U;
+    self->is_new       = false;
+    self->is_failed    = false;
+    self->is_suspended = false;
     if (scheduler->running == participant) {
         __atomic_store_n(&scheduler->running, NOBODY, __ATOMIC_RELEASE);
     }
@@ -100,8 +100,7 @@ static uint64_t turn_ns(const participant_t* one)
     if (one->state == OSAL_LOCKSTEP_EXPECTED) {
         return one->begin_ns;
     }
-    return ((one->state == OSAL_LOCKSTEP_JOINED) && (one->is_suspended == 0U)) ? one->wake_ns
-                                                                               : OSAL_LOCKSTEP_NEVER;
+    return ((one->state == OSAL_LOCKSTEP_JOINED) && !one->is_suspended) ? one->wake_ns : OSAL_LOCKSTEP_NEVER;
 }
 
 /// The smallest (time, order) of the next turns, or NOBODY.
@@ -150,7 +149,7 @@ void lockstep_grant_next(osal_lockstep_t* scheduler)
             return;
         }
         participant_t* const one = &scheduler->participants[first];
-        if (one->is_failed != 0U) {
+        if (one->is_failed) {
             lockstep_leave(scheduler, first);
             continue;
         }
@@ -161,7 +160,7 @@ void lockstep_grant_next(osal_lockstep_t* scheduler)
         if (one->wake_ns > scheduler->now_ns) {
             __atomic_store_n(&scheduler->now_ns, one->wake_ns, __ATOMIC_RELEASE);
         }
-        one->is_begun   = 1U;
+        one->is_begun   = true;
         scheduler->last = first;
         scheduler->grants++;
         __atomic_store_n(&scheduler->running, first, __ATOMIC_RELEASE);
@@ -171,7 +170,7 @@ void lockstep_grant_next(osal_lockstep_t* scheduler)
 
 uint64_t lockstep_not_before_begin(const participant_t* one, uint64_t wake_ns)
 {
-    return ((one->is_begun == 0U) && (wake_ns < one->begin_ns)) ? one->begin_ns : wake_ns;
+    return (!one->is_begun && (wake_ns < one->begin_ns)) ? one->begin_ns : wake_ns;
 }
 
 bool lockstep_rest(osal_lockstep_t* scheduler, uint32_t participant, uint32_t life, uint64_t wake_ns)
@@ -187,7 +186,7 @@ bool lockstep_rest(osal_lockstep_t* scheduler, uint32_t participant, uint32_t li
         }
         self->wake_ns = lockstep_not_before_begin(
             self, lockstep_earlier(wake_ns, is_expected ? self->wake_ns : OSAL_LOCKSTEP_NEVER));
-        self->is_new = 1U;
+        self->is_new = true;
         self->incarnation++;
         __atomic_store_n(&self->state, (uint32_t)OSAL_LOCKSTEP_JOINED, __ATOMIC_RELEASE);
         return true;

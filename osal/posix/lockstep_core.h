@@ -18,15 +18,15 @@ typedef struct {
     uint32_t messages;    ///< Deliveries not yet reported.
     uint32_t octets;      ///< Octets not yet reported.
     uint32_t incarnation; ///< Changes with each join and end; a waiter of an older one returns.
-    uint32_t is_new;      ///< Joined, but not yet placed in the order of the present instant.
+    bool is_new;          ///< Joined, but not yet placed in the order of the present instant.
     uint32_t stream_port;
     uint32_t stream_server; ///< Participant that serves the stream, from 1; 0: no participant does.
     int32_t process;        ///< Process that joined last in its own life.
     uint32_t life;
     uint64_t begin_ns;      ///< When the life begins; no grant before.
-    uint32_t is_begun;      ///< It has had a grant.
-    uint32_t is_failed;     ///< Its process died before the life began: it ends when it would begin.
-    uint32_t is_suspended;  ///< Gets no grant.
+    bool is_begun;          ///< It has had a grant.
+    bool is_failed;         ///< Its process died before the life began: it ends when it would begin.
+    bool is_suspended;      ///< Gets no grant.
     uint32_t killed_life;   ///< The last life that was killed.
     uint64_t succession_ns; ///< From the end of a life to the start of the next; 0: no next life.
 } participant_t;

@@ -157,7 +157,7 @@ void osal_lockstep_expect(osal_lockstep_t* scheduler, unsigned participant, uint
         one->wake_ns  = OSAL_LOCKSTEP_NEVER;
         one->life     = life;
         one->begin_ns = at_ns;
-        one->is_begun = 0U;
+        one->is_begun = false;
         one->state    = OSAL_LOCKSTEP_EXPECTED;
     }
     unlock(scheduler);
@@ -193,9 +193,9 @@ void osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, uint32_
     participant_t* const one = &scheduler->participants[participant];
     lock(scheduler);
     const bool is_to_begin = is_of_life(one, life) && (one->state != OSAL_LOCKSTEP_ABSENT) &&
-                             (one->is_begun == 0U) && (one->begin_ns > scheduler->now_ns);
+                             !one->is_begun && (one->begin_ns > scheduler->now_ns);
     if (is_to_begin) { // When in wall-clock time it died must not show: it ends when it would have begun.
-        one->is_failed = 1U;
+        one->is_failed = true;
         (void)pass_on(scheduler);
     }
     const uint32_t running = scheduler->running;
@@ -235,7 +235,7 @@ void osal_lockstep_suspend(osal_lockstep_t* scheduler, unsigned participant)
     participant_t* const one = &scheduler->participants[participant];
     lock(scheduler);
     if ((one->state == OSAL_LOCKSTEP_JOINED) && (scheduler->now_ns >= one->begin_ns)) {
-        one->is_suspended = 1U;
+        one->is_suspended = true;
         if (scheduler->running == participant) {
             __atomic_store_n(&scheduler->running, NOBODY, __ATOMIC_RELEASE);
         }
@@ -248,8 +248,8 @@ void osal_lockstep_resume(osal_lockstep_t* scheduler, unsigned participant)
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     participant_t* const one = &scheduler->participants[participant];
     lock(scheduler);
-    if (one->is_suspended != 0U) {
-        one->is_suspended = 0U;
+    if (one->is_suspended) {
+        one->is_suspended = false;
         if (one->wake_ns <= scheduler->now_ns) {
             one->wake_ns = lockstep_is_turn_to_come(scheduler, participant)
                                ? scheduler->now_ns

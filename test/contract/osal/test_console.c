@@ -7,6 +7,7 @@
 #include "base/version.h"
 
 #include <fcntl.h>
+#include <limits.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -149,9 +150,39 @@ static void test_reader_that_sleeps_does_not_stop_the_caller(void)
     TEST_ASSERT_TRUE(WIFEXITED(how) && (WEXITSTATUS(how) == 7));
 }
 
+static const int failing_line = __LINE__ + 4;
+
 static void fail(int number)
 {
     FSW_ASSERT(number == 1);
+}
+
+static const struct {
+    const char* file;
+    int line;
+    const char* said;
+} places[] = {{"a.c", 7, "a.c:7: assertion failed\n"},
+              {"a.c", 10, "a.c:10: assertion failed\n"},
+              {"a.c", INT_MAX, "a.c:2147483647: assertion failed\n"},
+              {"a.c", 0, "a.c:0: assertion failed\n"},
+              {"a.c", -1, "a.c:0: assertion failed\n"},
+              {NULL, 123456, "?:123456: assertion failed\n"}};
+static unsigned place;
+
+static void fail_there(int number)
+{
+    (void)number;
+    fsw_assertion_failed(places[place].file, places[place].line);
+}
+
+static void test_any_place_is_said_in_full(void)
+{
+    for (place = 0U; place < (sizeof(places) / sizeof(places[0])); place++) {
+        const int how = listen_to(STDERR_FILENO, 1, fail_there);
+        TEST_ASSERT_TRUE(WIFSIGNALED(how));
+        TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
+        TEST_ASSERT_EQUAL_STRING(places[place].said, output);
+    }
 }
 
 static void test_failed_assertion_is_one_line_and_the_end(void)
@@ -159,9 +190,9 @@ static void test_failed_assertion_is_one_line_and_the_end(void)
     const int how = listen_to(STDERR_FILENO, 1, fail);
     TEST_ASSERT_TRUE(WIFSIGNALED(how));
     TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
-    TEST_ASSERT_NOT_NULL(strstr(output, "test_console.c:"));
-    TEST_ASSERT_NOT_NULL(strstr(output, ": assertion failed\n"));
-    TEST_ASSERT_EQUAL_PTR(&output[output_size - 1U], strchr(output, '\n'));
+    char expected[128];
+    (void)snprintf(expected, sizeof(expected), "%s:%d: assertion failed\n", __FILE__, failing_line);
+    TEST_ASSERT_EQUAL_STRING(expected, output);
 }
 
 int main(void)
@@ -173,5 +204,6 @@ int main(void)
     RUN_TEST(test_lines_of_several_processes_do_not_mix);
     RUN_TEST(test_reader_that_sleeps_does_not_stop_the_caller);
     RUN_TEST(test_failed_assertion_is_one_line_and_the_end);
+    RUN_TEST(test_any_place_is_said_in_full);
     return UNITY_END();
 }

@@ -440,10 +440,15 @@ static void test_child_that_outlives_its_parent_goes_on_whatever_ends_its_group(
 
 static void test_watch_needs_a_process(void)
 {
+    static const int32_t none[] = {0, -5, INT32_MAX};
     osal_process_t process;
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, 0));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, -5));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, INT32_MAX));
+    for (size_t i = 0U; i < (sizeof(none) / sizeof(none[0])); i++) {
+        (void)memset(&process, 1, sizeof(process));
+        TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, none[i]));
+        TEST_ASSERT_EQUAL_INT32(0, process.id); // Nobody is told to end by mistake.
+        TEST_ASSERT_EQUAL_INT(-1, process.descriptor);
+        TEST_ASSERT_FALSE(osal_process_is_alive(&process));
+    }
     TEST_ASSERT_EQUAL(STATUS_OK, osal_process_watch(&process, osal_process_own_id()));
     TEST_ASSERT_TRUE(osal_process_is_alive(&process));
     osal_process_release(&process);

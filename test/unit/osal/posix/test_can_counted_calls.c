@@ -21,6 +21,8 @@ static osal_can_t node;
 static osal_can_t wire;
 static bool is_virtual;
 static uint64_t now_ns;
+static uint64_t frame_ns;    // Time that goes by until a frame comes.
+#define QUIET_NS 50000000ULL // No frame for so long: none is under way.
 static uint32_t id_to_come;
 static osal_can_frame_t frame = {.id = 0x181U, .length = 8U};
 
@@ -36,10 +38,17 @@ uint64_t __wrap_osal_clock_monotonic_ns(void)
     return now_ns;
 }
 
+/// The smallest descriptor there is: that of a program whose standard input is closed.
 status_t __wrap_can_socket_open(osal_can_t* can, const char* interface)
 {
-    (void)can;
+    can->descriptor = 0;
     assert_string_equal("can7", interface);
+    return mock_type(status_t);
+}
+
+status_t __wrap_can_socket_filter(osal_can_t* can)
+{
+    check_expected_ptr(can);
     return mock_type(status_t);
 }
 
@@ -64,12 +73,12 @@ status_t __wrap_can_socket_receive(osal_can_t* can, osal_can_frame_t* out_frame)
     return mock_type(status_t);
 }
 
-/// Time goes on to the end of a wait in vain.
+/// Time goes on to the end of a wait in vain, or to the frame.
 bool __wrap_can_socket_wait(const osal_can_t* can, uint64_t until_ns)
 {
     check_expected_ptr(can);
     const bool has_come = mock_type(bool);
-    now_ns              = has_come ? now_ns : until_ns;
+    now_ns              = has_come ? (now_ns + frame_ns) : until_ns;
     return has_come;
 }
 
@@ -103,6 +112,20 @@ static void expect_counts(const uint32_t frames, const uint32_t late, const uint
     assert_int_equal(cuts, counts.cuts);
 }
 
+/// How often the counts are mapped here.
+static unsigned mappings(void)
+{
+    char line[512];
+    unsigned count   = 0U;
+    FILE* const maps = fopen("/proc/self/maps", "r");
+    assert_non_null(maps);
+    while (fgets(line, sizeof line, maps) != NULL) {
+        count += (strstr(line, name) != NULL) ? 1U : 0U;
+    }
+    (void)fclose(maps);
+    return count;
+}
+
 static void create(const bool carries_errors)
 {
     is_virtual = carries_errors;
@@ -121,6 +144,7 @@ static void destroy(void)
     can_counted_close(&node);
     can_counted_close(&wire);
     assert_int_equal(STATUS_OK, osal_shm_remove(name));
+    assert_int_equal(0U, mappings());
 }
 
 static int set_up(void** state)
@@ -129,6 +153,7 @@ static int set_up(void** state)
     (void)snprintf(name, sizeof name, "/osal-can-calls-%d", (int)getpid());
     (void)osal_shm_remove(name);
     now_ns     = 1000000000U;
+    frame_ns   = 0U;
     id_to_come = frame.id;
     return 0;
 }
@@ -155,7 +180,19 @@ static void a_bus_that_cannot_be_made_or_opened_is_told(void** state)
     assert_int_equal(STATUS_OK, can_counted_create(name, "can7"));
     will_return(__wrap_can_socket_open, STATUS_CLOSED);
     assert_int_equal(STATUS_CLOSED, can_counted_open(&can, name, "can7"));
+    assert_int_equal(STATUS_OK, can_counted_look(name, &counts));
+    uint64_t mark = 0U;
+    assert_int_equal(STATUS_OK, osal_shm_open(&shm, name));
+    (void)memcpy(&mark, osal_shm_address(&shm), sizeof mark);
+    const size_t whole = osal_shm_size(&shm);
+    osal_shm_close(&shm);
     assert_int_equal(STATUS_OK, osal_shm_remove(name));
+    assert_int_equal(STATUS_OK, osal_shm_create(&shm, name, whole - 1U)); // Too small, with its mark.
+    (void)memcpy(osal_shm_address(&shm), &mark, sizeof mark);
+    osal_shm_close(&shm);
+    assert_int_equal(STATUS_NOT_FOUND, can_counted_open(&can, name, "can7"));
+    assert_int_equal(STATUS_OK, osal_shm_remove(name));
+    assert_int_equal(0U, mappings()); // Nothing stays of all these trials.
 }
 
 static void frames_are_counted_in_each_direction(void** state)
@@ -308,12 +345,92 @@ static void an_end_that_opens_late_passes_over_what_was_sent(void** state)
         if (ending == 0U) {
             will_wait(&wire, false);
         }
+        const uint64_t before_ns = now_ns;
         assert_int_equal(STATUS_OK, can_counted_open(&wire, name, "can7"));
+        assert_int_equal((ending == 0U) ? QUIET_NS : 0U, now_ns - before_ns);
     }
+    expect_function_call(__wrap_can_socket_close); // It is never quiet: the wait has an end.
+    can_counted_close(&wire);
+    will_send(&node, STATUS_OK);
+    assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
+    frame_ns = (OSAL_CAN_PATIENCE_MS * 1000000ULL) / 4U;
+    will_return(__wrap_can_socket_open, STATUS_OK);
+    for (unsigned i = 0U; i < 4U; i++) {
+        will_wait(&wire, true);
+        will_receive(&wire, STATUS_OK);
+    }
+    assert_int_equal(STATUS_OK, can_counted_open(&wire, name, "can7"));
+    frame_ns = 0U;
     will_receive(&wire, STATUS_EMPTY); // Nothing is due.
     assert_int_equal(STATUS_EMPTY, can_counted_receive(&wire, &received));
     expect_counts(0U, 0U, 0U, 0U, 0U);
     destroy();
+}
+
+static void will_close(osal_can_t* can)
+{
+    expect_function_call(__wrap_can_socket_close);
+    osal_can_close(can);
+    assert_null(can->shared);
+    assert_int_equal(-1, can->descriptor);
+    osal_can_close(can); // Twice does no harm.
+}
+
+static void an_address_says_whether_frames_are_counted(void** state)
+{
+    const osal_can_filter_t others = {.id = 0x701U, .mask = 0x7FFU};
+    char address[80];
+    osal_can_hand_over_t counts;
+    osal_can_frame_t received;
+    (void)state;
+    (void)snprintf(address, sizeof address, "can:can7@%s", &name[1]);
+    is_virtual = false;
+    will_return(__wrap_osal_can_interface_look, STATUS_OK);
+    assert_int_equal(STATUS_OK, osal_can_create(address));
+    will_return_count(__wrap_can_socket_open, STATUS_OK, 3);
+    assert_int_equal(STATUS_OK, osal_can_open(&node, address, OSAL_CAN_NODE));
+    assert_int_equal(STATUS_OK, osal_can_open(&wire, address, OSAL_CAN_WIRE));
+    will_send(&node, STATUS_OK);
+    assert_int_equal(STATUS_OK, osal_can_send(&node, &frame));
+    will_receive(&wire, STATUS_OK);
+    assert_int_equal(STATUS_OK, osal_can_receive(&wire, &received));
+    assert_int_equal(STATUS_OK, osal_can_filter(&wire, &others, 1U)); // The kernel passes all: they count.
+    will_send(&node, STATUS_OK);
+    assert_int_equal(STATUS_OK, osal_can_send(&node, &frame));
+    will_receive(&wire, STATUS_OK);
+    will_receive(&wire, STATUS_EMPTY);
+    assert_int_equal(STATUS_EMPTY, osal_can_receive(&wire, &received));
+    assert_int_equal(1U, wire.filtered);
+    osal_can_add_foreign(&node, 3U);
+    assert_int_equal(STATUS_OK, osal_can_hand_over(address, &counts));
+    assert_int_equal(2U, counts.frames);
+    assert_int_equal(3U, counts.foreign);
+    will_close(&wire);
+    osal_can_add_foreign(&wire, 1U); // Nobody counts any more.
+    assert_int_equal(STATUS_CLOSED, osal_can_send(&wire, &frame));
+    assert_int_equal(STATUS_CLOSED, osal_can_receive(&wire, &received));
+    assert_int_equal(STATUS_CLOSED, osal_can_filter(&wire, &others, 1U));
+
+    assert_int_equal(STATUS_OK, osal_can_open(&wire, "can:can7", OSAL_CAN_NODE));
+    osal_can_add_foreign(&wire, 1U);
+    will_send(&wire, STATUS_FULL);
+    assert_int_equal(STATUS_FULL, osal_can_send(&wire, &frame));
+    expect_value(__wrap_can_socket_filter, can, &wire);
+    will_return(__wrap_can_socket_filter, STATUS_IO);
+    assert_int_equal(STATUS_IO, osal_can_filter(&wire, &others, 1U));
+    will_receive(&wire, STATUS_OK);
+    will_receive(&wire, STATUS_CLOSED);
+    assert_int_equal(STATUS_CLOSED, osal_can_receive(&wire, &received));
+    will_close(&wire);
+    assert_int_equal(STATUS_OK, osal_can_hand_over(address, &counts));
+    assert_int_equal(2U, counts.frames);
+    assert_int_equal(3U, counts.foreign);
+    assert_int_equal(STATUS_NOT_FOUND, osal_can_hand_over("can:can7", &counts));
+    will_close(&node);
+    assert_int_equal(0U, mappings());
+    assert_int_equal(STATUS_OK, osal_can_destroy(address));
+    assert_int_equal(STATUS_NOT_FOUND, osal_can_destroy(address));
+    assert_int_equal(STATUS_NOT_FOUND, osal_can_hand_over(address, &counts));
 }
 
 int main(void)
@@ -326,6 +443,7 @@ int main(void)
         cmocka_unit_test_setup(no_more_frames_are_under_way_than_a_ring_holds, set_up),
         cmocka_unit_test_setup(a_real_controller_reports_its_own_errors, set_up),
         cmocka_unit_test_setup(an_end_that_opens_late_passes_over_what_was_sent, set_up),
+        cmocka_unit_test_setup(an_address_says_whether_frames_are_counted, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -40,6 +40,10 @@ static struct {
     struct timespec stamp; // No time: none comes with the frame.
     uint32_t overruns;
     bool has_overruns;
+    struct {
+        int level;
+        int type;
+    } foreign; // Instead of all others; no level: none.
 } told;
 
 /// The next answer of a call: its result, or the negative number of its error.
@@ -129,6 +133,12 @@ ssize_t __wrap_recvmsg(int descriptor, struct msghdr* message, int flags)
     (void)memcpy(message->msg_iov[0].iov_base, &raw, sizeof raw);
     size_t used          = 0U;
     struct cmsghdr* part = CMSG_FIRSTHDR(message);
+    if ((told.foreign.level != 0) && (part != NULL)) {
+        *part = (struct cmsghdr){CMSG_LEN(sizeof told.stamp), told.foreign.level, told.foreign.type};
+        (void)memset(CMSG_DATA(part), 1, sizeof told.stamp);
+        message->msg_controllen = CMSG_SPACE(sizeof told.stamp);
+        return answer(mock_type(int));
+    }
     if ((told.stamp.tv_sec != 0) && (part != NULL)) {
         *part = (struct cmsghdr){CMSG_LEN(sizeof told.stamp), SOL_SOCKET, SO_TIMESTAMPNS};
         (void)memcpy(CMSG_DATA(part), &told.stamp, sizeof told.stamp);
@@ -162,13 +172,14 @@ int __wrap_clock_gettime(clockid_t clock, struct timespec* out_time)
 static int set_up(void** state)
 {
     (void)state;
-    can               = (osal_can_t){.descriptor = DESCRIPTOR};
-    raw               = (struct canfd_frame){0};
-    told.stamp        = (struct timespec){0, 0};
-    told.has_overruns = false;
-    interface.family  = ARPHRD_CAN;
-    interface.flags   = IFF_UP;
-    interface.mtu     = CANFD_MTU;
+    can                = (osal_can_t){.descriptor = DESCRIPTOR};
+    raw                = (struct canfd_frame){0};
+    told.stamp         = (struct timespec){0, 0};
+    told.has_overruns  = false;
+    told.foreign.level = 0;
+    interface.family   = ARPHRD_CAN;
+    interface.flags    = IFF_UP;
+    interface.mtu      = CANFD_MTU;
     return 0;
 }
 
@@ -380,6 +391,26 @@ static void a_frame_is_received_with_its_time(void** state)
     assert_int_equal(17U, can.overruns);
 }
 
+/// Neither the level nor the type alone says what control data means.
+static void control_data_of_others_is_not_taken(void** state)
+{
+    static const struct {
+        int level;
+        int type;
+    } others[] = {{SOL_SOCKET, SO_TIMESTAMP}, {SOL_CAN_RAW, SO_TIMESTAMPNS}, {SOL_CAN_RAW, SO_RXQ_OVFL}};
+    osal_can_frame_t frame;
+    (void)state;
+    for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
+        told.foreign.level = others[i].level;
+        told.foreign.type  = others[i].type;
+        will_return(__wrap_recvmsg, CAN_MTU);
+        assert_int_equal(STATUS_OK, can_socket_receive(&can, &frame));
+        assert_int_equal(NOW_NS, frame.time_ns);
+        assert_int_equal(0U, can.overruns);
+        assert_int_equal(0U, can.kernel_overruns);
+    }
+}
+
 static void why_no_frame_comes_is_told(void** state)
 {
     osal_can_frame_t frame;
@@ -421,6 +452,7 @@ int main(void)
         cmocka_unit_test_setup(frames_are_sent_with_the_size_of_their_kind, set_up),
         cmocka_unit_test_setup(why_a_frame_is_not_sent_is_told, set_up),
         cmocka_unit_test_setup(a_frame_is_received_with_its_time, set_up),
+        cmocka_unit_test_setup(control_data_of_others_is_not_taken, set_up),
         cmocka_unit_test_setup(why_no_frame_comes_is_told, set_up),
         cmocka_unit_test_setup(a_wait_ends_with_a_frame_a_signal_or_the_time, set_up),
     };

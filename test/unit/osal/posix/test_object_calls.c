@@ -31,8 +31,10 @@ typedef struct {
 } told_t;
 
 static uint64_t memory[8];
-static off_t length; // Of the object that fstat knows.
+static off_t fallocated = sizeof memory; // What is to be asked for.
+static off_t length;                     // Of the object that fstat knows.
 static nlink_t links;
+static int policy_priority; // That goes with a policy.
 
 /// The next answer of a call: its result, or the negative number of its error.
 static int answer(const int result)
@@ -59,7 +61,7 @@ int __wrap_posix_fallocate(int descriptor, off_t offset, off_t octets)
 {
     assert_int_equal(DESCRIPTOR, descriptor);
     assert_int_equal(0, offset);
-    assert_int_equal(sizeof memory, octets);
+    assert_int_equal(fallocated, octets);
     return mock_type(int); // The error itself.
 }
 
@@ -205,6 +207,9 @@ int __wrap_pthread_create(pthread_t* thread, const pthread_attr_t* attributes, v
     (void)pthread_attr_getinheritsched(attributes, &inherits);
     (void)pthread_attr_getschedparam(attributes, &parameters);
     const int priority = (inherits == PTHREAD_EXPLICIT_SCHED) ? parameters.sched_priority : 0;
+    int policy         = -1;
+    (void)pthread_attr_getschedpolicy(attributes, &policy);
+    assert_int_equal((priority > 0) ? SCHED_FIFO : SCHED_OTHER, policy);
     check_expected(priority);
     const int error = mock_type(int);
     return (error == 0) ? __real_pthread_create(thread, attributes, run, context) : error;
@@ -221,7 +226,7 @@ int __wrap_pthread_setschedparam(pthread_t thread, int policy, const struct sche
 {
     (void)thread;
     check_expected(policy);
-    assert_int_equal((policy == SCHED_FIFO) ? 7 : 0, parameters->sched_priority);
+    assert_int_equal(policy_priority, parameters->sched_priority);
     return mock_type(int);
 }
 
@@ -257,6 +262,15 @@ static void memory_that_cannot_be_made_leaves_nothing(void** state)
         assert_null(osal_shm_address(&shm));
         assert_int_equal(0U, osal_shm_size(&shm));
     }
+    fallocated = INT64_MAX; // The largest size there is: the system is asked; it is not for one more.
+    expect_value(__wrap_shm_open, flags, CREATE);
+    will_return(__wrap_shm_open, DESCRIPTOR);
+    will_return(__wrap_posix_fallocate, EFBIG);
+    will_return(__wrap_shm_unlink, 0);
+    expect_function_call(__wrap_close);
+    assert_int_equal(STATUS_EXHAUSTED, osal_shm_create(&shm, NAME, (size_t)INT64_MAX));
+    assert_int_equal(STATUS_EXHAUSTED, osal_shm_create(&shm, NAME, (size_t)INT64_MAX + 1U));
+    fallocated = sizeof memory;
 }
 
 static void memory_that_cannot_be_opened_is_told(void** state)
@@ -408,14 +422,18 @@ static void a_task_starts_without_a_priority_that_is_not_permitted(void** state)
     osal_task_t task;
     int has_run = 0;
     (void)state;
-    will_return_count(__wrap_pthread_attr_init, 0, 2);
-    expect_value(__wrap_pthread_create, priority, 7);
-    will_return(__wrap_pthread_create, EPERM);
-    expect_value(__wrap_pthread_create, priority, 0);
-    will_return(__wrap_pthread_create, 0);
-    assert_int_equal(STATUS_OK, osal_task_start(&task, run, &has_run, 7));
-    osal_task_join(&task);
-    assert_int_equal(1, has_run);
+    static const int priorities[] = {1, 7};
+    for (size_t i = 0U; i < COUNT(priorities); i++) {
+        has_run = 0;
+        will_return_count(__wrap_pthread_attr_init, 0, 2);
+        expect_value(__wrap_pthread_create, priority, priorities[i]);
+        will_return(__wrap_pthread_create, EPERM);
+        expect_value(__wrap_pthread_create, priority, 0);
+        will_return(__wrap_pthread_create, 0);
+        assert_int_equal(STATUS_OK, osal_task_start(&task, run, &has_run, priorities[i]));
+        osal_task_join(&task);
+        assert_int_equal(1, has_run);
+    }
 }
 
 static void a_task_that_does_not_start_is_told(void** state)
@@ -440,9 +458,15 @@ static void a_priority_that_is_not_permitted_is_told(void** state)
     (void)state;
     expect_value(__wrap_pthread_setschedparam, policy, SCHED_FIFO);
     will_return(__wrap_pthread_setschedparam, EPERM);
+    policy_priority = 7;
     assert_int_equal(STATUS_DENIED, osal_task_set_priority(7));
+    expect_value(__wrap_pthread_setschedparam, policy, SCHED_FIFO);
+    will_return(__wrap_pthread_setschedparam, 0);
+    policy_priority = 1;
+    assert_int_equal(STATUS_OK, osal_task_set_priority(1));
     expect_value(__wrap_pthread_setschedparam, policy, SCHED_OTHER);
     will_return(__wrap_pthread_setschedparam, 0);
+    policy_priority = 0;
     assert_int_equal(STATUS_OK, osal_task_set_priority(0));
 }
 
