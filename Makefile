@@ -26,7 +26,7 @@
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises the marks
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; which do the C tests
 ##                   notice?
-##                   ONLY=<part of a source's path>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)
+##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)
 ##   make pus-coverage   fly the conformance suite of the packet services and write docs/pus-coverage.md
 ##   make fuzz       run every fuzz target in turn on its kept corpus          ONLY=<part of a name>  SECONDS=20
 ##   make vm         a shell in a micro-VM with vcan and TIPC over this tree; what is written there is forgotten, but

@@ -28,8 +28,8 @@ wraps_of   = $(patsubst $1:__wrap_%,-Wl$(comma)--wrap=%,$(filter $1:%,$(WRAPPED)
 counted    = $(if $(S390X),,-Wl$(comma)--wrap=UnityDefaultTestRun) # See test/support/descriptors.h.
 TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm
 
-# Only a test that expects assertions to fail has its own end of a failed assertion; in all others it is that of the port,
-# whose library stands before the support library.
+# Only a test that expects assertions to fail has its own end of a failed assertion; in all others it is that of the
+# port, whose library stands before the support library.
 ASSERTING := $(shell grep -l assertion_fails $(TESTS) /dev/null)
 caught     = $(if $(filter $1,$(ASSERTING)),$B/obj/test/support/assertion.o)
 

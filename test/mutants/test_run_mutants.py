@@ -34,6 +34,14 @@ def test_a_seed_draws_the_same_and_another_one_differs():
     assert len(set(first)) == len(first)
 
 
+def test_one_line_can_be_drawn_alone():
+    of_file = run_mutants.drawn("base/crc.c:", 1)
+    line = of_file[0].number
+    assert {mutant.path for mutant in of_file} == {"base/crc.c"}
+    of_line = run_mutants.drawn(f"base/crc.c:{line}:", 1)
+    assert sorted(map(str, of_line)) == sorted(str(mutant) for mutant in of_file if mutant.number == line)
+
+
 def test_equivalent_mutants_are_mutants():
     for row in run_mutants.read_equivalent():
         assert any(mutant.row() == row for mutant in run_mutants.mutants_of(row[0])), row
