@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""API reference from the headers: a page per layer, a header after the other as it reads."""
+"""API reference from the headers: one page for each layer with its headers in order."""
 
 import re
 
@@ -59,7 +59,7 @@ def index_of(layers):
 
 
 def link_names(text, places, own=()):
-    """HTML in which names of declarations lead to them."""
+    """HTML in which names of declarations are links to them."""
 
     def link(found):
         name = found[0]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the project's headers: the contract a header opens with, and what stands above each declaration.
+"""Reads the project's headers: the contract at the beginning of a header, and the comment above each declaration.
 
-The house format is what it knows: `///` comments, `// ---- title` between sections, one declaration or a run of them
-below a comment, an empty line after it.
+It parses the house format: `///` comments, `// ---- title` between sections, one or several declarations
+below a comment, followed by an empty line.
 """
 
 import re
@@ -24,13 +24,13 @@ class Entry:
 
     @property
     def names(self):
-        """What is declared here."""
+        """Names that are declared here."""
         found = [NAME.match(line) for line in self.code]
         return [next(name for name in match.groups() if name) for match in found if match]
 
     @property
     def is_private(self):
-        """A struct that others shall not look into."""
+        """A struct with private members."""
         return bool(self.code) and "Private" in self.code[0] and "except" not in self.code[0]
 
 
@@ -50,7 +50,7 @@ def comment_of(line):
 
 
 def end_of(lines, start):
-    """Index behind the declaration that begins at `start`."""
+    """Index after the declaration that begins at `start`."""
     at, depth = start, 0
     if lines[start].startswith("#"):
         while lines[at].endswith("\\"):

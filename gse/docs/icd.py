@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interface control document from the descriptors: what is on the wire, octet by octet. A page per mission."""
+"""Interface control document from the descriptors: the contents of packets and frames, octet by octet. One page for each mission."""
 
 import icd_messages
 import layers
@@ -67,7 +67,7 @@ def parameters(subsystem, sizes):
 
 
 def layout(fields, sizes, start=0):
-    """Wire layout of fields that follow each other."""
+    """Packet layout of consecutive fields."""
     rows, at = [], start
     for item in fields:
         size = octets_of(item, sizes)
@@ -223,7 +223,7 @@ def mission_page(loaded):
 
 
 def pages(missions):
-    """Dict file -> HTML: a page per mission, and the one that leads to them."""
+    """Dict file -> HTML: a page for each mission, and an index of them."""
     made = [mission_page(loaded) for loaded in missions]
     cards = "".join(f'<a href="{file}"><b>{title}</b><span>{len(loaded.subsystems)} subsystems</span></a>' for (file, title, _), loaded in zip(made, missions))
     cards += f'<a href="{icd_messages.FILE}"><b>{icd_messages.TITLE}</b><span>every request and report, octet by octet</span></a>'

@@ -49,7 +49,7 @@ def edges():
 
 
 def reduced(pairs):
-    """Without those edges that a longer way says already; the graph has no cycle."""
+    """Remove edges that a longer path implies (transitive reduction); the graph has no cycle."""
     sees = {}
     for home, other in pairs:
         sees.setdefault(home, set()).add(other)
@@ -90,14 +90,14 @@ def dot(pairs, files, wanted):
 
 
 def svg(graph):
-    """The graph as SVG to stand in a page."""
+    """The graph as SVG for a page."""
     done = subprocess.run(["dot", "-Tsvg"], input=graph, capture_output=True, text=True, check=True)
     picture = done.stdout[done.stdout.index("<svg") :]
     return '<div class="graph">' + re.sub(r"<!--.*?-->\n?", "", picture, flags=re.DOTALL) + "</div>"
 
 
 def section():
-    """HTML: both graphs with a word on them."""
+    """HTML: both graphs with an explanation."""
     pairs, files = edges()
     flight = svg(dot(pairs, files, lambda layer: not layer.startswith("sim/")))
     simulator = svg(dot(pairs, files, lambda layer: layer.startswith("sim/")))

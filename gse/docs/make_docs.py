@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Make the documentation as pages under build/docs: architecture with the layer graph, tutorial, API from the headers,
-interface control documents from the descriptors, a search over all of them. Ends with an error if any link leads nowhere.
+"""Generate the documentation as pages under build/docs: architecture with the layer graph, tutorial, API from the headers,
+interface control documents from the descriptors, a search over all of them. Ends with an error if a link has no target.
 """
 
 import argparse
@@ -79,7 +79,7 @@ class Links(html.parser.HTMLParser):
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
-        """Collect."""
+        """Collect the anchors and links of a tag."""
         for key, value in attributes:
             if key == "id":
                 self.anchors.add(value)
@@ -88,7 +88,7 @@ class Links(html.parser.HTMLParser):
 
 
 def dead_links(out):
-    """Every link within the pages that leads nowhere, as a line of text."""
+    """Every link within the pages without a target, as a line of text."""
     pages = {path.name: Links(path.read_text(encoding="utf-8")) for path in sorted(out.glob("*.html"))}
     for name, page in pages.items():
         for link in page.links:

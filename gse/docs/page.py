@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The look of the documentation: one page shell, one style, Markdown as the project writes it."""
+"""The layout of the documentation: one page template, one style, the Markdown subset of the project."""
 
 import html
 import pathlib

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The search of the documentation: an index of all pages, and the page that looks words up in it (search.js). It needs no
-server and no network: the index is a script beside the pages.
+"""The search of the documentation: an index of all pages, and the page that searches it (search.js). It needs no
+server and no network: the index is a script in the folder of the pages.
 """
 
 import html
@@ -52,7 +52,7 @@ class Sections(html.parser.HTMLParser):
 
 
 def words_of(text):
-    """Set of the words of a text, as search.js splits a question."""
+    """Set of the words of a text, split as search.js splits a query."""
     return set(re.findall(r"[a-z0-9]+", text.lower()))
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The catalogue of messages in pus/catalogue, as a tree for the ground and as format programs for the flight side.
+"""The catalogue of messages in pus/catalogue, as a tree for the ground and as format programs for flight software.
 
-pus/catalogue/kinds.txt tells how a file of messages reads; pus/core/request_format.h what a format program is."""
+pus/catalogue/kinds.txt describes the syntax of a file of messages, pus/core/request_format.h the format programs."""
 
 import re
 from dataclasses import dataclass, field
@@ -37,7 +37,7 @@ class Reader:
         self.lines = path.read_text(encoding="utf-8").splitlines()
 
     def next(self):
-        """The next line that says something, stripped; None at the end."""
+        """The next line that is neither empty nor a comment, stripped; None at the end."""
         while self.number < len(self.lines):
             line = self.lines[self.number].strip()
             self.number += 1
@@ -73,7 +73,7 @@ class _Parser:
         self.reader, self.known = reader, known
 
     def fields(self, end):
-        """Fields up to a closing brace, or up to the line for which `end` holds, which is given back."""
+        """Fields up to a closing brace, or up to the line for which `end` is true; that line is not consumed."""
         found = []
         while True:
             line = self.reader.next()
@@ -199,7 +199,7 @@ def _choice(entry, known, registers):
 
 
 def formats_header(number, service, known):
-    """C header with the formats of a service's requests, or None if there are none by which to walk them."""
+    """C header with the formats of a service's requests, or None if no request has one."""
     programs = []
     for message in service["messages"]:
         if message.direction == "TC" and not _needs_definitions(message.fields):
@@ -215,7 +215,7 @@ def formats_header(number, service, known):
 
 
 def _needs_definitions(fields):
-    """True if a value is as a definition on board says, so that the service walks the request itself."""
+    """True if only a definition on board contains the type of a value, so that the service checks the request itself."""
     return any(
         entry.get("kind") == "auxiliary"
         or entry.get("of") in ("argument_id", "transaction_id")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CAN database (DBC) of a bus: every frame that flight and devices exchange there, from descriptors and data sheets.
+"""CAN database (DBC) of a bus: every frame that flight software and devices exchange, from descriptors and data sheets.
 
-Process data come from the mapping of each device as its data sheet has it and the settings of every configuration
+Process data come from the mapping of each device in its data sheet, as the settings of every configuration
 change it; NMT, SYNC, TIME, emergencies, SDO and heartbeats are those of CiA 301. Physical values are in SI units.
 """
 
@@ -51,7 +51,7 @@ class Signal:
     unit: str = ""
     words: dict = field(default_factory=dict)
     selects: bool = False  # Others depend on its value ...
-    when: tuple = ()  # ... as these, which are there for these values of it.
+    when: tuple = ()  # ... these, which are present for these values of it.
 
 
 @dataclass
@@ -85,7 +85,7 @@ def databases(mission):
 
 
 def database(mission, bus):
-    """Text of one bus."""
+    """Text of the database of one bus."""
     nodes = list(_nodes(mission, bus.attributes["name"]))
     names = _names(nodes)
     messages = _common(nodes, names)
@@ -176,7 +176,7 @@ def _of_node(node, name, is_fd):
 
 
 def _sdo(commands, segment, toggles):
-    """Signals of an SDO: which of them a frame has, depends on its command."""
+    """Signals of an SDO: the command of a frame decides which of them it contains."""
     objects = tuple(number for number in commands if number not in (0, *toggles))
     return [
         Signal("Command", 5, 3, words=commands, selects=True),
@@ -197,7 +197,7 @@ def _process_data(node, name, is_fd, place):
     for number in range(1, node.values.get((mapping, 0), 0) + 1):
         entry = node.values.get((mapping, number), 0)
         index, subindex, bits = entry >> 16, (entry >> 8) & 0xFF, entry & 0xFF
-        if index >= 0x20:  # Smaller ones are data types: room that nobody uses.
+        if index >= 0x20:  # Smaller numbers are data types: padding.
             signals.append(_mapped(node, index, subindex, position, bits))
         position += bits
     if position % 8 or position > 512:
@@ -219,7 +219,7 @@ def _mapped(node, index, subindex, start, bits):
 
 
 def _scale(values, index):
-    """Factor and unit of an object, from what the device itself says of its units."""
+    """Factor and unit of an object, from the unit objects of the device."""
     if index in TEMPERATURES:
         return 0.1, "degC"
     if not PROFILE_FIRST <= index <= PROFILE_LAST:
@@ -285,7 +285,7 @@ def _words(messages):
 
 
 def _selections(messages):
-    """Which value of its selector each multiplexed signal goes with."""
+    """The value of the selector for each multiplexed signal."""
     lines = []
     for message in messages:
         selector = next((signal.name for signal in message.signals if signal.selects), None)

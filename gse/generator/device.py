@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from source import NUMBER_OUT_OF_RANGE, TYPES, read_number
 
-ENDNODES = {  # type: what it must have, and what it may have; nothing else is allowed
+ENDNODES = {  # type: required and optional attributes; all others are refused
     "CAN": (("bus", "node"), ()),
     "SHM": (("name",), ("order",)),
     "MQUEUE": (("name",), ("order",)),
@@ -35,7 +35,7 @@ class Device:
 
 
 def device_of(element):
-    """Device that an element describes; names and ids of its quantities are for the caller to compare."""
+    """Device that an element describes; the caller compares names and ids of its quantities."""
     device = Device(element, element.identifier(), element.lower_identifier("type"), [], [])
     for child in element.children:
         if child.name == "Setting":

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Make C names and layouts, dictionaries and XTCE databases for the ground and CAN databases from descriptors and catalogue.
+"""Generate C names and layouts, dictionaries and XTCE databases for the ground, and CAN databases from descriptors and catalogue.
 
     python3 gse/generator/generate.py --mission descriptors/missions/*.xml --out build/generated
 
-A subsystem may fly in several missions, by one descriptor: it has one header.
+A subsystem may fly in several missions with one descriptor; it has one header.
 
-Needs nothing but Python's standard library; checks the files against their XML schemas too where xmllint is there.
+Needs only Python's standard library; checks the files against their XML schemas, too, if xmllint is installed.
 A file is only written when its content changes. An error reads file:line, value found, what is expected; exit 1.
 """
 
@@ -45,7 +45,7 @@ def validate(path, schema):
 
 
 def write(path, text):
-    """Write a file if its content differs; the old one stays whole until the new one is."""
+    """Write a file if its content differs; the new file replaces the old one when it is complete."""
     if path.exists() and path.read_text(encoding="utf-8") == text:
         return
     path.parent.mkdir(parents=True, exist_ok=True)

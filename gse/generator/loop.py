@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loops of a configuration: which services may have one of their own, and why the others may not."""
+"""Loops of services of a configuration: the services that may have one, and why the others may not."""
 
 from dataclasses import dataclass
 
 SERVICES = ["17", "20"]
-# Services of every subsystem that stay in the loop of the control.
+# Services of every subsystem that the main loop performs.
 BOUND = {
     "1": "the loop that performs a request verifies it",
     "3": "each <HKService> names its loop",
@@ -17,12 +17,12 @@ BOUND = {
 
 @dataclass
 class Loop:
-    """A loop of its own for services of a configuration."""
+    """A loop of services of a configuration."""
 
     name: str
     sampling_us: int
     priority: int
-    services: list  # numbers of those whose requests it performs
+    services: list  # numbers of the services whose requests it performs
 
 
 def loop_of(element):
@@ -41,7 +41,7 @@ def _services(element):
 
 
 def services_once(elements, loops):
-    """The newest loop runs none of an earlier one's services."""
+    """Refuse a loop that names a service of an earlier loop."""
     newest = elements[len(loops) - 1]
     for earlier, element in zip(loops[:-1], elements):
         if set(earlier.services) & set(loops[-1].services):

@@ -38,7 +38,7 @@ SUBSYSTEM_LINKS = 8  # CAPACITY_SUBSYSTEM_LINKS of base/capacities.h
 RING_RECORDS = 15000  # CAPACITY_RING_RECORDS
 REDUNDANT_BUS = "a bus of the mission that is not redundant itself and has one redundant bus"
 TIME_FORMATS = ("CUC", "CDS")
-LOOPBACK, ANY = "127.0.0.1", "0.0.0.0"  # The ground's port is open to this machine only, or to all.
+LOOPBACK, ANY = "127.0.0.1", "0.0.0.0"  # Clients of the ground port: programs on this machine only, or on any machine.
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
 EPOCH = re.compile(r"(\d{4})-(\d{2})-(\d{2})T(\d{2}):(\d{2}):(\d{2})\Z")
 REQUESTABLE = tuple(STATES[number] for number in REST_STATES)
@@ -57,7 +57,7 @@ class Mission:
     modes: list = field(default_factory=list)
     rules: list = field(default_factory=list)
     links: list = field(default_factory=list)
-    bus_owners: dict = field(default_factory=dict)  # of the name of each bus: the subsystem whose devices it carries
+    bus_owners: dict = field(default_factory=dict)  # name of each bus -> the subsystem whose devices are on it
     interface_hash: int = 0
     configuration_hash: int = 0
 
@@ -209,7 +209,7 @@ def _check_links(_, container):
 
 
 def _needs_lists(mission, container):
-    """What stands further up in the file is used further down."""
+    """Refuse elements in the wrong order: later elements of the file refer to earlier ones."""
     if not mission.names or not mission.modes:
         container.fail(f"expected <Subsystems> and <Modes>, not empty, before <{container.name}>")
 
@@ -338,7 +338,7 @@ def _resolve_plan(mission, element):
 
 
 def _check_room(mission, element, producer, consumer):
-    """One writer, any readers, and no more of them than the ends can hold."""
+    """One writer and several readers, at most as many links as the capacities of both ends."""
     if producer is consumer:
         element.wrong("to", "a port of another subsystem")
     if any(link["to"] == element.attributes["to"] for link in mission.links):

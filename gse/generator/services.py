@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Services that a subsystem may offer beside those that all have, and the header that places those it lists.
+"""Services that a subsystem may offer in addition to those that all have, and the header with storage for the listed ones.
 
-A service is bound by fsw/framework/subsystem/<name>_service.{h,c}: <name>_service_t is its storage, and
+A service is added by fsw/framework/subsystem/<name>_service.{h,c}: <name>_service_t is its storage, and
 subsystem_<name>_service_add(component, service, entries, number of them, ..) puts it into a component.
 """
 
@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Offer:
-    """What a service is called, and for each attribute: type of the entries, most of them, and how many without it.
+    """Name of a service, and for each attribute: type of the entries, maximum and default number.
 
-    Where a service needs several arrays for an attribute, `room` names them: attribute -> (member, type, entries for each),
-    and it is given a <name>_room_t with pointers to them and both numbers."""
+    If a service needs several arrays for an attribute, `room` names them: attribute -> (member, type, entries for each),
+    and the service receives a <name>_room_t with pointers to them and both numbers."""
 
     name: str
     capacity: tuple
@@ -21,11 +21,11 @@ class Offer:
     room: dict = None
 
 
-# Services of the whole spacecraft, which the supervisor has anyhow: the most that it may be granted, and has without it.
-# fsw/framework/descriptor/subsystem_descriptor.h says the same.
+# Services of the whole spacecraft, which the supervisor always has: maximum capacity, which is also the default.
+# Same values as in fsw/framework/descriptor/subsystem_descriptor.h.
 OF_SPACECRAFT = {11: 12000, 15: 8, 18: 64, 19: 1000, 21: 64, 22: 1000, 23: 64}
 SUPERVISOR = 1
-# fsw/framework/descriptor/subsystem_builder.c says the same.
+# Same values as in fsw/framework/descriptor/subsystem_builder.c.
 OFFERS = {
     2: Offer("device", ("pus_device_operation_t", 16, 4)),
     4: Offer("statistics", (None, 256, 16), None, {
@@ -49,7 +49,7 @@ class Service:
 
 
 def compiled(services):
-    """Those for whose entries the program has just so much storage."""
+    """Services whose storage in the program has exactly the number of entries in the descriptor."""
     return [service for service in services if service.type in OFFERS]
 
 
@@ -70,7 +70,7 @@ def service_of(element, apid):
 
 
 def header(subsystem, source):
-    """Text of the header that holds the storage of the services in a descriptor."""
+    """Text of the header with the storage of the services in a descriptor."""
     upper, lower = subsystem.name, subsystem.name.lower()
     offers = [(service, OFFERS[service.type]) for service in compiled(subsystem.services)]
     guard = f"GENERATED_{upper}_SERVICES_H"

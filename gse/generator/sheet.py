@@ -13,7 +13,7 @@ FOLDER = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "devices"
 CLASSES = {"cia402-drive": "joint-drive.eds", "joystick": "joystick.eds"}
 SECTION = re.compile(r"([0-9A-Fa-f]{4})(?:sub([0-9A-Fa-f]{1,2}))?\Z")
 TERM = re.compile(r"(?:\$NODEID\s*\+\s*)?(-?(?:0x[0-9A-Fa-f]+|[0-9]+))\Z", re.IGNORECASE)
-# Data type of CiA 301 -> bits, signed. Others do not travel in process data.
+# Data type of CiA 301 -> bits, signed. Process data contain no others.
 INTEGERS = {1: (1, False), 2: (8, True), 3: (16, True), 4: (32, True), 5: (8, False), 6: (16, False), 7: (32, False),
             0x15: (64, True), 0x1B: (64, False)}
 
@@ -27,7 +27,7 @@ class Entry:
     default: str
 
     def value(self, node):
-        """Default as a number; $NODEID stands for the node. None if it is no number."""
+        """Default as a number; $NODEID is the node id. None if it is not a number."""
         match = TERM.match(self.default.strip())
         if not match:
             return None

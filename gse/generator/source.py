@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Descriptor files as trees of elements that know their line, checked against a table of what may stand where.
+"""Descriptor files as trees of elements with their lines, checked against a table of the permitted structure.
 
-The table, the meaning checks and both hashes are the same as in fsw/framework/descriptor; a test compares them.
+The table, the semantic checks and both hashes are the same as in fsw/framework/descriptor; a test compares them.
 """
 
 import re
@@ -51,14 +51,14 @@ METHODS = ("SHARED_MEMORY", "TIPC", "UDP", "STREAM", "MESSAGE_QUEUE")
 
 
 class DescriptorError(Exception):
-    """What is wrong in a descriptor: file, line, value found and what is expected."""
+    """An error in a descriptor: file, line, value found and value expected."""
 
     def __init__(self, path, line, message):
         super().__init__(f"{path}:{line}: {message}")
 
 
 class Element:
-    """An element: name, attributes, children, and where it stands."""
+    """An element: name, attributes, children, file and line."""
 
     def __init__(self, path, line, name, attributes):
         self.path, self.line, self.name, self.attributes, self.children = path, line, name, attributes, []
@@ -133,7 +133,7 @@ class Element:
         return self.attributes[attribute]
 
     def words(self, attribute, known):
-        """Some words of a list, none twice."""
+        """Words of a list, each at most once."""
         found = self.attributes[attribute].split(" ")
         for word in found:
             if word not in known or found.count(word) > 1:
@@ -184,7 +184,7 @@ def fnv64(octets, value=FNV_START):
 
 
 def canonical(element):
-    """Text of an element over which the configuration hash is taken: no comments, no space, sorted attributes."""
+    """Text of an element for the configuration hash: no comments, no white space, sorted attributes."""
     lines = [f"<{element.name}\n"]
     lines += [f"{name}={element.attributes[name]}\n" for name in sorted(element.attributes, key=str.encode)]
     lines += [canonical(child) for child in element.children]

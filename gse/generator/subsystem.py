@@ -69,14 +69,14 @@ CONFIGURATION_LOOPS = 2
 SERVICES = 16
 PORT_OCTETS = 1024
 AUXILIARY_OCTETS = 1024
-HIGH_EVENT_HEAD = 27  # Of a report that is kept, beside its auxiliary data.
+HIGH_EVENT_HEAD = 27  # Of a report that is kept, without its auxiliary data.
 HIGH_EVENTS_OCTETS = 2048
 RATE = re.compile(r"([1-9][0-9]{0,3})/s\Z")
 
 
 @dataclass
 class Field:
-    """One run of scalars: member of a parameter, argument, event value or element of a port's layout."""
+    """One sequence of scalars: member of a parameter, argument, event value or element of a port's layout."""
 
     element: object
     name: str
@@ -124,7 +124,7 @@ class Parameter:
 
 @dataclass
 class Event:
-    """An event with the values its raiser gives, or the parameters that are sampled for it."""
+    """An event with the values that the raising code supplies, or the parameters that are sampled for it."""
 
     name: str
     id: int
@@ -289,7 +289,7 @@ def _once(root, *names):
 
 
 def unique(elements, *attributes):
-    """Names are compared as written, ids as numbers."""
+    """Refuse duplicates. Names are compared as written, ids as numbers."""
     for attribute in attributes:
         seen = {}
         for element in elements:
@@ -349,7 +349,7 @@ def check_values(element, attribute, item, text):
 
 
 def _members(element, group, depth, first):
-    """Fields of a structure, those of structures within it as GROUP.NAME, counted from `first`."""
+    """Fields of a structure, those of nested structures as GROUP.NAME, counted from `first`."""
     fields = []
     for child in element.children:
         if child.name == "StructRef":
@@ -548,7 +548,7 @@ def _port(element, sampling_us):
 
 
 def _same_ports(subsystem):
-    """A port that several configurations have is the same port."""
+    """Refuse a port that differs between two configurations."""
     all_ports = [port for configuration in subsystem.configurations for port in configuration.ports]
     for index, port in enumerate(all_ports):
         for other in all_ports[:index]:

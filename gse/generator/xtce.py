@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""XTCE 1.2 database of a mission, and the templates by which Yamcs words its events: from dictionary and catalogue.
+"""XTCE 1.2 database of a mission, and the templates of event texts for Yamcs, from dictionary and catalogue.
 
 A space system for the headers, one for each service (ST03) and one for each subsystem, with its parameters, housekeeping,
-events and functions. What Yamcs 5.13 adds to XTCE is used in three places, and other readers can do without it: verifiers,
+events and functions. Extensions of Yamcs 5.13 to XTCE are used in three places; other readers can ignore them: verifiers,
 lengths before octets in commands, and aliases of parameters by id for TM[20,2]."""
 
 import re
@@ -23,7 +23,7 @@ def failure_words(tailoring):
 
 
 def _catalogue(dictionary, failures):
-    """The catalogue with what its fields may say in this mission."""
+    """The catalogue with the values of its fields in this mission."""
     parameters, events = {}, set()
     for subsystem in dictionary["subsystems"]:
         parameters |= {one["parameter_id"]: f"{subsystem['name']}.{one['name']}" for one in subsystem["parameters"]}

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands of an XTCE database: every request of the catalogue, functions, and setting of parameters by name.
 
-A choice makes a command of each case. Groups that repeat are an array; where a group holds a choice, or a value whose type
-only the id before it tells, the command has one group, and such values are hexadecimal."""
+Each case of a choice is a command of its own. Repeated groups are an array; if a group contains a choice, or a value whose type
+depends on the id before it, the command has one group, and such values are hexadecimal."""
 
 import xtce_types as xt
 from xtce_reports import bits, fields_within, kind_type
@@ -22,7 +22,7 @@ def _argument_entry(name):
 
 
 def base(root, service_path, source):
-    """The command that all others refine: both headers, and the verifiers."""
+    """The base command of all others: both headers, and the verifiers."""
     initial = {"ack": ACK_ALL, "source": source}
     arguments = [
         element("Argument", name=name, argumentTypeRef=bits(root, "Argument", count), initialValue=initial.get(name))
@@ -44,7 +44,7 @@ def base(root, service_path, source):
 
 
 def _verifier(root, service_path, name, tag, stage, seconds):
-    """Stage of ST[01], as Yamcs' own algorithm follows it; the order of its inputs matters."""
+    """Verifier of one stage of ST[01] with an algorithm of Yamcs; the order of its inputs is significant."""
     inputs = (
         ("/yamcs/cmd/arg/apid", "sent_apid"), ("/yamcs/cmdHist/ccsds-seqcount", "sent_sequence"),
         (f"{service_path}/request_apid", "apid"), (f"{service_path}/request_sequence_count", "sequence"),
@@ -77,19 +77,19 @@ def command(system, name, assignments, arguments, entries, description):
 
 
 class Variant:
-    """One way to fill a request: arguments and entries so far, and the words of its choices."""
+    """One variant of a request: arguments and entries so far, and the words of its choices."""
 
     def __init__(self):
         self.arguments, self.entries, self.words = [], [], []
 
     def copy(self):
-        """Another that goes on from here."""
+        """A copy, to be continued separately."""
         made = Variant()
         made.arguments, made.entries, made.words = self.arguments[:], self.entries[:], self.words[:]
         return made
 
     def add(self, name, type_path):
-        """One argument more, by a name not taken."""
+        """Add an argument with an unused name."""
         taken = {one for one, _ in self.arguments} | {one for one, _ in HEADER}
         word, number = name, 2
         while word in taken:
@@ -106,7 +106,7 @@ class Request:
         self.system, self.catalogue, self.message = system, catalogue, message
 
     def fields(self, fields, variants):
-        """All variants behind these fields."""
+        """All variants after these fields."""
         selectors = {field["choice"] for field in fields if "choice" in field}
         for field in fields:
             if field.get("name") in selectors:
@@ -166,7 +166,7 @@ class Request:
         return f"{field['repeat']}_groups"
 
     def array(self, item, count):
-        """Path of the type of an array as long as the argument or member `count` says."""
+        """Path of the type of an array whose length is the argument or member `count`."""
         name = f"{item.rpartition('/')[2]}_by_{count}"
         return self.system.type("Argument", name, lambda made: xt.array("Argument", made, item, count))
 

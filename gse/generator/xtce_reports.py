@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Containers of an XTCE database: the reports of the catalogue, housekeeping structures and events.
 
-Groups that repeat are arrays of aggregates where all groups have one size; else a container of one group that is entered
-as often as the count says. Within it, readers know how long something is only from itself, and what is there only from
-conditions: a count within has its bits as parameters, each for as many entries as it weighs; of values whose parameter
-stands before them, there is one parameter for each scalar type, entered by the layout within the id. What only serves to
-find the rest has a name with two underscores."""
+Repeated groups of equal size are arrays of aggregates. Otherwise there is a container of one group that is entered
+`count` times. Within it, readers derive a length only from the container itself, and the presence of a field only from
+conditions: each bit of a nested count is a parameter that enters as many groups as the weight of the bit; for a value whose parameter
+id precedes it, there is one parameter for each scalar type, selected by the layout within the id. Auxiliary parameters
+have names with two underscores."""
 
 import xtce_types as xt
 from xtce_types import element
 
 TM_HEADER, PRIMARY, CRC = 21, 6, 2
 LAYOUT_BITS, NUMBER_BITS, ID_BITS = 5, 16, 32
-COUNT_BITS = 12  # No packet holds more groups.
+COUNT_BITS = 12  # No packet contains more groups.
 NUMBERS = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64"}
 NUMBERS |= {"i16": "INT16", "i32": "INT32", "i64": "INT64", "f64": "DOUBLE"}
 OCTETS = {"time": 8, "reltime": 7, "cds": 8, "position": 6, "name": 8, "id": 4, "layout": 1}
@@ -31,12 +31,12 @@ REQUEST = (
 
 
 def bits(root, what, count):
-    """Path of the type of an unsigned number of so many bits."""
+    """Path of the type of an unsigned number with this number of bits."""
     return root.type(what, f"bits{count}", lambda name: xt.integer(what, name, count))
 
 
 def kind_type(system, what, catalogue, service, field):
-    """Path of the type of a field of fixed size; None where only the message tells its size."""
+    """Path of the type of a field of fixed size; None if its size depends on the message."""
     root, kind = system.root, catalogue["kinds"][field["kind"]]
     coding, name = kind["coding"], field["kind"]
     words = catalogue["services"][str(service)]["enumerations"].get(field["name"])
@@ -87,7 +87,7 @@ def comparison(path, value):
 
 
 def container(name, entries, base=None, restrictions=(), description=None, period_s=None):
-    """A container that refines another where all restrictions hold."""
+    """A container that is derived from another if all restrictions are met."""
     parent = None
     if base:
         held = [comparison(path, value) for path, value in restrictions]
@@ -107,11 +107,11 @@ class Message:
         self.system, self.catalogue, self.message, self.prefix = system, catalogue, message, prefix
         self.is_group = is_group
         self.entries, self.conditions, self.taken = [], [], set()
-        self.offset = TM_HEADER  # Of the next entry [octets]; None behind what varies.
+        self.offset = TM_HEADER  # Of the next entry [octets]; None after an entry of variable size.
         self.layouts, self.numbers, self.shift = {}, {}, 0
 
     def name(self, word):
-        """A name not taken yet in this report."""
+        """A name that is unused in this report."""
         name, number = f"{self.prefix}{word}", 2
         while name in self.taken:
             name, number = f"{self.prefix}{word}_{number}", number + 1
@@ -119,7 +119,7 @@ class Message:
         return name
 
     def enter(self, tag, child=None, extra=(), **reference):
-        """An entry, under the conditions that hold here, behind a step in bits if there is one."""
+        """Add an entry with the present conditions, after a gap of some bits if there is one."""
         location = None
         if self.shift:
             fixed = element("FixedValue", str(self.shift))
@@ -173,14 +173,14 @@ class Message:
             self.shift = NUMBER_BITS
 
     def variable(self, coding, name):
-        """Enter text, octets or a request behind its length, or all octets up to the checksum."""
+        """Enter text, octets or a request with its length field, or all octets up to the checksum."""
         if coding == "rest":
             beyond = PRIMARY + 1 - self.offset - CRC
             length = f"{self.system.root.path}/packet_length"
             self.sized(name, lambda made: xt.octets_of(made, length, beyond))
             return
         root = self.system.root
-        if coding == "packet":  # Its length field is one less than what follows.
+        if coding == "packet":  # Its length field is the number of following octets minus one.
             self.parameter(f"{name}__head", root.type("Parameter", "octets4", lambda made: xt.binary("Parameter", made, 4)))
             self.parameter(name, root.type("Parameter", "sized_octets", lambda made: xt.octets("Parameter", made)))
             self.parameter(f"{name}__end", xt.scalar(root, "Parameter", "UINT8"))
@@ -197,7 +197,7 @@ class Message:
         self.parameter(name, self.system.type("Parameter", f"{self.prefix}{name}_type", make))
 
     def repeat(self, field):
-        """Enter a count and so many groups."""
+        """Enter a count and as many groups."""
         count = self.parameter(field["repeat"], xt.scalar(self.system.root, "Parameter", "UINT16"))
         inner, name = field["fields"], f"{field['repeat']}_groups"
         self.offset = None
@@ -220,7 +220,7 @@ class Message:
         self.enter_groups(f"{self.system.path}/{path}", field["repeat"], count)
 
     def enter_groups(self, path, word, count):
-        """Enter a container as often as the count says."""
+        """Enter a container `count` times."""
         if not self.is_group:
             repeat = element("RepeatEntry", element("Count", element("DynamicValue", xt.reference(count))))
             self.enter("ContainerRefEntry", repeat, containerRef=path)
@@ -233,7 +233,7 @@ class Message:
             self.enter("ContainerRefEntry", repeat, extra=((bit, 1),), containerRef=path)
 
     def choice(self, field):
-        """Enter what belongs to the value of the selector."""
+        """Enter the fields of each case under the condition of its selector."""
         selector = self.numbers[field["choice"]]
         for number, case in field["cases"].items():
             self.conditions.append((selector, number))
@@ -242,7 +242,7 @@ class Message:
         self.offset = None
 
     def value(self, field):
-        """Enter a value as the id before it says."""
+        """Enter a value whose type follows from the id before it."""
         if field["of"] not in self.layouts:
             self.variable("rest", field["name"])
             return
@@ -253,7 +253,7 @@ class Message:
             return
         shift = self.shift
         for code, kind in self.catalogue["layouts"].items():
-            self.shift = shift  # None but the one that is there is entered.
+            self.shift = shift  # Only the present one is entered.
             type_path = xt.scalar(self.system.root, "Parameter", kind)
             self.parameter(f"{field['name']}_{kind}", type_path, extra=((layout, code),))
         self.offset = None
@@ -309,7 +309,7 @@ def report(system, catalogue, message):
     system.containers.append(container(name, writer.entries, f"{root}/pus_tm", restrictions, description=message["name"]))
 
 
-# ---- what the descriptors lay out ----
+# ---- layouts of the descriptors ----
 
 
 def parameter_type(system, parameter):
@@ -321,7 +321,7 @@ def parameter_type(system, parameter):
 
 
 def parameter_path(system, known, name):
-    """Path and octets of a parameter, or of a member NAME.FIELD, made the first time."""
+    """Path and octets of a parameter, or of a member NAME.FIELD; created on first use."""
     head, _, tail = name.partition(".")
     parameter = known[head]
     if not tail:
@@ -359,7 +359,7 @@ def _layout(system, known, structure):
 
 
 def housekeeping(system, subsystem, base):
-    """Containers of a subsystem's structures; those of one id differ by the length of the packet."""
+    """Containers of a subsystem's structures; structures with the same id are distinguished by the length of the packet."""
     known = {parameter["name"]: parameter for parameter in subsystem["parameters"]}
     found = {}
     for configuration in subsystem["configurations"]:

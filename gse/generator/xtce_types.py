@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Space systems and types of an XTCE 1.2 database, which parameters and arguments have alike."""
+"""Space systems and types of an XTCE 1.2 database, for parameters and arguments."""
 
 import xml.etree.ElementTree as ET
 
@@ -40,13 +40,13 @@ class System:
         return self.parent.root if self.parent else self
 
     def type(self, what, name, make):
-        """Path of a type, which `make(name)` makes the first time."""
+        """Path of a type, which `make(name)` creates on first use."""
         if name not in self.types[what]:
             self.types[what][name] = make(name)
         return f"{self.path}/{name}"
 
     def parameter(self, name, type_path, description=None, alias=None):
-        """Path of a parameter, made the first time."""
+        """Path of a parameter, created on first use."""
         if name not in self.parameters:
             aliases = element("AliasSet", element("Alias", nameSpace="id", alias=alias)) if alias is not None else None
             self.parameters[name] = element(
@@ -101,7 +101,7 @@ def reference(path):
 
 
 def dynamic(instance, intercept, slope=1):
-    """A number that another field tells."""
+    """A number from another field."""
     return element("DynamicValue", instance, element("LinearAdjustment", intercept=intercept, slope=slope))
 
 
@@ -110,7 +110,7 @@ def _unit(unit):
 
 
 def _range(what, low, high):
-    """Limits: an argument outside is refused on ground, a parameter outside is a warning."""
+    """Limits: the ground refuses an argument outside of them and warns of such a parameter."""
     if low is None and high is None:
         return None
     if what == "Argument":
@@ -139,8 +139,8 @@ def real(what, name, bits, unit="", low=None, high=None):
 
 
 def fraction(what, name, bits, exponent, unit):
-    """Real number as a binary fraction of 2^-exponent; an argument is the number of these, since Yamcs 5.13 makes 0 of
-    negative reals there."""
+    """Real number as a multiple of 2^-exponent; an argument is the integer multiple, because Yamcs 5.13 encodes
+    negative reals as 0 there."""
     if what == "Argument":
         return integer(what, name, bits, True, f"2^-{exponent} {unit}")
     coefficient = 2.0**-exponent
@@ -165,13 +165,13 @@ def label(what, name, octets):
 
 
 def text_of(name, length):
-    """Text of as many octets as the parameter `length` tells."""
+    """Text of `length` octets, a parameter."""
     variable = element("Variable", dynamic(reference(length), 0, 8), maxSizeInBits=TEXT_MAX_BITS)
     return element("StringParameterType", element("StringDataEncoding", variable, encoding="US-ASCII"), name=name)
 
 
 def text(what, name):
-    """Text behind its length [octets]; the reference is one that Yamcs knows to mean nothing."""
+    """Text after its length [octets]; the reference is one that Yamcs ignores."""
     nothing = element("DynamicValue", element("ParameterInstanceRef", parameterRef="_yamcs_ignore"))
     variable = element(
         "Variable", nothing, element("LeadingSize", sizeInBitsOfSizeTag="16"), maxSizeInBits=TEXT_MAX_BITS
@@ -180,19 +180,19 @@ def text(what, name):
 
 
 def binary(what, name, octets):
-    """Octets: a fixed number, or for an argument (-1) all that are given."""
+    """Octets: a fixed number, or for an argument (-1) all octets of the value."""
     size = element("SizeInBits", element("FixedValue", str(8 * octets if octets >= 0 else -1)))
     return element(f"Binary{what}Type", element("BinaryDataEncoding", size), name=name)
 
 
 def octets_of(name, length, intercept=0):
-    """Octets as the parameter `length` [octets] tells; `intercept` more [octets]."""
+    """`length` + `intercept` octets; `length` is a parameter."""
     size = element("SizeInBits", dynamic(reference(length), 8 * intercept, 8))
     return element("BinaryParameterType", element("BinaryDataEncoding", size), name=name)
 
 
 def octets(what, name):
-    """Octets behind their length, as Yamcs' own algorithms read and write them."""
+    """Octets after their length, as algorithms of Yamcs read and write them."""
     direction, coder = ("From", "Decoder") if what == "Parameter" else ("To", "Encoder")
     algorithm = element("AlgorithmText", f"org.yamcs.algo.LeadingSizeBinary{coder}(16)", language="Java")
     transform = element(f"{direction}BinaryTransformAlgorithm", algorithm, name="leading_size")
@@ -201,8 +201,8 @@ def octets(what, name):
 
 
 def cuc_time(what, name):
-    """Absolute time, CUC 4+3: with its P-field a number of 64 bits, whose least is 2^-24 s and whose zero lies as far
-    before the epoch as the P-field tells."""
+    """Absolute time, CUC 4+3: with its P-field a number of 64 bits in units of 2^-24 s, whose zero lies before
+    the epoch by the value of the P-field."""
     encoding = element(
         "Encoding", _integer_encoding(64), units="seconds", scale=repr(CUC_FRACTION), offset=-P_FIELD * 2**32
     )
@@ -217,7 +217,7 @@ def aggregate(what, name, members):
 
 
 def array(what, name, item, size):
-    """Elements of one type: a fixed number, or as many as the parameter or argument `size` tells."""
+    """Elements of one type: a fixed number, or the number in the parameter or argument `size`."""
     if isinstance(size, int):
         end = element("FixedValue", str(size - 1))
     elif what == "Parameter":
@@ -230,7 +230,7 @@ def array(what, name, item, size):
 
 
 def scalar(root, what, kind, unit="", low=None, high=None, own=None):
-    """Path of the type of a scalar of the descriptors; one with a range is made as `own` (system, name)."""
+    """Path of the type of a scalar of the descriptors; a type with a range is created as `own` (system, name)."""
     plain = own is None or (low is None and high is None)
     system, name = (root, kind if not unit else f"{kind}_{_word(unit)}") if plain else own
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command `gse`.
 
-Exit codes: 0 success, 1 rejected or failed (told in words), 2 usage, 3 no link, 4 time-out.
+Exit codes: 0 success, 1 rejected or failed (with the reason in words), 2 usage, 3 no link, 4 time-out.
 """
 
 import argparse
@@ -37,7 +37,7 @@ def _default_port(run):
 
 
 def _mission_of(run):
-    """Name of the mission that a run flies, as the launcher wrote it; else the default mission's."""
+    """Name of the mission of a run, as the launcher wrote it; otherwise that of the default mission."""
     try:
         return (run / "ground.mission").read_text(encoding="utf-8").strip() or DEFAULT_MISSION
     except OSError:
@@ -45,8 +45,8 @@ def _mission_of(run):
 
 
 def _default_key(run, host, port):
-    """Key file, as the launcher wrote it, of the run that is connected to; of another one that of the environment. None: telecommands
-    go as they are."""
+    """Key file of the connected run, as the launcher wrote it; for another run that of the environment. None: telecommands
+    are not protected."""
     if host != LOOPBACK or not (run / "ground.port").exists() or port != _default_port(run):
         return os.environ.get("GSE_KEY")
     try:
@@ -160,7 +160,7 @@ class _Console:
         return SUCCESS
 
     def listen(self, wanted):
-        """Show reports as they come."""
+        """Print reports as they arrive."""
         if len(self.arguments.words) > 1:
             raise UsageError(f"usage: {self.arguments.command} [-f] [SUBSYSTEM]")
         only = self.dictionary.subsystem(self.arguments.words[0]).apid if self.arguments.words else None
@@ -223,7 +223,7 @@ class _Console:
             else:
                 clock = None
                 driver = link.RealDriver(stream, session, self.dictionary.epoch_ns)
-            if self.arguments.run:  # Who has started us and ends the run waits for our own end, the interpreter's included.
+            if self.arguments.run:  # The launcher, which ends the run, waits for the end of this process, the interpreter's included.
                 signal.signal(signal.SIGTERM, signal.SIG_IGN)
             try:
                 driver.run(script.procedure(session, int(self.arguments.timeout * 1e9), tell))
@@ -234,7 +234,7 @@ class _Console:
 
 
 def _append(log, text):
-    """A line to the operator's log. False: the disk takes no more; that is told, and the mission goes on."""
+    """Append a line to the operator's log. False: the disk accepts no more; that is reported, and the mission continues."""
     whole, rest = log.tell(), text.encode()
     try:
         while rest:
@@ -248,11 +248,11 @@ def _append(log, text):
 
 
 def _try_to_say(text):
-    """To the console, which may lie on a full disk itself."""
+    """Print to the console, which may be redirected to a full disk."""
     try:
         print(text, flush=True)
     except OSError:
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # What it still holds would fail again at the end.
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # Its buffered text would fail again at exit.
 
 
 def _is_event(packet):
@@ -286,7 +286,7 @@ def _run(arguments):
 
 
 def _words(argv):
-    """Values such as -0.5,0.3 are words, not options: a blank in front says so to argparse."""
+    """Values such as -0.5,0.3 are words, not options: a leading blank makes argparse accept them."""
     return [" " + word if re.match(r"-[\d.]", word) else word for word in argv]
 
 

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A command of an operator: planned from words, carried out by a procedure that sends requests and waits."""
+"""A command of an operator: planned from words, performed by a procedure that sends requests and waits."""
 
 from dataclasses import dataclass
 
 from . import telemetry
 
-REPLY_NS = 5_000_000_000  # longest wait for a report behind the end of its verification
+REPLY_NS = 5_000_000_000  # longest wait for a report after the end of its verification
 
 
 class UsageError(ValueError):
-    """Words that are no command."""
+    """Words that are not a command."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ def line(session, packet, decoded):
 
 
 def simple(*requests):
-    """Procedure that carries out requests one after the other."""
+    """Procedure that performs requests one after the other."""
 
     def procedure(session, timeout_ns):
         answer = []
@@ -45,7 +45,7 @@ def simple(*requests):
 
 
 def asking(request, message):
-    """Procedure that carries out a request and returns its report of the given message."""
+    """Procedure that performs a request and returns its report of the given message."""
 
     def procedure(session, timeout_ns):
         verification = yield from session.execute(request, timeout_ns)

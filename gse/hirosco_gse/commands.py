@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an operator can ask for, in words; the command line and the scenario scripts share it.
+"""The commands of an operator, in words; the command line and the scenario scripts use them.
 
 `plan` turns words into a Command whose procedure sends the telecommands and waits for their verification.
 A procedure returns the lines of its answer, each a dict (for --json) with "text" for people.
@@ -106,7 +106,7 @@ def _reload(dictionary, words):
 
 
 def _properties_octets(producer, consumer):
-    """Link properties as the ground asks for them: ports of the dictionary, order and method left to the ends."""
+    """Link properties that the ground requests: ports of the dictionary; the ends choose byte order and method."""
     age_us = consumer.max_age_us
     layout = producer.layout_hash, producer.octets
     return struct.pack(">IIBIHBBI", *layout, 0, producer.period_us, 0, METHOD_ANY, 1, age_us)
@@ -292,7 +292,7 @@ def _hk(dictionary, words):
 
 
 def _hk_once(request, apid):
-    """One-shot report: it goes to all ground users, so it is taken from the stream."""
+    """One-shot report: the spacecraft sends it to all ground users, so it is read from the stream of reports."""
 
     def procedure(session, timeout_ns):
         found = []
@@ -437,7 +437,7 @@ VERBS = {
 
 
 def _embedded(text, dictionary):
-    """Octets of the one request that the words of a command send, for schedules and the like."""
+    """Octets of the single request that a command sends, for example to schedule it."""
     planned = plan(shlex.split(text), dictionary)
     if len(planned.requests) != 1:
         raise UsageError(f"'{text}' sends {len(planned.requests)} requests, one is needed")
@@ -447,7 +447,7 @@ def _embedded(text, dictionary):
 
 
 def plan(words, dictionary):
-    """Command of words. Raises UsageError."""
+    """Command for these words. Raises UsageError."""
     if not words or words[0] not in VERBS:
         found = f"no command '{words[0]}'" if words else "no command"
         raise UsageError(f"{found}; there are: {', '.join(VERBS)}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mission dictionary made from the descriptors: names, ids, types and layouts of everything on the wire."""
+"""The mission dictionary generated from the descriptors: names, ids, types and layouts of all contents of packets."""
 
 import json
 import pathlib
@@ -28,7 +28,7 @@ SUPERVISOR_APID = 1
 
 
 class DictionaryError(ValueError):
-    """A name that the dictionary does not hold, or a dictionary that cannot be read."""
+    """A name that the dictionary does not contain, or a dictionary that cannot be read."""
 
 
 def _not_found(what, name, known):
@@ -38,7 +38,7 @@ def _not_found(what, name, known):
 
 @dataclass(frozen=True)
 class Field:
-    """A named run of scalars: an argument, an event value or a member of a structured parameter."""
+    """A named sequence of scalars: an argument, an event value or a member of a structured parameter."""
 
     name: str
     type: str
@@ -108,7 +108,7 @@ class Parameter:
 
 
 def defined_on_board(parameter_id):
-    """Parameter that a request has defined (ST[20]): a scalar, as its layout bits say, called by its id; or None."""
+    """Parameter that a request has defined (ST[20]): a scalar of the type in its layout bits, named by its id; or None."""
     layout = parameter_id >> 16 & 0x1F
     kinds = tuple(values.FORMATS)
     return Parameter(f"0x{parameter_id:08X}", parameter_id, kinds[layout]) if layout < len(kinds) else None
@@ -192,7 +192,7 @@ class Port:
 
 @dataclass(frozen=True)
 class Link:
-    """A real-time link that the mission foresees."""
+    """A real-time link that the mission defines."""
 
     name: str
     number: int
@@ -204,7 +204,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Configuration:
-    """A configuration: what runs, and what is reported, in it."""
+    """A configuration of a subsystem, with its housekeeping structures and ports."""
 
     name: str
     id: int
@@ -225,8 +225,8 @@ class Subsystem:
     functions: dict
     configurations: dict
     interface_hash: int = 0
-    is_infrastructure: bool = False  # comes up by itself, goes down last
-    created: dict = field(default_factory=dict)  # structures made by this ground, id -> Structure
+    is_infrastructure: bool = False  # is started automatically and shut down last
+    created: dict = field(default_factory=dict)  # structures created by this ground, id -> Structure
 
     def parameter(self, name):
         """Parameter of a name."""
@@ -453,5 +453,5 @@ class Dictionary:
 
     @property
     def members(self):
-        """Subsystems that an operator takes through their states."""
+        """Subsystems whose states an operator commands."""
         return [item for item in self.subsystems.values() if not item.is_infrastructure]

@@ -110,7 +110,7 @@ _WORDS = {
 
 @dataclass(frozen=True)
 class Failure:
-    """A failure notice with the stage (subtype of ST[01]) it came at."""
+    """A failure notice with the stage of its report (subtype of ST[01])."""
 
     stage: int
     code: int
@@ -120,7 +120,7 @@ class Failure:
 
     @classmethod
     def decode(cls, subtype, octets):
-        """From the octets behind the request id."""
+        """Decode the octets behind the request id."""
         step = None
         if subtype == 6:
             step, octets = int.from_bytes(octets[:2], "big"), octets[2:]
@@ -128,7 +128,7 @@ class Failure:
         return cls(subtype, code, instruction, detail, step)
 
     def words(self, dictionary):
-        """What happened, for people."""
+        """The failure in words."""
         explain = _WORDS.get(self.code, lambda d, y: f"reason not known to this ground (detail {d})")
         entry = f", instruction {self.instruction}" if self.instruction else ""
         step = f" at step {name_of(STATES, self.step)}" if self.step is not None else ""

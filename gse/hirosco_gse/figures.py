@@ -2,7 +2,7 @@
 """The figures of a telepresence flight, computed from the raw logs: buses, truth and packets.
 
 Every function takes a Run and returns a dict of named figures; a figure that cannot be computed is None (a
-flight whose table asks for it has then failed), and "why" names the reason.
+flight whose table requires it has then failed), and "why" names the reason.
 """
 
 import itertools
@@ -42,7 +42,7 @@ BOUNDS = {
 
 
 class Missing(Exception):
-    """The logs do not hold what a figure needs."""
+    """The logs do not contain the data for a figure."""
 
 
 def _segment(run, verb, before):
@@ -56,7 +56,7 @@ def _segment(run, verb, before):
 
 
 def _hold_window(run, before):
-    """Last 10 s of the hold after a verb, from 2 s after the intent stands still."""
+    """Last 10 s of the hold after a verb, from 2 s after the intended position stops changing."""
     first, end = _segment(run, "hold", before)
     intent = run.at_cycles("OPERATOR", "intent_rad")[first:end]
     moving = np.flatnonzero(np.abs(np.diff(intent, axis=0)).max(axis=1) > 1e-9)
@@ -76,7 +76,7 @@ def _contour_window(run):
 
 
 def _filled(cycles, name, start, end):
-    """Words of a PDO in a window, a missing one replaced by the one before; Missing if there are gaps."""
+    """Words of a PDO in a window, a missing word replaced by the one before; Missing if there are gaps."""
     seen = cycles.seen[start:end]
     if not len(seen) or seen.mean() < 0.999:
         raise Missing(f"PDOs are missing between {start * CYCLE_US / 1e6:.1f} and {end * CYCLE_US / 1e6:.1f} s")
@@ -99,7 +99,7 @@ def _ticks(position):
 
 
 def _alone(ticks, gap):
-    """Cycles with a tick and no other within `gap` either side."""
+    """Cycles with a tick and no other tick within `gap` cycles before and after."""
     count = np.convolve(ticks != 0, np.ones(2 * gap + 1), "same")
     return np.flatnonzero((ticks != 0) & (count == 1))
 
@@ -332,9 +332,9 @@ def _torque_step(run, joint, at):
 
 
 def engagement_step(run):
-    """Step of the joint command at engagement, and with it the motion of the motor within 10 ms.
+    """Step of the joint command at engagement, and the motion of the motor within 10 ms after it.
 
-    In position mode the command is on the bus; in torque mode the torque step stands for a position step by
+    In position mode the command is on the bus; in torque mode the torque step is converted to a position step by
     the joint loop's stiffness. A later motion is no step: the arm follows the hand and its load.
     """
     worst, count = 0.0, 0
@@ -373,7 +373,7 @@ def _times_left(drives, cut):
     left = []
     for entries in drives.values():
         before = [entry for entry in entries if entry["time_us"] <= cut]
-        # The device's own entry of the cut may carry the same instant.
+        # The entry that the device writes at the cut may have the same time.
         running = [entry for entry in before if entry["time_us"] < cut] or before
         if running and _is_enabled(running[-1]):
             after = (e["time_us"] for e in entries if e["time_us"] >= cut and not _is_enabled(e))
@@ -382,7 +382,7 @@ def _times_left(drives, cut):
 
 
 def unplug(run):
-    """From the cut of a node to the last drive of the network out of operation-enabled."""
+    """Time from the cut of a node until the last drive of the network leaves operation-enabled."""
     drives, worst, count = _drives(run), 0.0, 0
     for fault in run.truth["FAULT"]:
         if fault["kind"] != "unplug" or not fault["active"]:
@@ -401,7 +401,7 @@ def unplug(run):
 
 
 def _members_told(run):
-    """Every member went to ERROR_OPERATIONAL within 0.1 s of each unplug, as TM[129,2] says."""
+    """Every member went to ERROR_OPERATIONAL within 0.1 s of each unplug, according to TM[129,2]."""
     cuts = [fault["time_us"] for fault in run.truth["FAULT"] if fault["kind"] == "unplug" and fault["active"]]
     members = {packet.apid for _, packet, _ in run.reports_of("link transition")}
     for cut in cuts:
@@ -430,7 +430,7 @@ def _limits(run):
 
 
 def torque_limit(run):
-    """First torque word beyond the telecommanded limit to the first controlword that leaves 0x0F."""
+    """Time from the first torque word beyond the telecommanded limit to the first controlword other than 0x0F."""
     worst, count = None, 0
     limits = _limits(run)
     for number, (time_us, limit) in enumerate(limits):
@@ -475,7 +475,7 @@ FIGURES = (
 
 
 def compute(run):
-    """(figures, reasons): every figure by name, None with a reason where the logs do not hold it."""
+    """(figures, reasons): every figure by name, None with a reason if the logs do not contain its data."""
     figures, reasons = {}, {}
     for function, names in FIGURES:
         try:

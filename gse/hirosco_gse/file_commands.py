@@ -10,7 +10,7 @@ from .session import Rejected, Request, SessionError
 
 BUFFER = 3  # Memory id.
 BUFFER_OCTETS = 131072
-PIECE_OCTETS = 3840  # Of one request, whose packet has 4096 at most.
+PIECE_OCTETS = 3840  # Of one request, whose packet has at most 4096 octets.
 VERIFY = 0x0401  # Failure: the octets differ; its detail is their checksum.
 USAGE = "file upload FILE PATH, file download PATH FILE, file list [FOLDER], file delete PATH"
 
@@ -34,7 +34,7 @@ def _load(dictionary, path, offset, length, checksum):
 
 
 def _upload_requests(dictionary, octets, path):
-    """Fill the buffer, write it to a file, and let the file be compared with what was sent."""
+    """Fill the buffer, write it to a file, and compare the file with the sent octets on board."""
     if not octets:
         yield _request(dictionary, (23, 1), {**_named(path), "maximum_size": 0, "file_locked_status": 0}, f"create {path}")
         return
@@ -63,13 +63,13 @@ def _upload(dictionary, source, path):
 
 
 def _fetch(session, dictionary, path, span, timeout_ns):
-    """Procedure: a part of a file by way of the buffer."""
+    """Procedure: read a part of a file through the buffer."""
     checksum = 0
     while True:
         try:
             yield from session.execute(_load(dictionary, path, *span, checksum), timeout_ns)
             break
-        except Rejected as refusal:  # The first time it tells the checksum of what is there.
+        except Rejected as refusal:  # The failure of the first attempt contains the checksum of the octets in the file.
             if refusal.failure.code != VERIFY or refusal.failure.detail == checksum:
                 raise
             checksum = refusal.failure.detail

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gateway of ground systems that speak packets over TCP, such as Yamcs: telecommands go on as protected frames, telemetry comes
-back as it is. It listens on this machine only; each of its clients has a connection to the spacecraft, and a session, of its own."""
+"""The gateway for ground systems that exchange packets over TCP, such as Yamcs: forwards telecommands in protected frames, telemetry
+unchanged. It listens on this machine only; each of its clients has its own connection to the spacecraft and its own session."""
 
 import socket
 import threading
@@ -18,21 +18,21 @@ def _hang_up(*streams):
         try:
             stream.shutdown(socket.SHUT_RDWR)
         except OSError:
-            pass  # it is closed already
+            pass  # already closed
 
 
 def _down(spacecraft, client):
-    """Telemetry, until one of them hangs up."""
+    """Forward telemetry until one side closes its connection."""
     try:
         while octets := spacecraft.recv(CHUNK):
             client.sendall(octets)
     except OSError:
-        pass  # told by the other direction
+        pass  # the other direction reports it
     _hang_up(client)
 
 
 def _up(client, spacecraft, protect):
-    """Telecommands, one by one."""
+    """Forward telecommands, one by one."""
     splitter = packets.Splitter()
     while octets := client.recv(CHUNK):
         for packet in splitter.feed(octets):
@@ -42,7 +42,7 @@ def _up(client, spacecraft, protect):
 
 
 def _connect(client, name, target, make_sender, tell):
-    """One client from its connection to its end."""
+    """Serve one client until its connection ends."""
     try:
         with client, link.connect(*target) as spacecraft:
             spacecraft.settimeout(None)
@@ -60,7 +60,7 @@ def _connect(client, name, target, make_sender, tell):
 
 
 def serve(port, target, make_sender, tell):
-    """Take clients at a port of this machine (0: any free one) until it is interrupted. make_sender gives each its sdls.Sender."""
+    """Accept clients at a port of this machine (0: any free one) until it is interrupted. make_sender() returns an sdls.Sender for each."""
     with socket.create_server(("127.0.0.1", port)) as listener:
         tell(f"gateway: packets at 127.0.0.1:{listener.getsockname()[1]}, frames to {target[0]}:{target[1]}")
         while True:

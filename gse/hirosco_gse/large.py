@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[13] on the ground: a packet longer than PACKET_MAX is cut into parts, and parts are put together again.
+"""ST[13] on the ground: splits a packet longer than PACKET_MAX into parts, and assembles received parts.
 
-The parts carry the whole packet, headers and checksum included, numbered from 1; they are as long as their packets allow."""
+The parts contain the whole packet, headers and checksum included, are numbered from 1, and have the largest possible length."""
 
 import struct
 
@@ -15,12 +15,12 @@ FIRST, MIDDLE, LAST = range(3)
 
 
 def is_part(packet):
-    """Whether a packet carries a part of another one."""
+    """Whether a packet contains a part of another one."""
     return packet.service == SERVICE and packet.subtype in (REPORT_PARTS if packet.direction == "TM" else REQUEST_PARTS)
 
 
 def cut(raw, transaction, part=PART_MAX):
-    """The (subtype, application data) of the requests that take the octets of a long request up."""
+    """The (subtype, application data) of the requests that transfer the octets of a long request."""
     pieces = [raw[at : at + part] for at in range(0, len(raw), part)]
     if len(pieces) < 2:
         raise packets.PacketError(f"{len(raw)} octets are one part, not several")
@@ -32,14 +32,14 @@ def cut(raw, transaction, part=PART_MAX):
 
 
 class Assembler:
-    """Puts parts together, of any number of processes, users and transactions; a part that is missing ends its packet."""
+    """Assembles parts of any number of processes, users and transactions; a missing part discards its packet."""
 
     def __init__(self):
-        self.problems = []  # What could not be put together, in words.
-        self._open = {}  # Direction, APID, user, transaction -> octets of the parts so far.
+        self.problems = []  # The packets that could not be assembled, in words.
+        self._open = {}  # Direction, APID, user, transaction -> octets of the received parts.
 
     def take(self, packet):
-        """The packet that is whole with this part, or None."""
+        """The packet that this part completes, or None."""
         transaction, number = HEAD.unpack_from(packet.data) if len(packet.data) >= HEAD.size else (None, 0)
         kind = (REPORT_PARTS if packet.direction == "TM" else REQUEST_PARTS).index(packet.subtype)
         key = packet.direction, packet.apid, packet.user, transaction

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Connections to the spacecraft and the two drivers of procedures: wall-clock time and stepped time.
 
-Stepped time: the operator is a participant of the scheduler and joins through its co-simulation port, a UNIX stream socket
+Stepped time: the operator is a participant of the scheduler and connects to its co-simulation port, a UNIX stream socket
 with text lines. It acts only within its grant: it reads exactly the octets announced, resumes its procedure,
-sends telecommands, and gives the grant back with its next wake time, the octets it has sent and the local port of
+sends telecommands, and returns the grant with its next wake time, the octets it has sent and the local port of
 its connection.
 
     join operator <local tcp port>                  ->
-                                                    <- grant <time_ns> <messages> <octets> <port that is served|0>
+                                                    <- grant <time_ns> <messages> <octets> <served port|0>
     done <wake_ns|never> <octets sent> <local port> ->
     leave                                           ->
 
-The scheduler tells from when on `communication` serves a connection, and when it has ended; never the socket, which
-the kernel tells later. Telecommands wait until the connection is served. Where it has ended, what was under way on it
-is lost, and the operator connects again at once.
+The scheduler, not the socket, reports when `communication` begins to serve a connection and when the connection has ended, because
+the kernel reports it later. Telecommands wait until the connection is served. When it has ended, the octets on their way
+are lost, and the operator connects again at once.
 """
 
 import select
@@ -53,7 +53,7 @@ def _send(stream, outbox):
 
 
 def _telling(run, procedure):
-    """Run; a lost link is told to the procedure, which may have expected it."""
+    """Run; a lost link raises an exception in the procedure, which may have expected it."""
     try:
         return run(procedure)
     except LinkLost as lost:
@@ -67,7 +67,7 @@ def _telling(run, procedure):
 class RealDriver:
     """Runs procedures in wall-clock time.
 
-    Mission time is unknown until the first telemetry; it then follows the packets' times (epoch_ns is the
+    Mission time is unknown until the first telemetry; then it is taken from the packets' times (epoch_ns is the
     packet time of mission time 0), extrapolated by the local clock.
     """
 
@@ -87,7 +87,7 @@ class RealDriver:
         return time.monotonic_ns() - self._origin_ns
 
     def run(self, procedure):
-        """Run to the end; the procedure's return value."""
+        """Run to the end. Returns the value of the procedure."""
         return _telling(self._run, procedure)
 
     def _run(self, procedure):
@@ -145,7 +145,7 @@ class StepClock:
             raise LinkLost(f"the scheduler is gone: {error.strerror}") from error
 
     def grant(self):
-        """Wait for the grant: (time_ns, octets, whether the connection is served). Raises LinkLost when the run is over."""
+        """Wait for the grant. Returns (time_ns, octets, whether the connection is served). Raises LinkLost when the run is over."""
         try:
             line = self._lines.readline()
         except OSError as error:
@@ -156,15 +156,15 @@ class StepClock:
         return int(words[1]), int(words[3]), int(words[4]) == self._port != 0
 
     def moved(self, local_port):
-        """From the end of this grant on there is another connection."""
+        """Another connection is used from the end of this grant on."""
         self._port = local_port
 
     def done(self, wake_ns, sent):
-        """Give the grant back."""
+        """Return the grant."""
         self._write(f"done {NEVER if wake_ns is None else wake_ns} {sent} {self._port}")
 
     def leave(self):
-        """Leave the scheduler; time goes on without us. Once is enough."""
+        """Leave the scheduler; time continues without this participant. A second call has no effect."""
         if self._socket.fileno() < 0:
             return
         try:
@@ -179,7 +179,7 @@ class StepDriver:
     """Runs procedures within the grants of a StepClock."""
 
     def __init__(self, stream, session, clock, reconnect=None, tell=lambda text: None):
-        """reconnect(): another connection; None: a lost one ends the procedure. tell(text): what became of the connection."""
+        """reconnect(): opens another connection; None: a lost connection ends the procedure. tell(text): reports changes of the connection."""
         self._stream, self._session, self._clock = stream, session, clock
         self._reconnect, self._tell = reconnect, tell
         self._is_served = self._was_lost = False
@@ -224,7 +224,7 @@ class StepDriver:
             return 0
 
     def run(self, procedure):
-        """Run to the end, then hang up and leave; the procedure's return value."""
+        """Run to the end, then close the connection and leave. Returns the value of the procedure."""
         return _telling(self._run, procedure)
 
     def _run(self, procedure):
@@ -244,7 +244,7 @@ class StepDriver:
             self._clock.done(wake, self._send())
 
     def _leave(self):
-        """Hang up and leave within one more grant, so that the spacecraft sees it at a defined time."""
+        """Close the connection and leave within one more grant, so that the spacecraft notices it at a defined time."""
         self._reconnect = None
         try:
             _, octets, _ = self._clock.grant()

@@ -2,7 +2,7 @@
 """Readers of a run's raw logs: bus logs (candump -L text), truth (LCM event log) and packets.log.
 
 Bus logs of a flight have millions of lines: they are decoded column by column in numpy, not line by line.
-A log that ends in the middle of a line or an event (a crashed run) gives everything before it.
+If a log ends in the middle of a line or an event (a crashed run), the readers return everything before it.
 """
 
 import pathlib
@@ -150,13 +150,13 @@ def parse_packets(lines, path="packets.log"):
         try:
             packet = packets.parse(raw)
         except packets.PacketError:
-            packet = None  # a malformed telecommand that was refused is in the log as it came
+            packet = None  # the log contains a refused malformed telecommand with its received octets
         found.append((time_ns, direction, packet, raw))
     return found
 
 
 def with_whole(found):
-    """The same list; behind the last part of a packet that went in parts (ST[13]) comes that packet."""
+    """The same list, with each packet that was transferred in parts (ST[13]) inserted after its last part."""
     assembler, rows = large.Assembler(), []
     for row in found:
         rows.append(row)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every message of the standard's services, written and read by the catalogue in the mission dictionary.
+"""Every message of the standard's services, encoded and decoded with the catalogue in the mission dictionary.
 
-Values are what JSON has. A field is given by its name, a repetition by the name of its count as a list of groups (a
+Values are those of JSON. A field is given by its name, a repetition by the name of its count as a list of groups (a
 group of one field may be given as that field's value alone), the fields of a choice beside their selector. Enumerations are
 words or numbers; absolute times are seconds of mission time, relative ones seconds, positions orbits; a parameter is
 SUBSYSTEM.NAME or its id; octets are hexadecimal; a request is hexadecimal, or words as an operator types them.
@@ -23,7 +23,7 @@ MS_OF_DAY = 86_400_000
 
 
 class MessageProblem(ValueProblem):
-    """Values that do not make a message, or octets that are none."""
+    """Values that cannot be encoded as a message, or octets that are not a message."""
 
 
 def _signed(number, octets):
@@ -44,7 +44,7 @@ def _hex(value):
 
 
 class _Octets:
-    """Octets of a message that is being read."""
+    """Octets of a message, with the position of the reader."""
 
     def __init__(self, octets):
         self.octets, self.at, self.bits = octets, 0, 0
@@ -74,7 +74,7 @@ class _Octets:
 
 
 class Catalogue:
-    """The messages of a mission, with what the dictionary knows about parameters, events and time."""
+    """The messages of a mission, with the parameters, events and time of the dictionary."""
 
     def __init__(self, content, dictionary, plan=None):
         """content: "messages" of the dictionary; plan: words of an operator -> octets of a request."""
@@ -96,7 +96,7 @@ class Catalogue:
         return [entry for key, entry in sorted(self._messages.items(), key=lambda item: item[0][1:]) if direction in (None, key[0])]
 
     def words(self, service, field):
-        """Words of an enumeration by number, as far as it has any."""
+        """Words of an enumeration by number; empty if it has none."""
         return {int(n): word for n, word in self.services[str(service)]["enumerations"].get(field, {}).items()}
 
     # ---- writing ----
@@ -111,7 +111,7 @@ class Catalogue:
         return octets
 
     def number_of(self, service, field, value):
-        """Number of an enumeration's word; numbers as they are."""
+        """Number of an enumeration's word; a number is returned unchanged."""
         if isinstance(value, str) and not value.lstrip("-").isdigit() and not value.lower().startswith("0x"):
             for number, word in self.words(service, field).items():
                 if word == value:
@@ -135,7 +135,7 @@ class Catalogue:
     # ---- reading ----
 
     def decode(self, packet, structure=None, auxiliary=None):
-        """Fields of a message as a dict. `structure` and `auxiliary` decode what definitions on board lay out:
+        """Fields of a message as a dict. `structure` and `auxiliary` decode octets whose layout is defined on board:
         functions of (octets) -> value. Raises MessageProblem."""
         entry = self.find(packet.direction, packet.service, packet.subtype)
         if entry is None:
@@ -233,7 +233,7 @@ class _Writer:
         return octets
 
     def deduced(self, field, value):
-        """A value as its parameter, layout or argument says; hexadecimal where only definitions on board know."""
+        """A value in the type of its parameter, layout or argument; hexadecimal if only a definition on board contains its type."""
         of = self.layouts.get(field["of"])
         parameter = self.catalogue.parameter(of) if of is not None and of >> 21 else None
         if parameter is not None and (parameter.fields or parameter.count > 1):
@@ -367,7 +367,7 @@ class _Reader:
 
     def deduced(self, field):
         of = self.layouts.get(field["of"])
-        if of is None:  # Only the spacecraft's definitions tell its size.
+        if of is None:  # Only definitions on board contain its size.
             return self.rest(None)
         parameter = self.catalogue.parameter(of) if of >> 21 else None
         if parameter is not None:
@@ -383,7 +383,7 @@ class _Reader:
         return self.octets.take(self.octets.number(2))
 
     def mission_seconds(self, time_ns):
-        """Seconds of mission time; None for the time 0 of the code, which stands for no time."""
+        """Seconds of mission time; None for the time code 0, which means "no time"."""
         return (time_ns - self.catalogue.dictionary.epoch_ns) / 1e9 if time_ns else None
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """CCSDS space packets with PUS-C secondary headers, as the ground sees them.
 
-Telecommands are built and telemetry is parsed; `Splitter` cuts a byte stream into packets.
+It builds telecommands and parses telemetry; `Splitter` splits a byte stream into packets.
 Tailoring: CRC-16 always, time CUC 4+3 with explicit P-field 0x1F (TAI, epoch 1958), 16-bit user ids.
 """
 
@@ -15,7 +15,7 @@ P_FIELD = 0x1F
 TC_HEADER, TM_HEADER, PRIMARY_HEADER, CRC_SIZE = 11, 21, 6, 2
 TIME_PACKET = 18  # Spacecraft time packet: APID 0, no secondary header; rate, time and status.
 PACKET_MAX = 4096
-LARGE_MAX = 65542  # What a length field can tell; more than PACKET_MAX goes by ST[13].
+LARGE_MAX = 65542  # Limit of the length field; packets longer than PACKET_MAX are transferred by ST[13].
 FRACTION = 1 << 24
 
 
@@ -33,7 +33,7 @@ _CRC = _crc_table()
 
 
 class PacketError(ValueError):
-    """A packet that is not as it should be; the text says what is wrong."""
+    """A malformed packet; the text gives the reason."""
 
 
 def crc16(data):
@@ -115,7 +115,7 @@ def build_tc(apid, sequence, service, subtype, data=b"", source=1, ack=ACK_ALL):
 
 
 def build_tm(apid, sequence, service, subtype, data=b"", destination=0, time_ns=0, counter=0):
-    """Octets of one telemetry packet (for stand-ins of a spacecraft)."""
+    """Octets of one telemetry packet (for simulated spacecraft in tests)."""
     head = struct.pack(
         ">HHHBBBHH",
         0x0800 | apid,
@@ -132,7 +132,7 @@ def build_tm(apid, sequence, service, subtype, data=b"", destination=0, time_ns=
 
 
 def _time_packet(raw, sequence):
-    """A spacecraft time packet, as what it is a report of: TM[9,2] if its time is CUC, else TM[9,3]."""
+    """A spacecraft time packet as the report that it represents: TM[9,2] if its time is CUC, otherwise TM[9,3]."""
     if len(raw) != TIME_PACKET:
         raise PacketError(f"spacecraft time packet of {len(raw)} octets, expected {TIME_PACKET}")
     field = raw[PRIMARY_HEADER + 1 : PRIMARY_HEADER + 9]
@@ -176,18 +176,18 @@ def parse(raw):
 
 
 class Splitter:
-    """Cuts a stream of back-to-back packets; `feed` returns the whole packets so far, as octets."""
+    """Splits a stream of back-to-back packets; `feed` returns the complete packets as octets."""
 
     def __init__(self):
         self._buffer = bytearray()
 
     @property
     def pending(self):
-        """Octets that do not make a whole packet yet."""
+        """Octets of an incomplete packet."""
         return len(self._buffer)
 
     def feed(self, octets):
-        """Whole packets completed by these octets, in order."""
+        """The packets that these octets complete, in order."""
         self._buffer += octets
         packets = []
         while len(self._buffer) >= PRIMARY_HEADER:

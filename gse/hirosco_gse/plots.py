@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plots of a run, each a function (run) -> matplotlib figure or None where the logs hold nothing to draw."""
+"""Plots of a run, each a function (run) -> matplotlib figure, or None if the logs contain no data for it."""
 
 import matplotlib
 
@@ -65,7 +65,7 @@ def _seconds(count):
 
 
 def _thin(time, values):
-    """At most POINTS points; each bucket keeps its smallest and largest value, so that peaks stay."""
+    """Reduce to at most POINTS points; each bucket keeps its smallest and largest value, so that peaks remain visible."""
     if len(values) <= POINTS:
         return time, values
     width = len(values) // (POINTS // 2)
@@ -82,7 +82,7 @@ def _line(axes, time, values, **style):
 
 
 def _mean(values, width):
-    """Mean of blocks, each value of a block replaced by it; NaN stays NaN."""
+    """Each value replaced by the mean of its block; NaN remains NaN."""
     whole = len(values) // width * width
     blocks = np.repeat(values[:whole].reshape(-1, width).mean(axis=1), width)
     return np.concatenate([blocks, values[whole:]])
@@ -94,7 +94,7 @@ def _gaps(cycles, name, scale):
 
 
 def _phases(run, axes_list):
-    """Background bands of what the hand does, named on the first axes."""
+    """Background bands for the verbs of the hand, named on the first axes."""
     bands = []
     for verb, first, end in run.segments():
         name = PHASES.get(verb)
@@ -116,7 +116,7 @@ def _phases(run, axes_list):
 
 
 def _legend(axes):
-    """Above the plot, at the right: it hides nothing."""
+    """Legend above the plot, at the right, where it covers no curve."""
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=4, borderaxespad=0)
 
 
@@ -269,7 +269,7 @@ def frame_us(length, is_fd):
 
 
 def bus_load(run):
-    """Share of time the buses are taken, per 0.1 s."""
+    """Share of time in which the buses are busy, in steps of 0.1 s."""
     if not len(run.robot) and not len(run.joystick):
         return None
     figure, axes = _stack(1, height=2.6)
@@ -311,7 +311,7 @@ def link_ages(run):
 
 
 def key_moments(run):
-    """(title, cycle) of what the picture of the scene shows."""
+    """(title, cycle) of each moment in the picture of the scene."""
     segments = run.segments()
     moments = []
 

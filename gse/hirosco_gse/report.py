@@ -2,7 +2,7 @@
 """Report of a run: python3 -m hirosco_gse.report RUN_DIR
 
 Completes run.json (figures, sha256 of the logs, versions), draws the plots as PNG and writes report.html,
-which holds everything it shows. Works on whatever logs exist: a run that crashed gets its report too.
+which contains all its pictures. It uses the logs that exist: a run that crashed gets its report, too.
 Exit codes: 0 written, 1 not written.
 """
 
@@ -56,29 +56,29 @@ def sha256(path):
 
 
 def versions():
-    """Of what made the report."""
+    """Versions of the programs that made the report."""
     found = {"gse": __version__, "python": platform.python_version()}
     for name in ("numpy", "matplotlib"):
         found[name] = importlib.metadata.version(name)
     return found
 
 
-FIGURES_FAILED = 3  # Exit code; the launcher knows it.
+FIGURES_FAILED = 3  # Exit code that the launcher evaluates.
 
 
 def is_telepresence(run):
-    """The figures belong to the telepresence scenario."""
+    """True for the telepresence scenario, for which the figures are defined."""
     return pathlib.Path(str(run.facts.get("scenario", ""))).stem == "telepresence"
 
 
 def failed_figures(facts):
-    """Names of the figures that have a value, and one out of its bound."""
+    """Names of the figures whose value is out of its bound."""
     names = figures.BOUNDS if "figures_hold" in facts else ()
     return [name for name in names if facts.get(name) is not None and not figures.holds(name, facts[name])]
 
 
 def complete_facts(run):
-    """run.json as it shall be: the launcher's facts, figures by their names, hashes, versions."""
+    """Content of run.json: the launcher's facts, figures by their names, hashes, versions."""
     computed, reasons = figures.compute(run)
     facts = dict(run.facts)
     facts.update(computed)
@@ -100,7 +100,7 @@ def complete_facts(run):
 
 
 def mismatches(run):
-    """Interface hashes reported in flight that differ from the dictionary's."""
+    """Interface hashes that were reported in flight and differ from those of the dictionary."""
     found = set()
     for _, packet, decoded in run.reports_of("status"):
         subsystem = run.dictionary.subsystem_of_apid(packet.apid)
@@ -239,14 +239,14 @@ def page(run, facts, drawn):
 
 
 def _write(path, text):
-    """Whole or not at all."""
+    """Write the file completely or not at all."""
     part = path.with_name(path.name + ".part")
     part.write_text(text, encoding="utf-8")
     os.replace(part, path)
 
 
 def write(folder, dictionary_path=None):
-    """Report of a run's folder; returns the facts."""
+    """Write the report of a run's folder; returns the facts."""
     run = runs.load(folder, dictionary_path)
     drawn = _save_plots(run)
     facts = complete_facts(run)

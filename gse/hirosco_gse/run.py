@@ -2,7 +2,7 @@
 """A run's raw logs as arrays over simulated time, aligned by the cycles of the control loop.
 
 Cycle k is the slot [k, k+1) x 500 us in which SYNC k was sent. A frame belongs to the cycle of the last SYNC
-on its bus before it: TPDO(k) was sampled at SYNC k; RPDO(k) was sent behind SYNC k (computed from samples of
+on its bus before it: TPDO(k) was sampled at SYNC k; RPDO(k) was sent after SYNC k (computed from samples of
 cycle k or before) and is applied at SYNC k+1. Frame and SYNC leave the controller in one burst, RPDOs first.
 """
 
@@ -98,7 +98,7 @@ def _with_texts(event, fields):
 
 
 def _operator(events):
-    """OPERATOR has its text last: everything before is fixed; equal endings are decoded once."""
+    """The text of OPERATOR is its last member: everything before it has a fixed size; equal endings are decoded once."""
     fields = _TRUTH["OPERATOR"][:-1]
     part = np.dtype(_HEADER + [_item(field) for field in fields])
     heads = np.frombuffer(b"".join(event[: part.itemsize] for event in events), part)
@@ -133,7 +133,7 @@ def decode_truth(channels):
 
 @dataclass
 class Cycles:
-    """Words of one PDO over all cycles; `seen` tells where there is one. Later frames of a cycle win."""
+    """Words of one PDO over all cycles; `seen` marks the cycles with a frame. The last frame of a cycle counts."""
 
     seen: np.ndarray
     words: dict
@@ -167,7 +167,7 @@ def pdo(bus, identifier, layout, count):
 
 
 class Run:
-    """Everything a run left behind; what is missing is empty."""
+    """The logs of a run; a missing log is empty."""
 
     def __init__(self, folder, dictionary=None):
         self.folder = pathlib.Path(folder)

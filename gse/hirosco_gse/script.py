@@ -4,15 +4,15 @@
 Each line runs no earlier than its time, after the lines before it; it waits until its requests are verified
 unless it starts with `nowait`. Besides the commands of commands.py there are
 
-    nowait COMMAND ...                     send and go on; a failure is found at the end of the script (not for commands
-                                           whose first step is no request, such as `at +60`)
-    try COMMAND ...                        as the command alone, but the script goes on where it is refused or fails, or
-                                           has no answer within 2 s, or the link is lost; what came of it is in the log. After `try nowait`
-                                           nobody asks what came of it
+    nowait COMMAND ...                     send and continue; a failure is reported at the end of the script (not for commands
+                                           whose first step is not a request, such as `at +60`)
+    try COMMAND ...                        as the command alone, but the script continues if it is refused or fails,
+                                           has no answer within 2 s, or the link is lost; the log contains the outcome. The outcome of
+                                           `try nowait` is not checked
     expect-refusal CODE COMMAND ...        the command must be refused with this failure code
     wait-state SUBSYSTEM STATE SECONDS     until the subsystem has reported the state
-    wait-event SUBSYSTEM EVENT SECONDS     until the event comes (or has come, not yet awaited)
-    expect-event SUBSYSTEM EVENT           the event must have come, not yet awaited
+    wait-event SUBSYSTEM EVENT SECONDS     until the event is received (or was received, not yet awaited)
+    expect-event SUBSYSTEM EVENT           the event must have been received, not yet awaited
     expect-state SUBSYSTEM STATE           the subsystem's last report must be this state
     end                                    the operator leaves; later lines are not run
 """
@@ -27,15 +27,15 @@ from .dictionary import STATES, DictionaryError
 from .session import LinkLost, Rejected, RequestLost, SessionError, TimedOut
 
 ACTORS = ("operator", "hand", "fault")
-TRY_NS = 2_000_000_000  # Longest wait for an answer that need not come.
+TRY_NS = 2_000_000_000  # Longest wait for an optional answer.
 
 
 class ScriptError(ValueError):
-    """A line that is no step, as file:line: what is wrong."""
+    """A line that is not a step, as file:line: reason."""
 
 
 class ScriptFailure(Exception):
-    """A step that did not go as written, as file:line: what was expected, what came."""
+    """A step with an unexpected result, as file:line: expected result, actual result."""
 
 
 @dataclass(frozen=True)
@@ -258,7 +258,7 @@ class Script:
 
 
 def _entry(step, start_ns, end_ns, outcome):
-    lines = outcome.split("\n")  # Several: each on a line of its own, behind the step's.
+    lines = outcome.split("\n")  # Several: each on a line of its own, after that of the step.
     said = f" {outcome}" if len(lines) == 1 else "".join(f"\n    {line}" for line in lines)
     text = f"[{end_ns / 1e9:9.4f} s] {step.text}:{said}"
     return {
@@ -273,6 +273,6 @@ def _entry(step, start_ns, end_ns, outcome):
 
 
 def link_entry(session, what):
-    """Entry of the operator's log about the connection; of no line of the scenario."""
+    """Entry of the operator's log about the connection, without a line of the scenario."""
     now = session.now_ns / 1e9
     return {"text": f"[{now:9.4f} s] {what}", "time": now, "end": now, "line": 0, "verb": "link", "words": [], "outcome": what}

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Authenticated telecommands: TC transfer frames (CCSDS 232.0-B) with Space Data Link Security (CCSDS 355.0-B), AES-256-GCM.
 
-A key is a file of 32 octets, raw or as 64 hexadecimal digits, which only its owner can read. Beside it lie two marks: FILE.sent,
-the highest session number that the ground has used, and FILE.received, the spacecraft's. Each connection uses a session of its
-own, which is on the disk before its first frame is sent, so that no initialization vector is used twice.
-docs/ground-link-security.md has the layout of frames and marks."""
+A key is a file of 32 octets, raw or as 64 hexadecimal digits, which only its owner can read. Its folder contains two marks: FILE.sent,
+the highest session number that the ground has used, and FILE.received, that of the spacecraft. Each connection uses a session of its
+own, whose number is written to the disk before its first frame is sent, so that no initialization vector is used twice.
+docs/ground-link-security.md describes the layout of frames and marks."""
 
 import fcntl
 import os
@@ -19,7 +19,7 @@ SPACECRAFT, SPI = 1, 1
 KEY_OCTETS, MAC_OCTETS, FRAME_MAX = 32, 16, 1024
 HEAD = struct.Struct(">HHBBHIII")  # Header words, number, segment header, SPI, and the vector: zero, session, count.
 PART_MAX = FRAME_MAX - HEAD.size - MAC_OCTETS
-BYPASS = 0x2000  # Type-BD: TCP keeps the order.
+BYPASS = 0x2000  # Type-BD: TCP preserves the order.
 MIDDLE, FIRST, LAST, WHOLE = 0x00, 0x40, 0x80, 0xC0
 NUMBER_MAX = 0xFFFFFFFF
 RECORD = struct.Struct(">4sB3xI8s8x")
@@ -28,7 +28,7 @@ OTHERS = 0o077  # Permissions of group and others.
 
 
 class SecurityError(Exception):
-    """A key or a mark that cannot be used; says which file, why, and what to do."""
+    """A key or a mark that cannot be used; the text names the file, the reason and the next step."""
 
 
 def _cipher(key):
@@ -40,7 +40,7 @@ def _cipher(key):
 
 
 def key_check(key):
-    """What tells one key from another without telling the key; under a vector that no frame has."""
+    """A check value that distinguishes keys without revealing them, computed with a vector that no frame uses."""
     return _cipher(key).encrypt(bytes(12), b"", None)[:8]
 
 
@@ -71,7 +71,7 @@ def _record(session, check):
 
 
 def _session_of(record, check):
-    """Session of a copy that is whole and of this key; else None."""
+    """Session number of a copy that is complete and belongs to this key; otherwise None."""
     if len(record) != RECORD.size + 4:
         return None
     session = RECORD.unpack_from(record)[2]
@@ -79,7 +79,7 @@ def _session_of(record, check):
 
 
 def _put(descriptor, session, check):
-    """Both copies, one after the other: a power cut destroys one at most."""
+    """Write both copies, one after the other: a power cut destroys at most one."""
     known = [_session_of(os.pread(descriptor, RECORD.size + 4, copy * APART), check) for copy in (0, 1)]
     first = 0 if known[0] is None or (known[1] is not None and known[0] < known[1]) else 1
     for copy in (first, 1 - first):
@@ -99,7 +99,7 @@ def make_key(path):
     check, made = key_check(key), []
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        for name in (f"{path}.received", f"{path}.sent", path):  # The key last: it is never there without its marks.
+        for name in (f"{path}.received", f"{path}.sent", path):  # The key last, so that it never exists without its marks.
             descriptor = os.open(name, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
             made.append(name)
             with open(descriptor, "wb", buffering=0) as file:
@@ -116,7 +116,7 @@ def make_key(path):
 
 
 def next_session(path, check):
-    """Reserve the next session number of a key, on the disk before it is used. Any number of processes. Raises SecurityError."""
+    """Reserve the next session number of a key: it is on the disk before it is used. Several processes may do so. Raises SecurityError."""
     mark = f"{path}.sent"
     try:
         descriptor = os.open(mark, os.O_RDWR)
@@ -143,7 +143,7 @@ def frame(cipher, session, count, part, octets, spi=SPI):
 
 
 class Sender:
-    """Protects the telecommands of one connection; its session begins with the first of them."""
+    """Protects the telecommands of one connection; its session begins with the first telecommand."""
 
     def __init__(self, path):
         """Raises SecurityError."""
@@ -152,7 +152,7 @@ class Sender:
         self.begin_anew()
 
     def begin_anew(self):
-        """The telecommands from here on go over another connection, in a session of its own."""
+        """The following telecommands use another connection, with a session of its own."""
         self._session = None
         self._count = 0
 

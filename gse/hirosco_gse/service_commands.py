@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands for the services of the standard: any message by its numbers, and words for what operators do most."""
+"""Commands for the services of the standard: any message by its numbers, and words for the most frequent commands."""
 
 import json
 import pathlib
@@ -11,7 +11,7 @@ from .session import Rejected, Request
 
 
 def _fields(words):
-    """field=value of a message; a value that reads as JSON is taken as that, other text as it is."""
+    """field=value of a message; a value that is valid JSON is decoded, other text is used unchanged."""
     given = {}
     for word in words:
         name, sign, text = word.partition("=")
@@ -29,7 +29,7 @@ def _request(dictionary, apid, service, subtype, given, text):
 
 
 def _planned(dictionary, apid, message, given, text):
-    """Command of one request of the catalogue; it waits for the answer that the message has."""
+    """Command of one request of the catalogue; it waits for the answer if the message has one."""
     service, subtype = message
     entry = dictionary.catalogue.find("TC", service, subtype)
     if entry is None:
@@ -67,7 +67,7 @@ def _at(dictionary, words):
 
     if not words[0].startswith("+"):
         return simple(request(words[0]))
-    request("0")  # What is wrong with the words is told before anything is sent.
+    request("0")  # Errors in the words are reported before anything is sent.
 
     def procedure(session, timeout_ns):
         alive = yield from session.execute(Request(SUPERVISOR_APID, 17, 1, text="ping SUPERVISOR"), timeout_ns)
@@ -125,7 +125,7 @@ def _monitor(dictionary, words):
     if verb != "limit" or len(words) != 8:
         raise UsageError(f"usage: {_MONITOR_USAGE}")
     identity, parameter, low, high = words[2:6]
-    is_whole = parameter[0].isdigit() or "." in parameter  # A number, or that of another subsystem.
+    is_whole = parameter[0].isdigit() or "." in parameter  # A number, or a parameter of another subsystem.
     parameter = parameter if is_whole else f"{subsystem.name}.{parameter}"
     definition = {
         "pmon_id": identity, "monitored_parameter_id": parameter, "validity_parameter_id": 0, "validity_mask": 0,
@@ -188,7 +188,7 @@ _PROCEDURE_USAGE = (
     "procedure suspend|resume|stop|abort|unload NAME, procedure engine start|stop, procedure status"
 )
 _PROCEDURE_ONE = {"suspend": (18, 5), "resume": (18, 6), "stop": (18, 4), "abort": (18, 12), "unload": (18, 2)}
-_CODE_MAX = 16384  # Of a procedure on board; more than a packet goes up in parts.
+_CODE_MAX = 16384  # Of a procedure on board; code longer than a packet is transferred in parts.
 _AT_A_STEP = ("suspend", "stop")
 _PROCEDURE_ALL = {"procedure status": (18, 8), "procedure engine start": (18, 21), "procedure engine stop": (18, 22)}
 
@@ -202,7 +202,7 @@ def _arguments(words):
 
 
 def _until_started(request):
-    """Command of a request that is not waited for to its end."""
+    """Command that waits only for the start of execution of its request."""
 
     def procedure(session, timeout_ns):
         verification = session.send(request)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A ground user's side of the conversation: requests, their verification, and what was last reported.
+"""The state of a ground user: requests, their verification, and the last reported values.
 
-The session is passive: octets are fed in, octets to send wait in `outbox`. A *procedure* is a generator that
-yields the mission time [ns] it wants to wake at (or None: only when something arrives) and is resumed by a
-driver (link.py) at that time or whenever telemetry came, with `session.now_ns` set. The same procedure
+The session is passive: the caller feeds it received octets, and octets to send wait in `outbox`. A *procedure* is a generator that
+yields the mission time [ns] at which it wants to wake (or None: only when something arrives) and is resumed by a
+driver (link.py) at that time or whenever telemetry arrived, with `session.now_ns` set. The same procedure
 therefore runs in stepped and in real time.
 """
 
@@ -17,15 +17,15 @@ from .failures import Failure
 
 GROUND_USER = 1
 FINAL_SUBTYPES = (2, 4, 7, 8, 10)
-ENDED = 32  # Requests whose reports may still come in parts.
+ENDED = 32  # Requests whose reports may still arrive in parts.
 
 
 class SessionError(Exception):
-    """A request was not carried out."""
+    """A request was not performed."""
 
 
 class Rejected(SessionError):
-    """The spacecraft refused the request or failed to carry it out."""
+    """The spacecraft refused the request or failed to perform it."""
 
     def __init__(self, request, failure, dictionary):
         super().__init__(f"{request.text}: {failure.words(dictionary)}")
@@ -33,7 +33,7 @@ class Rejected(SessionError):
 
 
 class TimedOut(SessionError):
-    """An expected report did not come in time."""
+    """An expected report did not arrive in time."""
 
 
 class LinkLost(SessionError):
@@ -41,7 +41,7 @@ class LinkLost(SessionError):
 
 
 class RequestLost(SessionError):
-    """The connection ended before the end of verification came; the request may have been carried out."""
+    """The connection ended before the end of verification arrived; the request may have been performed."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Request:
 
 @dataclass
 class Verification:
-    """How far a sent request has come."""
+    """The verification reports of a sent request."""
 
     request: Request
     request_id: bytes
@@ -66,9 +66,9 @@ class Verification:
     failure: Failure = None  # The last one.
     failures: list = field(default_factory=list)  # A request of several instructions may have several.
     is_finished: bool = False
-    lost_ns: int = None  # When the connection ended before the end of verification came.
+    lost_ns: int = None  # When the connection ended before the end of verification arrived.
     replies: list = field(default_factory=list)  # other reports addressed to us, since the request was sent
-    whole: object = None  # The Verification of the long request that this one carries a part of.
+    whole: object = None  # The Verification of the long request of which this request contains a part.
 
 
 class Session:
@@ -81,16 +81,16 @@ class Session:
         self.source = source
         self._protect = protect
         self.now_ns = 0
-        self.slipped_ns = 0  # What the driver has put its clock forward by, in which nobody has waited.
+        self.slipped_ns = 0  # Time by which the driver has advanced its clock without waiting.
         self.outbox = bytearray()
         self.listeners = []  # called with (packet, decoded)
-        self.states = {}  # APID -> name of the state last reported
-        self.configurations = {}  # APID -> configuration id last reported
+        self.states = {}  # APID -> name of the last reported state
+        self.configurations = {}  # APID -> last reported configuration id
         self.links = {}  # (consumer APID, consumer port) -> link id, from accept and status reports
         self.events = []  # (packet, decoded) of ST[05], in order
         self.mode = None
         self.malformed = []
-        self.foreign = {}  # APID -> what is wrong: it flies another interface than the dictionary's
+        self.foreign = {}  # APID -> error text: the flying interface differs from that of the dictionary
         self._splitter = packets.Splitter()
         self._first = first_sequence
         self._sequences = {}
@@ -108,14 +108,14 @@ class Session:
         return count
 
     def send(self, request):
-        """Queue a request; its Verification follows the reports."""
+        """Queue a request; its Verification is updated by the reports."""
         raw = packets.build_tc(
             request.apid, self.sequence(request.apid), request.service, request.subtype, request.data, self.source
         )
         return self.send_raw(raw, request)
 
     def send_raw(self, raw, request):
-        """Queue octets as they are; what is longer than a packet goes in parts."""
+        """Queue octets unchanged; octets longer than a packet are sent in parts."""
         verification = Verification(request, bytes(raw[:4]), self.now_ns)
         self._open[verification.request_id] = verification
         if len(raw) <= packets.PACKET_MAX:
@@ -134,8 +134,8 @@ class Session:
         self._transaction = (self._transaction + 1) & 0xFFFF
 
     def link_lost(self):
-        """The connection has ended; another one follows. Returns how many requests have got no end of verification. What was
-        queued since waits for the next connection."""
+        """The connection has ended; another one follows. Returns the number of requests without an end of verification. Octets that were
+        queued since wait for the next connection."""
         lost = [verification for verification in self._open.values() if verification.whole is None]
         for verification in self._open.values():
             verification.lost_ns, verification.is_finished = self.now_ns, True
@@ -145,7 +145,7 @@ class Session:
         return len(lost)
 
     def feed(self, octets):
-        """Take in received octets."""
+        """Process received octets."""
         for raw in self._splitter.feed(octets):
             try:
                 packet = packets.parse(raw)
@@ -170,7 +170,7 @@ class Session:
             asked.replies.append((whole, decoded))
 
     def _awaits(self, ended, report):
-        """Whether a request that has ended is yet to be answered by a report, whose parts may come behind its end."""
+        """Whether a report must still answer a request that has ended: its parts may arrive after the end."""
         request = ended.request
         entry = self.dictionary.catalogue.find("TC", request.service, request.subtype) or {}
         is_answer = (request.apid, request.service, entry.get("answer")) == (report.apid, *report.message)
@@ -214,7 +214,7 @@ class Session:
             del self._open[verification.request_id]
 
     def _give_up(self, whole, failure):
-        """A part of a long request was refused: the request itself will not be told of."""
+        """A part of a long request was refused: there will be no report about the request itself."""
         if self._open.pop(whole.request_id, None) is whole:
             whole.failure = failure
             whole.failures.append(failure)
@@ -246,7 +246,7 @@ class Session:
     # Procedures -------------------------------------------------------------------------------------------
 
     def wait_until(self, time_ns):
-        """Procedure: let the time pass."""
+        """Procedure: wait until a time."""
         while self.now_ns < time_ns:
             yield time_ns
 
@@ -273,7 +273,7 @@ class Session:
         try:
             yield from self.wait_for(lambda: verification.is_finished, timeout_ns, f"{text}: end of verification")
         except TimedOut:
-            if self._open.get(verification.request_id) is verification:  # Nobody asks for it any more.
+            if self._open.get(verification.request_id) is verification:  # Its result is no longer needed.
                 del self._open[verification.request_id]
             raise
         if verification.lost_ns is not None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Meaning of telemetry (and of telecommands in a log): a dict for programs and a line for people.
 
-`decode` never raises for a packet of a known spacecraft with unknown content: it says so under "error".
+`decode` never raises an exception for a packet of a known spacecraft with unknown content: it returns the problem under "error".
 """
 
 import struct
@@ -414,7 +414,7 @@ def _flat(content):
 
 
 def describe(packet, decoded, dictionary):
-    """One line for people, without the time."""
+    """One line of text, without the time."""
     source = dictionary.name_of_apid(packet.apid)
     if "error" in decoded:
         return f"{source}: {decoded['error']}"

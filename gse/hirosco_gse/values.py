@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scalar values on the wire (big-endian) and as a user writes them."""
+"""Scalar values in packets (big-endian) and in the text form of a user."""
 
 import struct
 
@@ -20,7 +20,7 @@ REALS = ("FLOAT", "DOUBLE")
 
 
 class ValueProblem(ValueError):
-    """A value that does not fit its type, or octets that do not hold it."""
+    """A value that does not fit its type, or octets that are too few for it."""
 
 
 def size_of(kind, count=1):

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Begin a new subsystem: descriptor, C sources, test, scenario, and its place in a mission. It flies at once.
+"""Create a new subsystem: descriptor, C sources, test, scenario, and its entries in a mission. It can fly without changes.
 
     make new-subsystem NAME=gripper                  a mission of that name: rokviss with the new subsystem
-    make new-subsystem NAME=lamp MISSION=gripper     into a mission that is there already
+    make new-subsystem NAME=lamp MISSION=gripper     in an existing mission
     make new-subsystem NAME=lamp APID=40             with this APID instead of the first free one
 
-Writes new files only; into a mission that is there it inserts lines. Either all is done or nothing.
+It writes new files only; in an existing mission it inserts lines. On an error it changes nothing.
 """
 
 import argparse
@@ -27,9 +27,9 @@ from source import DescriptorError
 BASE_MISSION = "rokviss"
 FIRST_APID, LAST_APID = 18, 2046
 NAME_MAX = 24
-SUBSYSTEMS_MAX = 14  # of the scheduler's 16 participants, simulator and operator take one each
+SUBSYSTEMS_MAX = 14  # the scheduler has 16 participants; simulator and operator are two of them
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
-STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # With _t behind them.
+STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # Followed by _t.
 # What the new sources and the generated header name after the subsystem.
 NAMED_AFTER = "t init callbacks open parameters_t program_t services_t add_services definitions fields places".split()
 MACROS_AFTER = "NAME APID INTERFACE_HASH PARAMETER_COUNT FIELD_COUNT".split()
@@ -45,7 +45,7 @@ PERMISSIONS = """    <!-- @NAME@ -->
 
 
 class Refusal(Exception):
-    """What the user asked for and cannot have: value found, what is expected."""
+    """An impossible request of the user: value found, value expected."""
 
 
 def expect(condition, option, value, expected):
@@ -83,7 +83,7 @@ def choose_apid(wanted):
 
 
 def check_name(name):
-    """Refuse what cannot be a name in C, in XML and of a program."""
+    """Refuse a name that is not valid in C, in XML or for a program."""
     expect(
         re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) and 2 <= len(name) <= NAME_MAX,
         "NAME",
@@ -98,7 +98,7 @@ def check_names_of_c(name):
     expect(not STANDARD_TYPES.fullmatch(name), "NAME", name, f"a name that is no type of C: {name}_t is one")
     clash = re.compile(rf"\b({name}_({'|'.join(NAMED_AFTER)})|{name.upper()}_({'|'.join(MACROS_AFTER)}))\b")
     sources = [path for layer in ("base", "osal", "pus", "fsw", "launcher") for path in (ROOT / layer).rglob("*.[ch]")]
-    for path in sorted(sources, key=lambda path: (path.suffix != ".h", path)):  # Headers first: there it is said what it is.
+    for path in sorted(sources, key=lambda path: (path.suffix != ".h", path)):  # Headers first: they contain the declaration.
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             found = clash.search(line)
             expect(not found, "NAME", name, f"another name: {found and found[0]} is there already, in {relative(path)}:{number}")
@@ -122,7 +122,7 @@ def plan_files(names):
 
 
 def fill(text, names):
-    """A template with its words filled in."""
+    """A template with its words replaced."""
     return re.sub(r"@(\w+)@", lambda found: names[found[1]], text)
 
 
@@ -153,7 +153,7 @@ def plan_mission(names, wanted):
 
 
 def write_all(files, mission_path, is_new):
-    """Write, then read the mission as the build will; on any error everything is as before."""
+    """Write the files, then read the mission as the build does; on any error restore the earlier state."""
     old = None if is_new else mission_path.read_text(encoding="utf-8")
     made = []
     try:
@@ -171,14 +171,14 @@ def write_all(files, mission_path, is_new):
 
 
 def format_sources(files):
-    """The house format depends on the length of the name: let clang-format decide where it is installed."""
+    """The format depends on the length of the name: use clang-format if it is installed."""
     sources = [str(path) for path in files if path.suffix in (".c", ".h")]
     if shutil.which("clang-format"):
         subprocess.run(["clang-format", "-i", *sources], check=True)
 
 
 def begin(name, apid, mission):
-    """Make a new subsystem; the lines to tell the user."""
+    """Create a new subsystem; returns the lines for the user."""
     check_name(name)
     file = name.replace("_", "-")
     number = choose_apid(apid)

@@ -3,9 +3,9 @@
 
     python3 gse/vm/microvm.py [--seconds N] [--cans N] [--memory MB] [--out FOLDER] [-- COMMAND]
 
-The guest sees the tree at the same path and may write anywhere: it is forgotten, but for the output folder, which the
-guest finds in $OUT. Exit code: the command's; 124 time limit, 125 the micro-VM did not start, 130 Ctrl-C.
-Always emulated, /dev/kvm is never opened. Nothing is left behind, however it ends."""
+The guest has the tree at the same path and may write anywhere; only the output folder is kept, which the
+guest finds in $OUT. Exit code: that of the command; 124 time limit, 125 the micro-VM did not start, 130 Ctrl-C.
+It always emulates and never opens /dev/kvm. It removes all its files, however it ends."""
 
 import argparse
 import fcntl
@@ -26,19 +26,19 @@ FOLDER = ROOT / "build" / "vm"
 QEMU = "qemu-system-x86_64"
 SECONDS, MEMORY_MB = 300, 1024
 BOOT_SECONDS = 180
-FIRST_BOOT_SECONDS = 60  # Once in a hundred boots or so the emulator hangs before the guest has said a word.
+FIRST_BOOT_SECONDS = 60  # In about one of a hundred boots the emulator hangs before the guest writes anything.
 END_SECONDS = 10
 POLL_S = 0.02
 STALE_S = 60
 MEMORY_MIN_MB = 256
-PROCESSORS_MAX = 2  # As many as this process may use: two of the guest's on one here wait for each other most of the time.
+PROCESSORS_MAX = 2  # As many processors as this process may use: two processors of the guest on one would mostly wait for each other.
 CANS_MAX = 8
 OUTPUT_MAX = 1 << 28
 CONSOLE_LINES = 40
 LIMIT_REACHED, NOT_STARTED, INTERRUPTED = 124, 125, 130
 NEXT_STEP = "rm -rf build/vm && make build/setup/vm"
 SYSTEM_PATHS = ["/usr/local/sbin", "/usr/sbin", "/sbin", "/usr/local/bin", "/usr/bin", "/bin"]
-# What make says to its children is no business of those in the guest.
+# Variables by which make controls its children must not reach make in the guest.
 NOT_PASSED = {"MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEOVERRIDES", "MAKE_TERMOUT", "MAKE_TERMERR", "CMD", "SECONDS", "CANS",
               "MEMORY", "VM_COMMAND", "PWD", "OLDPWD", "_", "TMPDIR"}
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -46,22 +46,22 @@ ESCAPES = re.compile(r"\x1b(\[[0-9;?=]*[A-Za-z]|c|[()].)|[\x00-\x08\x0b-\x1f\x7f
 
 
 class NotStarted(Exception):
-    """The command did not run, or its exit code is not known; the text says why, with the console's end and the next step."""
+    """The command did not run, or its exit code is unknown; the text contains the reason, the end of the console and the next step."""
 
 
 class NotBooted(NotStarted):
-    """Its time to boot was over."""
+    """The micro-VM did not boot in time."""
 
 
 class Outcome:
-    """How a command ended: its exit code (124 with `limit` set when its time was over), and what it wrote."""
+    """Outcome of a command: its exit code (124 with `limit` set after the time limit), and its output."""
 
     def __init__(self, code, stdout=b"", stderr=b"", limit=False):
         self.code, self.stdout, self.stderr, self.limit = code, stdout, stderr, limit
 
 
 class Stream:
-    """A file that grows in the guest; what is new in it goes to a sink."""
+    """A file that grows in the guest; its new octets are passed to a sink."""
 
     def __init__(self, path, sink):
         self.file = open(path, "rb")
@@ -69,7 +69,7 @@ class Stream:
         self.octets = bytearray()
 
     def pump(self):
-        """Whether there was something new."""
+        """Pass new octets on; returns whether there were any."""
         octets = self.file.read(1 << 20)
         if octets:
             self.octets += octets
@@ -79,7 +79,7 @@ class Stream:
 
 
 def console_end(path):
-    """The last lines of the guest's console, without what only a terminal wants."""
+    """The last lines of the guest's console, without control sequences of a terminal."""
     text = path.read_bytes().decode(errors="replace") if path.is_file() else ""
     lines = [ESCAPES.sub("", line).rstrip() for line in re.split(r"[\r\n]+", text)]
     lines = [line for line in lines if line]
@@ -87,12 +87,12 @@ def console_end(path):
 
 
 def guest_script(command, directory, out, environment):
-    """The shell script that sets the guest's surroundings and becomes the command; without one, an interactive shell."""
+    """The shell script that sets up the environment in the guest and executes the command, or an interactive shell."""
     values = {name: value for name, value in environment.items() if IDENTIFIER.fullmatch(name) and name not in NOT_PASSED}
     paths = values.get("PATH", "").split(":")
     values["PATH"] = ":".join(path for path in [*paths, *(one for one in SYSTEM_PATHS if one not in paths)] if path)
     values |= {"OUT": str(out), "PYTHONDONTWRITEBYTECODE": "1"}
-    # Byte code that runs outside have made is read.
+    # Use the byte code of runs outside of the guest.
     values.setdefault("PYTHONPYCACHEPREFIX", str(ROOT / "build" / "pycache"))
     lines = [f"export {name}={shlex.quote(value)}" for name, value in sorted(values.items())]
     lines.append(f"cd {shlex.quote(str(directory))} || exit 126")
@@ -112,7 +112,7 @@ def greeting(out):
 
 
 def arguments(folder, control, out, cans, memory, append, interactive):
-    """QEMU's command line."""
+    """Command line of QEMU."""
     line = ["setpriv", "--pdeathsig", "KILL", "--", QEMU, "-M", "q35", "-accel", "tcg,thread=multi", "-cpu", "Nehalem,+rdrand",
             "-smp", str(min(PROCESSORS_MAX, len(os.sched_getaffinity(0)))), "-m", str(memory), "-nodefaults",
             "-display", "none", "-no-reboot", "-nic", "none",
@@ -131,7 +131,7 @@ def arguments(folder, control, out, cans, memory, append, interactive):
 
 
 def check(folder, out, cans, memory):
-    """Raise NotStarted for what cannot work."""
+    """Raise NotStarted if the arguments cannot work."""
     if not shutil.which(QEMU):
         raise NotStarted(f"{QEMU} is not installed; run: sh gse/setup/setup.sh hil")
     for name in ("vmlinux", "initramfs.cpio"):
@@ -148,14 +148,14 @@ def check(folder, out, cans, memory):
 
 
 def failure(what, control):
-    """Text with what is known: what the emulator said, the console's end, the next step."""
+    """Error text: output of the emulator, end of the console, next step."""
     said = (control / "emulator").read_text(errors="replace").strip()
     return (f"the micro-VM {what}" + (f"; {QEMU} says: {said}" if said else "") + "\nEnd of its console:\n"
             + console_end(control / "console") + f"\nNext step: {NEXT_STEP}")
 
 
 def start(line, control, interactive):
-    """The emulator. What it says goes to the control folder, or to this terminal."""
+    """Start the emulator. Its output goes to the control folder, or to this terminal."""
     with open(control / "emulator", "wb") as said:
         return subprocess.Popen(line, stdin=None if interactive else subprocess.DEVNULL, stdout=None if interactive else said,
                                 stderr=said, start_new_session=not interactive)
@@ -173,7 +173,7 @@ def wait_for_boot(process, control, boot_seconds):
 
 
 def wait_for_code(process, control, streams, seconds):
-    """Hand on the command's output until its exit code is there, or its time is over. Return an Outcome without texts."""
+    """Pass the output of the command on until its exit code exists or its time is over. Returns an Outcome without texts."""
     limit = time.monotonic() + (float("inf") if seconds is None else seconds)
     while True:
         ended, finished = process.poll() is not None, (control / "code").is_file()
@@ -191,7 +191,7 @@ def wait_for_code(process, control, streams, seconds):
 
 
 def end(process, patience):
-    """The emulator ends by itself in the time given, or is ended."""
+    """Wait for the end of the emulator for the given time, then kill it."""
     for act in (None, process.terminate, process.kill):
         if act:
             act()
@@ -203,7 +203,7 @@ def end(process, patience):
 
 
 def held(control):
-    """A lock on the control folder, as a descriptor; None if its runner is alive."""
+    """Descriptor of a lock on the control folder; None if its runner is alive."""
     lock = os.open(control, os.O_RDONLY)
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -229,8 +229,8 @@ def run(command, seconds=SECONDS, cans=0, memory=MEMORY_MB, out=None, sinks=(Non
         folder=FOLDER, append="", boot_seconds=BOOT_SECONDS):
     """Run a shell command in a micro-VM of its own; None runs an interactive shell on this terminal.
 
-    `seconds` bounds the command from its start on (None: not); `sinks` get its two streams as they come; `out` stays,
-    by default build/vm/out; `append` goes to the kernel's command line. Returns an Outcome; raises NotStarted."""
+    `seconds` limits the time of the command (None: no limit); `sinks` receive its two streams as they arrive; `out` is kept,
+    by default build/vm/out; `append` is added to the kernel's command line. Returns an Outcome; raises NotStarted."""
     out = pathlib.Path(out or FOLDER / "out").absolute()
     check(folder, out, cans, memory)
     remove_stale(folder)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Make what the micro-VM boots from, in build/vm/: `vmlinux` and `initramfs.cpio`.
+"""Create the kernel and initial file system of the micro-VM in build/vm/: `vmlinux` and `initramfs.cpio`.
 
-The kernel is the package that Debian's `linux-image-amd64` stands for, fetched with apt-get into build/, unpacked in
+The kernel is from the package on which Debian's `linux-image-amd64` depends, fetched with apt-get into build/, unpacked in
 part and never installed. Needs the packages of the level `hil` in gse/setup/packages.txt. Without a network, or on a
-machine that is no amd64 Debian, ends with a message that names the next step."""
+machine other than an amd64 Debian, it ends with a message that names the next step."""
 
 import argparse
 import lzma
@@ -22,7 +22,7 @@ DEPMOD = ["/sbin/depmod", "--basedir"]
 PACKAGE = "linux-image-amd64"
 XZ_MAGIC = b"\xfd7zXZ\x00"
 
-# Loaded at boot, with what they depend on; the others when somebody asks for them.
+# Loaded at boot, with their dependencies; the others are loaded on request.
 AT_BOOT = ["virtio_pci", "9pnet_virtio", "9p", "overlay", "can", "can-raw", "vcan", "vxcan", "tipc"]
 ON_DEMAND = ["virtio_console", "can-gw", "can-bcm", "can-isotp", "can-dev", "kvaser_pci", "veth", "dummy", "sch_netem",
              "udp_tunnel", "ip6_udp_tunnel", "gcm", "ghash-generic", "ctr", "cmac"]
@@ -33,7 +33,7 @@ UNPACKED = re.compile(r"\./(boot/vmlinuz-[^/]+|lib/modules/[^/]+/(modules\.(buil
 
 
 class Unavailable(Exception):
-    """Something the micro-VM is made from cannot be had; the text names the next step."""
+    """A part of the micro-VM is not available; the text names the next step."""
 
 
 def kernel_package():
@@ -44,7 +44,7 @@ def kernel_package():
 
 
 def update_lists():
-    """Read the package lists again, if this user may."""
+    """Update the package lists, if this user may."""
     as_root = [] if os.geteuid() == 0 else ["sudo", "-n"]
     try:
         subprocess.run([*as_root, "apt-get", "update", "-qq"], stdin=subprocess.DEVNULL)
@@ -71,7 +71,7 @@ def fetch(folder):
 
 
 def unpack(package, folder):
-    """Unpack the part of the package that may be needed; return (compressed kernel, version)."""
+    """Unpack the needed part of the package; returns (compressed kernel, version)."""
     with subprocess.Popen(["dpkg-deb", "--fsys-tarfile", package], stdout=subprocess.PIPE) as tar:
         with tarfile.open(fileobj=tar.stdout, mode="r|") as archive:
             for member in archive:
@@ -84,7 +84,7 @@ def unpack(package, folder):
 
 
 def uncompressed(kernel):
-    """The kernel as an ELF file, which boots several seconds sooner under emulation; as it is, where it is not xz."""
+    """The kernel as an ELF file, which boots several seconds sooner under emulation; unchanged if it is not compressed with xz."""
     octets = kernel.read_bytes()
     at = octets.find(XZ_MAGIC)
     while at >= 0:
@@ -93,13 +93,13 @@ def uncompressed(kernel):
             if image.startswith(b"\x7fELF"):
                 return image
         except lzma.LZMAError:
-            pass  # The magic by chance.
+            pass  # These octets equal the magic number by chance.
         at = octets.find(XZ_MAGIC, at + 1)
     return octets
 
 
 def dependencies(modules, wanted):
-    """Paths of the wanted modules and of all they need; what the kernel has built in is left out."""
+    """Paths of the wanted modules and of their dependencies, without those built into the kernel."""
     subprocess.run([*DEPMOD, modules.parents[2], modules.name], check=True)
     needs, path_of = {}, {}
     for line in (modules / "modules.dep").read_text().splitlines():
@@ -131,7 +131,7 @@ def make_initramfs(modules, target, at_boot=AT_BOOT):
         for applet in subprocess.run([busybox, "--list"], capture_output=True, text=True, check=True).stdout.split():
             if applet != "busybox":
                 (tree / "bin" / applet).symlink_to("busybox")
-        (tree / "sbin" / "modprobe").symlink_to("/bin/busybox")  # The kernel calls it for what is loaded on demand.
+        (tree / "sbin" / "modprobe").symlink_to("/bin/busybox")  # The kernel calls it for modules that are loaded on demand.
         for path in dependencies(modules, [*at_boot, *ON_DEMAND]):
             (kept / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(modules / path, kept / path)
@@ -148,7 +148,7 @@ def make_initramfs(modules, target, at_boot=AT_BOOT):
 
 
 def prepare(folder=FOLDER):
-    """Make the folder's kernel, modules and initial file system; the kernel is fetched once."""
+    """Create kernel, modules and initial file system in the folder; the kernel is fetched once."""
     machine = os.uname().machine
     if machine != "x86_64":
         raise Unavailable(f"the micro-VM runs the programs of this machine on a kernel for amd64; this machine is {machine}")
@@ -158,7 +158,7 @@ def prepare(folder=FOLDER):
             work = pathlib.Path(name)
             kernel, version = unpack(fetch(work), work)
             modules = work / "lib" / "modules" / version
-            make_initramfs(modules, work / "initramfs.cpio")  # What this kernel lacks is told before anything is kept.
+            make_initramfs(modules, work / "initramfs.cpio")  # Missing modules of this kernel are reported before anything is kept.
             shutil.rmtree(folder / "lib", ignore_errors=True)
             for path in dependencies(modules, [*AT_BOOT, *ON_DEMAND]):
                 kept = folder / "lib" / "modules" / version / path

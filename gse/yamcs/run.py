@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Run Yamcs at a flying mission: render etc/ into a fresh folder and become the server. Needs what gse/setup/yamcs.sh fetches.
+"""Run Yamcs for a flying mission: write its configuration to a new folder and execute the server, which gse/setup/yamcs.sh fetches.
 
     python3 gse/yamcs/run.py --mission rokviss --ground-port 10015 --http-port 8090 --out runs/yamcs
 
-Yamcs keeps its archive in that folder. It tries a refused link again every ten seconds."""
+Yamcs stores its archive in that folder. It retries a refused connection every ten seconds."""
 
 import argparse
 import os
@@ -43,7 +43,7 @@ def lacking(mission):
 
 
 def command(out):
-    """Words that start the server."""
+    """Command line of the server."""
     return [
         "java", "-Xmx256m", "-cp", f"{LIBRARIES}/*", "org.yamcs.YamcsServer", "--etc-dir", str(out / "etc"),
         "--data-dir", str(out / "data"), "--cache-dir", str(out / "cache"),
