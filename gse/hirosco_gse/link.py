@@ -115,7 +115,7 @@ class RealDriver:
         except OSError as error:
             raise LinkLost(f"link lost: {error.strerror}") from error
         if not octets:
-            raise LinkLost("the spacecraft closed the link")
+            raise LinkLost("the spacecraft closed the link; if all its places for connections are taken, try again within 30 s")
         self._session.now_ns = max(self._session.now_ns, self._now())
         self._session.feed(octets)
 

@@ -13,20 +13,21 @@ import flying
 import pytest
 from spacepackets.ecss import PusTc
 
-USER = 2
+OPERATOR, USER = 1, 2
 SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
 SLOT_S = 0.0005
 GROUND_MISUSED = struct.pack(">H", 22)
 
 
-def _ping(apid, count):
-    return PusTc(service=17, subservice=1, apid=apid, seq_count=count & 0x3FFF, source_id=USER, app_data=b"").pack()
+def _ping(apid, count, user=USER):
+    return PusTc(service=17, subservice=1, apid=apid, seq_count=count & 0x3FFF, source_id=user, app_data=b"").pack()
 
 
 class Ground:
     """A client that reads all the time, and keeps the answers to its own requests."""
 
-    def __init__(self, port):
+    def __init__(self, port, user=USER):
+        self.user = user
         self.stream = flying.connect(port)
         self.stream.settimeout(None)
         self.answers = collections.Counter()
@@ -47,7 +48,7 @@ class Ground:
         self.is_ended = True
 
     def _take(self, raw):
-        if len(raw) >= 13 and raw[11:13] == struct.pack(">H", USER):
+        if len(raw) >= 13 and raw[11:13] == struct.pack(">H", self.user):
             self.answers[raw[7], raw[8]] += 1
         self.misuses += raw[:2] == b"\x08\x02" and raw[7] == 5 and raw[21:23] == GROUND_MISUSED
         self.sequences[int.from_bytes(raw[:2], "big") & 0x7FF].append(int.from_bytes(raw[2:4], "big") & 0x3FFF)
@@ -58,7 +59,7 @@ class Ground:
 
     def ask(self, apid, count):
         """Send this number of pings as fast as the connection takes them."""
-        self.stream.sendall(b"".join(_ping(apid, i) for i in range(count)))
+        self.stream.sendall(b"".join(_ping(apid, i, self.user) for i in range(count)))
 
 
 @pytest.fixture
@@ -160,6 +161,59 @@ def test_operator_gets_the_place_of_an_idle_client(mission):
     flying.wait_until(lambda: any(client.misuses for client in [*idle, served]), "GROUND_MISUSED")
     for client in [*idle, served]:
         client.stream.close()
+
+
+class Pinger(Ground):
+    """A client that pings twice a second, and connects again as soon as its connection has ended."""
+
+    def __init__(self, port):
+        super().__init__(port)
+        self.port = port
+        self.is_over = threading.Event()
+        self.evictions = 0
+        threading.Thread(target=self._go_on, daemon=True).start()
+
+    def _go_on(self):
+        while not self.is_over.wait(0.5):
+            if self.is_ended:
+                self.evictions += 1
+                self.stream.close()
+                self.is_ended = False
+                self.stream = flying.connect(self.port)
+                self.stream.settimeout(None)
+                threading.Thread(target=self._read, daemon=True).start()
+            with contextlib.suppress(OSError):
+                self.ask(SUPERVISOR, 1)
+
+
+@pytest.mark.long
+def test_operator_gets_a_place_among_hostile_clients_that_ping(folder):
+    """Four clients send valid requests for ever and come again when they have to go; the operator, who tries again as well, is served."""
+    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    try:
+        hostile = [Pinger(flight.port()) for _ in range(4)]
+        flying.wait_until(lambda: all(client.sequences for client in hostile), "telemetry to each of four")
+        served = Ground(flight.port(), OPERATOR)
+        flying.wait_until(lambda: served.is_ended, "the refusal of the fifth")
+
+        def is_served():
+            nonlocal served
+            if served.is_ended:
+                served = Ground(flight.port(), OPERATOR)
+            with contextlib.suppress(OSError):
+                served.ask(SUPERVISOR, 1)
+            return served.answers[1, 7] > 0
+
+        flying.wait_until(is_served, "a place", 60)
+        assert sum(client.evictions for client in hostile) <= 4
+        flying.wait_until(lambda: served.misuses, "GROUND_MISUSED")
+        for client in hostile:
+            client.is_over.set()
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    finally:
+        flight.abandon()
+    flying.assert_clean(flight)
 
 
 def _udp_port(pid):

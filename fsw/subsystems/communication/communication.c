@@ -34,7 +34,8 @@ static void connected(void* const context, const unsigned client)
     communication_t* const self = (communication_t*)context;
     communication_ground_queue_init(&self->queues[client]);
     communication_ground_security_connected(&self->security, client);
-    self->heard_ns[client] = subsystem_now_ns(self->generic);
+    self->connected_ns[client] = subsystem_now_ns(self->generic);
+    self->heard_ns[client]     = self->connected_ns[client];
     self->counters.connected++;
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_CONNECTED, NULL, 0U);
     if (!is_participant(self, client)) {
@@ -54,19 +55,20 @@ static void disconnected(void* const context, const unsigned client)
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_LOST, NULL, 0U);
 }
 
-/// The client to replace by a new one: the one silent longest, and long enough; never the participant of the
+/// The client whose time `since_ns` is the longest ago, and at least `bound_ns`; never the participant of the
 /// scheduler, on which others rely.
-static unsigned idle_client(const communication_t* const self)
+static unsigned longest(const communication_t* const self, const uint64_t since_ns[COMMUNICATION_CLIENTS],
+                        const uint64_t bound_ns)
 {
     const uint64_t now_ns = subsystem_now_ns(self->generic);
-    uint64_t longest_ns   = COMMUNICATION_IDLE_NS;
+    uint64_t longest_ns   = bound_ns;
     unsigned found        = NO_CLIENT;
     for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
-        const uint64_t silent_ns = now_ns - self->heard_ns[client];
-        if ((silent_ns >= longest_ns) && !is_participant(self, client) &&
-            ((found == NO_CLIENT) || (silent_ns > longest_ns))) {
+        const uint64_t passed_ns = now_ns - since_ns[client];
+        if ((passed_ns >= longest_ns) && !is_participant(self, client) &&
+            ((found == NO_CLIENT) || (passed_ns > longest_ns))) {
             found      = client;
-            longest_ns = silent_ns;
+            longest_ns = passed_ns;
         }
     }
     return found;
@@ -179,14 +181,20 @@ static unsigned participant_client(const communication_t* const self)
     return NO_CLIENT;
 }
 
-/// With a key, a client that has not shown it is replaced by one that may have it; otherwise an idle client
-/// is. Never the participant.
+/// With a key, a client that has not shown it is replaced by one that may have it, and one that has shown it
+/// only if it is silent. Without a key nothing tells the operator from others, so that all take turns.
 static unsigned make_room(void* const context)
 {
     const communication_t* const self = (const communication_t*)context;
     const unsigned stranger =
         communication_ground_security_stranger(&self->security, participant_client(self));
-    return (stranger < COMMUNICATION_CLIENTS) ? stranger : idle_client(self);
+    if (stranger < COMMUNICATION_CLIENTS) {
+        return stranger;
+    }
+    const unsigned silent = longest(self, self->heard_ns, COMMUNICATION_IDLE_NS);
+    return ((silent == NO_CLIENT) && (self->security.receiver == NULL))
+               ? longest(self, self->connected_ns, COMMUNICATION_HOLD_NS)
+               : silent;
 }
 
 static flow_tcp_user_t user_of(communication_t* const self)

@@ -27,6 +27,10 @@ CAPACITY_CHECK(buffer_holds_a_packet, COMMUNICATION_BUFFER >= PUS_PACKET_MAX);
 CAPACITY_CHECK(buffer_holds_a_frame, COMMUNICATION_BUFFER >= SDLS_FRAME_MAX);
 /// A new client may replace one that has sent no valid telecommand for this time; the longest silent first.
 #define COMMUNICATION_IDLE_NS 10000000000ULL
+/// Without a key, if no client is silent, it may replace one that has been connected for this time; the
+/// longest connected first.
+#define COMMUNICATION_HOLD_NS 30000000000ULL
+CAPACITY_CHECK(silence_is_found_first, COMMUNICATION_IDLE_NS < COMMUNICATION_HOLD_NS);
 #define COMMUNICATION_TELL_NS 1000000000ULL ///< Shortest time between two events GROUND_MISUSED.
 
 typedef struct {
@@ -60,6 +64,7 @@ typedef struct { // Private.
     uint32_t owed;       // Octets of the participant announced and not taken in yet.
     bool is_uplink_full; // A request could not go up in this step.
     bool is_drop_told;
+    uint64_t connected_ns[COMMUNICATION_CLIENTS];
     uint64_t heard_ns[COMMUNICATION_CLIENTS]; // Connection, or last valid telecommand.
     communication_clients_t misuse;           // Published.
     uint32_t misuse_told;                     // Sum of the counters in the last event.

@@ -50,6 +50,53 @@ static void idle_clients_give_their_place_up(void)
     TEST_ASSERT_EQUAL(2U, fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED]);
 }
 
+/// Let time pass in which these clients send a valid request each 5 s.
+static void keep_busy(const unsigned first, const unsigned clients, const uint64_t time_ns)
+{
+    for (uint64_t passed_ns = 0U; passed_ns < time_ns; passed_ns += COMMUNICATION_IDLE_NS / 2U) {
+        for (unsigned i = first; i < (first + clients); i++) {
+            fixture_write_request(i, 1U, 1U, 0U);
+        }
+        fixture_run_until_requests(fixture.request_count + clients);
+        fixture_run((unsigned)(COMMUNICATION_IDLE_NS / 20000000U));
+    }
+}
+
+/// Four clients send valid requests for ever. The operator, who comes fifth, gets a place after a bounded
+/// time, and keeps it for that time, whoever comes then.
+static void busy_clients_take_turns(void)
+{
+    for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
+        fixture_connect(i);
+        fixture_run(10U);
+    }
+    keep_busy(0U, COMMUNICATION_CLIENTS, COMMUNICATION_HOLD_NS - COMMUNICATION_IDLE_NS);
+    fixture_connect(COMMUNICATION_CLIENTS);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // Nobody has had a place for long.
+    fixture_disconnect(COMMUNICATION_CLIENTS);
+    keep_busy(0U, COMMUNICATION_CLIENTS, COMMUNICATION_IDLE_NS);
+    fixture_connect(COMMUNICATION_CLIENTS);
+    fixture_write_request(COMMUNICATION_CLIENTS, 3U, 1U, 0U);
+    fixture_run_until_requests(fixture.request_count + 1U);
+    TEST_ASSERT_TRUE(fixture_is_ended(0U)); // The longest connected one.
+    TEST_ASSERT_EQUAL(1U, fixture.communication.flow.counters.evicted);
+    for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) { // Each one that has to go comes again at once.
+        fixture_disconnect(i);
+        fixture_connect(i);
+        fixture_run(2U);
+    }
+    TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
+    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS - 1U));
+    keep_busy(0U, 3U, COMMUNICATION_IDLE_NS / 2U);
+    fixture_write_request(COMMUNICATION_CLIENTS, 3U, 2U, 0U);
+    fixture_run_until_requests(fixture.request_count + 1U);
+    fixture_run(200U);
+    TEST_ASSERT_EQUAL(4U, fixture.communication.misuse.evicted);
+    TEST_ASSERT_EQUAL(2U, fixture.communication.misuse.refused);
+    TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] >= 2U);
+}
+
 static void what_is_no_valid_request_keeps_no_place(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
@@ -166,6 +213,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(idle_clients_give_their_place_up);
+    RUN_TEST(busy_clients_take_turns);
     RUN_TEST(what_is_no_valid_request_keeps_no_place);
     RUN_TEST(a_participant_keeps_its_place);
     RUN_TEST(misuse_is_counted_and_told_once_a_second);

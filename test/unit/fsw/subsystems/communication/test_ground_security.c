@@ -250,6 +250,30 @@ static void strangers_make_room_for_others(void)
     TEST_ASSERT_FALSE(fixture_is_ended(5U) || fixture_is_ended(7U));
 }
 
+/// A key tells the operator from others: who has shown it and goes on sending keeps its place.
+static void busy_clients_with_the_key_keep_their_places(void)
+{
+    for (unsigned i = 0U; i < GROUND_CLIENTS; i++) {
+        connect(i);
+    }
+    uint32_t requests = 0U;
+    for (unsigned round = 0U; round < ((COMMUNICATION_HOLD_NS / COMMUNICATION_IDLE_NS) * 2U) + 1U; round++) {
+        for (unsigned i = 0U; i < GROUND_CLIENTS; i++) {
+            session = i + 1U;
+            count   = round;
+            send_request(i, 1U, 0U);
+            requests++;
+            fixture_run_until_requests(requests);
+        }
+        fixture_run((unsigned)(COMMUNICATION_IDLE_NS / 20000000U));
+    }
+    connect(GROUND_CLIENTS);
+    TEST_ASSERT_TRUE(ends(GROUND_CLIENTS));
+    for (unsigned i = 0U; i < GROUND_CLIENTS; i++) {
+        TEST_ASSERT_FALSE(fixture_is_ended(i));
+    }
+}
+
 static void without_a_key_nobody_is_a_stranger(void)
 {
     communication_ground_security_init(&fixture.communication.security, NULL);
@@ -272,6 +296,7 @@ int main(void)
     RUN_TEST(many_refusals_are_few_events);
     RUN_TEST(a_disk_that_refuses_is_told);
     RUN_TEST(strangers_make_room_for_others);
+    RUN_TEST(busy_clients_with_the_key_keep_their_places);
     RUN_TEST(without_a_key_nobody_is_a_stranger);
     return UNITY_END();
 }
