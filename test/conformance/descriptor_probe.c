@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the flight side makes of descriptors, for comparison with the generator. Built by test_descriptors.py.
+// Results of the flight side's reader of descriptors, for comparison with the generator. Built by
+// test_descriptors.py.
 //   probe subsystem FILE..   one line each: status, both hashes, error
 //   probe mission FILE..     the same
 //   probe compiled FOLDER    generated headers against the descriptors in a folder: prints "agree" or
-//                            what differs
+//                            the difference
 #include "base/assertion.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/parameter/parameter.h"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A python-can bus in lock-step with the simulator: time stands still until what it heard has been answered.
-
-Frames travel by the simulator's own port (socketcand), or over an interface that the simulator publishes the bus on; the
-steps of time always by the port. Listeners run in the notifier's thread; `on_step` is called there at the end of each step."""
+"""A python-can bus in lock-step with the simulator: time stands still until the received frames have been
+answered. Frames pass through the simulator's own port (socketcand), or an interface on which the simulator
+publishes the bus; the steps of time always through the port. Listeners run in the notifier's thread;
+`on_step` is called there at the end of each step."""
 
 import re
 import socket
@@ -12,23 +12,24 @@ import time
 import can
 
 MESSAGE = re.compile(rb"<\s*(.*?)\s*>")
-PATIENCE_S = 600.0  # Of the clock on the wall: an emulated machine takes its time to start a flight.
+PATIENCE_S = 600.0  # Wall-clock time: an emulated machine starts a flight slowly.
 
 
 class LockStepBus(can.BusABC):
     """One bus of a simulator that serves tools on a port."""
 
     def __init__(self, port, bus, interface=None, every=1):
-        """interface: a SocketCAN interface for the frames, else they go through the port; every: steps to hold time after."""
+        """interface: a SocketCAN interface for the frames, otherwise they pass through the port; every:
+        number of steps after which time waits."""
         self.channel_info = f"{bus} in lock-step"
         self.on_step = []  # Called with the simulated time [s].
-        self.steps, self.every = 0, every  # Steps of the simulation while we have been there.
+        self.steps, self.every = 0, every  # Steps of the simulation since we joined.
         self.ended = threading.Event()  # The simulator has closed the port.
         self._frames = can.Bus(interface="socketcan", channel=interface, fd=True) if interface else None
         self._socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._input = b""
-        self._told = None  # Time of the step that is to be acknowledged.
+        self._told = None  # Time of the step to be acknowledged.
         self._say_lock = threading.Lock()
         super().__init__(channel=bus)
         self._expect("hi")
@@ -58,7 +59,7 @@ class LockStepBus(can.BusABC):
         self._input += octets
 
     def _recv_internal(self, timeout):
-        """The next frame. A step ends when all its frames have been handed out, which is when this is called again."""
+        """The next frame. A step ends when all its frames have been delivered, which is when this is called again."""
         while True:
             if self._told is not None:
                 frame = self._frames.recv(0) if self._frames else None
@@ -77,7 +78,7 @@ class LockStepBus(can.BusABC):
                     return None, False
                 except (OSError, can.CanOperationError):
                     self.ended.set()
-                    time.sleep(0.05)  # We are called again until somebody disconnects.
+                    time.sleep(0.05)  # This is called again until the bus is shut down.
                     return None, False
                 continue
             self._input = self._input[match.end():]
@@ -91,7 +92,7 @@ class LockStepBus(can.BusABC):
                                    is_extended_id=len(words[1]) > 3), False
 
     def send(self, msg, timeout=None):
-        """A frame of ours; it is on the bus in the next step."""
+        """Send a frame; it is on the bus in the next step."""
         if self._frames:
             self._frames.send(msg, timeout)
         else:
@@ -99,7 +100,7 @@ class LockStepBus(can.BusABC):
             self._say(f"send {msg.arbitration_id:x} {msg.dlc} {octets}")
 
     def shutdown(self):
-        """Time goes on without us."""
+        """Time continues without us."""
         super().shutdown()
         self._socket.close()
         if self._frames:

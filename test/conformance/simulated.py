@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulator without flight, for masters and tools that nobody here wrote."""
+"""A simulator without flight, for masters and tools of other projects."""
 
 import pathlib
 import re
@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIMULATOR = ROOT / "build/bin/simulator"
 SHEETS = ROOT / "descriptors/devices"
 SYNC = 0x080
-BOUND_S = 300.0  # Of the clock on the wall, only to give up: devices live in simulated time.
+BOUND_S = 300.0  # Wall-clock limit for waits only: devices are in simulated time.
 
 
 class Simulator:
@@ -35,7 +35,7 @@ class Simulator:
         return network
 
     def close(self):
-        """End it; it must end well."""
+        """End it; it must end without error."""
         for network in self.networks:
             network.disconnect()
         self.process.send_signal(signal.SIGTERM)
@@ -50,7 +50,7 @@ def pass_time(network, milliseconds):
 
 
 def patient(node):
-    """A node of profile 402 that is waited for as long as a busy machine needs."""
+    """A node of profile 402 with time-outs that suit a busy machine."""
     node.sdo.RESPONSE_TIMEOUT = BOUND_S
     node.TIMEOUT_SWITCH_STATE_FINAL = node.TIMEOUT_SWITCH_STATE_SINGLE = BOUND_S
     node.TIMEOUT_SWITCH_OP_MODE = node.TIMEOUT_CHECK_TPDO = node.TIMEOUT_HOMING_DEFAULT = BOUND_S
@@ -58,7 +58,7 @@ def patient(node):
 
 
 def until(condition, what):
-    """Poll; simulated time goes on meanwhile, if somebody lets it."""
+    """Poll; simulated time continues meanwhile if a client advances it."""
     end = time.monotonic() + BOUND_S
     while not condition():
         assert time.monotonic() < end, f"{what}: not within {BOUND_S} s"

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Joint drives out of PyPI canopen's LocalNode, in the simulator's time; well-behaved unless told otherwise.
-
-SDO server, object dictionary and PDO packing are canopen's; the drive's states, NMT, SYNC and heartbeat are here, because
-canopen's own run by the wall clock."""
+"""Joint drives made from PyPI canopen's LocalNode, in the simulator's time; without deviations unless set
+otherwise. SDO server, object dictionary and PDO packing are canopen's; the drive's states, NMT, SYNC and
+heartbeat are here, because canopen's own run in wall-clock time."""
 
 import contextlib
 import pathlib
@@ -36,7 +35,7 @@ class Slaves:
             function, done = self.calls.pop(0)
             try:
                 function()
-            except Exception as failure:  # Whatever it is, it belongs to who has asked.
+            except Exception as failure:  # Any exception is passed to the caller.
                 self.failure = failure
             done.set()
         for drive in self.drives.values():
@@ -51,12 +50,12 @@ class Slaves:
             raise self.failure
 
     def close(self):
-        """Time goes on without them."""
+        """Time continues without them."""
         self.network.disconnect()
 
 
 class Drive:
-    """A drive on a lock-step bus. The switches below make it strange; reset() makes it good again."""
+    """A drive on a lock-step bus. The attributes below cause deviations; reset() removes them."""
 
     def __init__(self, network, number):
         self.network, self.number = network, number
@@ -68,7 +67,7 @@ class Drive:
         self.reset()
 
     def reset(self):
-        """A new, well-behaved device."""
+        """A new device without deviations."""
         self.answer_delay = 0.0  # [s]
         self.boots = True
         self.boot_again_every = None  # [s]
@@ -83,7 +82,7 @@ class Drive:
             self._unmap()
             del self.network[self.number]
         dictionary = canopen.import_od(str(SHEETS / "joint-drive.eds"), self.number)
-        dictionary[0x1017].value = dictionary[0x1017].default = 0  # Its heartbeat would run by the wall clock.
+        dictionary[0x1017].value = dictionary[0x1017].default = 0  # canopen's heartbeat would run in wall-clock time.
         self.node = self.network.create_node(self.number, dictionary)
         self.node.sdo.send_response = self._answer
         self.node.add_read_callback(self._on_read)
@@ -178,7 +177,7 @@ class Drive:
         word = rpdo["Controlword"].raw & 0x8F
         state = self.statusword
         if word & 0x02 == 0 or word & 0x04 == 0:
-            state = SWITCH_ON_DISABLED  # No voltage, or quick stop, which is at its end at once: nothing moves.
+            state = SWITCH_ON_DISABLED  # No voltage, or quick stop, which ends at once: no motion.
         elif word & 0x0F == 0x06:
             state = READY
         elif word & 0x0F == 0x07 and state != SWITCH_ON_DISABLED:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Walks the state machine and prints what it does, for test_states.py: each request and event in each state,
-// each failure of an action, and all changes of state that follow.
+// Walks the state machine and prints its transitions, for test_states.py: each request and event in each
+// state, each failure of an action, and all changes of state that follow.
 #include "base/assertion.h"
 #include "fsw/framework/subsystem/state_machine.h"
 

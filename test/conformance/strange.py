@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A flight of the manipulator whose drives are PyPI canopen's, in lock-step with it, and the ways in which one may be strange."""
+"""A flight of the manipulator whose drives are PyPI canopen's, in lock-step with it, and the deviations that
+a drive may have."""
 
 import pathlib
 import re
@@ -16,12 +17,12 @@ from hirosco_gse.dictionary import STATES, Dictionary  # noqa: E402
 MANIPULATOR, SUPERVISOR = 16, 1
 STAND_ALONE = 1
 NODES = (0x11, 0x12)
-LIMIT_S = 600.0  # Wall-clock; simulated time stands still while a slave thinks.
+LIMIT_S = 600.0  # Wall-clock; simulated time stands still while a slave computes.
 NOT_BOOTED, TIMEOUT, ABORTED, VALUE, FORMAT, REBOOTED, SILENT = 1, 2, 3, 4, 5, 6, 7
 
 
 class Ground:
-    """A ground user who waits by the clock on the wall only to give up."""
+    """A ground user with wall-clock limits for waits only."""
 
     def __init__(self, port):
         self.session = session.Session(Dictionary.load(ROOT / "build/generated/rokviss.json"))
@@ -29,7 +30,7 @@ class Ground:
         self.stream.settimeout(0.5)
 
     def pump(self):
-        """Send what waits, take in what has come."""
+        """Send what waits, take in what has arrived."""
         if self.session.outbox:
             self.stream.sendall(bytes(self.session.outbox))
             self.session.outbox.clear()
@@ -41,28 +42,28 @@ class Ground:
         self.session.feed(octets)
 
     def wait(self, condition, what):
-        """Until the condition holds."""
+        """Wait until the condition holds."""
         end = time.monotonic() + LIMIT_S
         while not condition():
             assert time.monotonic() < end, f"{what} within {LIMIT_S} s; {self.state}, {self.events(0)[-3:]}"
             self.pump()
 
     def command(self, apid, service, subtype, data):
-        """Send a telecommand; its verification at the end."""
+        """Send a telecommand; its final verification report."""
         verification = self.session.send(session.Request(apid, service, subtype, bytes(data), f"TC[{service},{subtype}]"))
         self.wait(lambda: verification.is_finished, "end of verification")
         return verification
 
     def request(self, state):
-        """Request a state; whether it was reached."""
+        """Request a state; returns whether it was reached."""
         return self.command(MANIPULATOR, 129, 1, [STATES.index(state)]).failure is None
 
     def configure(self):
-        """Select the configuration for flying alone; whether it was applied."""
+        """Select the configuration for flying alone; returns whether it was applied."""
         return self.command(MANIPULATOR, 129, 3, [0, STAND_ALONE]).failure is None
 
     def await_state(self, state):
-        """Until the manipulator reports a state."""
+        """Wait until the manipulator reports a state."""
         self.wait(lambda: self.state == state, state)
 
     @property
@@ -80,7 +81,7 @@ class Stage:
     """The flight, the ground and the slaves."""
 
     def __init__(self, folder, interface=None, options=()):
-        """interface: where the slaves live, if the run shows the bus on one; options: more of the launcher's."""
+        """interface: SocketCAN interface of the slaves, if the run has one; options: further ones of the launcher."""
         scenario = flying.write_scenario(folder / "alone.scn", "0.0 hand rest", "0.0 fault unplug robot")
         tools = flying.free_port()
         self.flight = flying.start(folder / "run", "--scenario", scenario, "--tools", tools, "--duration", 36000, *options)
@@ -102,7 +103,7 @@ class Stage:
         return self.slaves.drives[number]
 
     def play(self, change=None):
-        """New devices, changed in one way."""
+        """New devices, one with a deviation."""
         def begin():
             for number in NODES:
                 self.drive(number).reset()
@@ -128,7 +129,7 @@ class Stage:
 
 
 def fly_good_ones(stage):
-    """Two good drives from OFFLINE to OPERATIONAL and back."""
+    """Two drives without deviations from OFFLINE to OPERATIONAL and back."""
     stage.play()
     assert stage.ground.request("PRE_OPERATIONAL")
     assert stage.ground.configure()
@@ -142,7 +143,7 @@ def fly_good_ones(stage):
     assert stage.events() == []
 
 
-# --- one strange thing each
+# --- one deviation each
 
 
 def late(drive):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated CAN databases against cantools, python-can and tshark, on all frames of a flight: none is unknown, and
-physical values are those that the simulator knows."""
+"""The generated CAN databases against cantools, python-can and tshark, on all frames of a flight: none is
+unknown, and physical values equal those of the simulator."""
 
 import collections
 import io
@@ -21,7 +21,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 GENERATOR = ROOT / "gse" / "generator"
 MISSION = ROOT / "descriptors" / "missions" / "rokviss.xml"
 BUSES = ("robot", "joystick")
-REPORT = re.compile(r" 2[0-9A-F]{7}#")  # What a controller reports of itself is no frame of the bus.
+REPORT = re.compile(r" 2[0-9A-F]{7}#")  # The report of a controller is no frame of the bus.
 SCENARIO = (
     "0.0 hand rest",
     "0.0 operator state MANIPULATOR PRE_OPERATIONAL",
@@ -68,7 +68,7 @@ def databases(generated):
 
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory):
-    """A flight of all kinds of frames."""
+    """A flight with all kinds of frames."""
     place = tmp_path_factory.mktemp("flight")
     scenario = flying.write_scenario(place / "frames.scn", *SCENARIO)
     flown = flying.fly(place / "run", "--form", "image", "--scenario", scenario)
@@ -111,7 +111,7 @@ def series(decoded, bus, message, signal):
 
 
 def test_what_is_flown_is_in_build(generated):
-    """`make` has left the same files where the README says they are."""
+    """`make` has made the same files in the place that the README names."""
     for bus in BUSES:
         name = f"rokviss-{bus}.dbc"
         assert (ROOT / "build/generated" / name).read_text() == (generated / name).read_text()
@@ -144,7 +144,7 @@ def test_all_kinds_of_frames_were_there(decoded):
 
 
 def test_cantools_decodes_a_log_as_the_readme_says(flight, generated):
-    """Its command line takes a quarter of a millisecond per line: one line of each identifier."""
+    """Its command line takes a quarter of a millisecond per line, so it gets one line of each identifier."""
     lines = list({line.split(" ")[2].partition("#")[0]: line for line in flight.read("can-joystick.log").splitlines()}.values())
     command = [sys.executable, "-m", "cantools", "decode", "--single-line", generated / "rokviss-joystick.dbc"]
     told = subprocess.run(command, input="\n".join(lines) + "\n", check=True, capture_output=True, text=True).stdout
@@ -155,7 +155,7 @@ def test_cantools_decodes_a_log_as_the_readme_says(flight, generated):
 
 @pytest.mark.parametrize("joint", [1, 2])
 def test_positions_and_torques_are_those_of_the_truth(flight, decoded, joint):
-    """A drive samples at SYNC what it publishes; the truth has the end of each step of 0.5 ms."""
+    """A drive samples its published values at SYNC; the truth has the end of each step of 0.5 ms."""
     truth = runs.load(flight.folder).truth
     times, positions = series(decoded, "robot", f"JOINT{joint}_TPDO1", "PositionActualValue")
     assert np.ptp(positions) > 0.08  # The arm has moved.
@@ -167,7 +167,7 @@ def test_positions_and_torques_are_those_of_the_truth(flight, decoded, joint):
 
 
 def test_telemetry_tells_the_same_positions(flight, decoded):
-    """Housekeeping reports the joints as the frames of the last cycle had them."""
+    """Housekeeping reports the joints as in the frames of the last cycle."""
     times, positions = series(decoded, "robot", "JOINT1_TPDO1", "PositionActualValue")
     reports = runs.load(flight.folder).reports_of("housekeeping")
     told = [(stamp // 1000, report["values"]["CUR_VALUES"]) for stamp, packet, report in reports
@@ -175,7 +175,7 @@ def test_telemetry_tells_the_same_positions(flight, decoded):
     assert len(told) > 8
     for time_us, values in told:
         last = positions[np.searchsorted(times, time_us) - 1]
-        assert abs(values["POSITION"][0] - last) < 1.5e-3  # Behind the elastic gear: up to 1 mrad at 8 Nm.
+        assert abs(values["POSITION"][0] - last) < 1.5e-3  # After the elastic gear: up to 1 mrad at 8 Nm.
 
 
 def test_other_physical_values_are_plausible(decoded):
@@ -206,7 +206,7 @@ def test_wireshark_names_every_frame(flight, bus, suffix):
 
 
 def assert_wireshark_names_every_frame(flight, bus, suffix):
-    """Each frame is CANopen and none is malformed; what is left are the reports of the controller."""
+    """Each frame is CANopen and none is malformed; the others are reports of the controller."""
     arguments = ["tshark", "-r", flight.folder / f"can-{bus}.{suffix}", "-d", "can.subdissector,canopen", "-T", "fields",
                  "-e", "_ws.col.Protocol", "-e", "can.flags.err", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
     told = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
@@ -233,12 +233,13 @@ def test_whole_telepresence_is_known(tmp_path, databases):
         assert_wireshark_names_every_frame(flown, bus, "log")
 
 
-# --- what the emitter refuses ------------------------------------------------------------------------------------
+# --- refusals of the emitter
+# -------------------------------------------------------------------------------------
 
 
 @pytest.fixture
 def copied(tmp_path):
-    """A tree of descriptors and generator to change something in; edit(file, old, new), then make()."""
+    """A copy of descriptors and generator for changes; edit(file, old, new), then make()."""
     for part in ("descriptors", "gse/generator", "pus/catalogue"):
         shutil.copytree(ROOT / part, tmp_path / part)
     (tmp_path / "pus" / "core").mkdir()

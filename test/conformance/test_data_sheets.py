@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The devices' data sheets (EDS) as PyPI canopen reads them, object by object against what the simulated devices serve."""
+"""The devices' data sheets (EDS) as PyPI canopen reads them, object by object against those of the simulated
+devices."""
 
 import configparser
 
@@ -95,7 +96,7 @@ def device(sheet, tmp_path_factory):
 
 
 def refusal(call, *arguments):
-    """Abort code of an access; 0 if it went well."""
+    """Abort code of an access; 0 if it succeeded."""
     try:
         call(*arguments)
     except canopen.SdoAbortedError as aborted:
@@ -117,7 +118,7 @@ def test_every_object_of_the_sheet_is_served_with_its_size_and_default(device):
 
 
 def test_nothing_is_served_that_is_not_in_the_sheet(device):
-    """The neighbours of every object, and the member behind the last one of each."""
+    """The neighbours of every object, and the sub-index after the last one of each."""
     dictionary = device.object_dictionary
     for index in dictionary:
         for neighbour in (index - 1, index + 1):
@@ -129,7 +130,7 @@ def test_nothing_is_served_that_is_not_in_the_sheet(device):
 
 
 def test_access_types_are_those_of_the_sheet(device):
-    """What may be written takes its own value back; what may not be is refused as such."""
+    """An object that can be written accepts its own value; any other refuses it with the right code."""
     counts = {"refused": 0, "taken": 0, "not now": 0}
     for variable in variables(device.object_dictionary):
         raw = device.sdo.upload(variable.index, variable.subindex)
@@ -141,7 +142,9 @@ def test_access_types_are_those_of_the_sheet(device):
         elif code == 0:
             assert device.sdo.upload(variable.index, variable.subindex) == raw, name
             counts["taken"] += 1
-        else:  # CiA 301: PDO parameters while the PDO exists; the counter of SYNC while there is a period.
+        # CiA 301: PDO parameters cannot change while the PDO exists; the SYNC counter cannot change while
+        # there is a period.
+        else:
             assert code == NOT_NOW and (variable.index == 0x1019 or 0x1400 <= variable.index < 0x1C00), f"{name}: {code:08X}"
             counts["not now"] += 1
     assert min(counts.values()) > 10, counts

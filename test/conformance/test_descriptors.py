@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The descriptors against their schemas; the generator's output; and two readers of one file, C and Python, that
-must agree on every verdict, line and hash - on the mission as it is and on hundreds of damaged copies of it."""
+"""The descriptors against their schemas; the generator's output; and two readers of one file, C and Python,
+that must agree on every verdict, line and hash - for the mission as it is and for hundreds of damaged
+copies of it."""
 
 import json
 import pathlib
@@ -134,7 +135,7 @@ VALUES = (
 
 
 def damage(text, chance):
-    """A copy of a descriptor with one thing wrong (or, by luck, right)."""
+    """A copy of a descriptor with one mistake (or, by chance, none)."""
     kind = chance.randrange(6)
     attributes = list(re.finditer(r' (\w+)="([^"]*)"', text))
     lines = text.split("\n")
@@ -153,7 +154,7 @@ def damage(text, chance):
 
 
 def line_of(error):
-    """Line that an error names."""
+    """Line that an error message names."""
     return re.match(r".*?:(\d+): ", error)[1]
 
 
@@ -169,7 +170,7 @@ def test_both_readers_agree_on_damaged_subsystems(probe, tmp_path, seed):
 
 
 def test_both_readers_and_the_schema_agree_on_end_nodes(probe, tmp_path):
-    """Every type with each attribute alone that says how octets travel, right and wrong."""
+    """Every type with each single attribute about the transfer of octets, right and wrong."""
     text = (DESCRIPTORS / "subsystems" / "joystick.xml").read_text()
     before = re.search(r"<Endnode [^>]*/>", text)[0]
     named = 'name="x"'
@@ -335,7 +336,7 @@ def assert_valid(kind, paths):
 
 @pytest.fixture
 def copy(tmp_path):
-    """A copy of the descriptors to spoil: returns (mission, function that replaces text in a file)."""
+    """A copy of the descriptors for changes: returns (mission, function that replaces text in a file)."""
     shutil.copytree(DESCRIPTORS, tmp_path / "descriptors")
 
     def spoil(name, old, new):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated devices against an independent master: PyPI canopen over the simulator's socketcand port, where test/hil/test_canopen.py
-does not look. The simulator stands still until the master sends, so what is seen does not depend on the speed of the machine."""
+"""The simulated devices against an independent master: PyPI canopen over the simulator's socketcand port, for
+the cases that test/hil/test_canopen.py does not cover. The simulator stands still until the master sends,
+so the results do not depend on the speed of the machine."""
 
 import re
 import subprocess
@@ -63,7 +64,7 @@ def test_the_master_remaps_a_pdo(drive):
 
 
 def enable(drive, mode):
-    """To OPERATION ENABLED as the profile's own code walks there."""
+    """To OPERATION ENABLED by the profile code of canopen."""
     drive.sdo[0x1400][5].raw = 0  # This master is no real-time master: no deadline.
     drive.sdo[0x6060].raw = mode
     drive.setup_402_state_machine()
@@ -128,7 +129,7 @@ def test_wireshark_names_every_frame_of_the_log(tmp_path, suffix):
     for name in ("SYNC", "PDO1 (tx)", "PDO1 (rx)", "PDO2 (tx)", "Boot-up", "Operational", "Pre-operational",
                  "Start remote node", "EMCY", "Abort transfer", "Initiate download", "Upload segment"):
         assert name in text, name
-    # Both logs hold the same frames.
+    # Both logs have the same frames.
     assert [info.split("]")[0] for _, info in frames] == [
         info.split("]")[0] for _, info in tshark(tmp_path / "can-robot.pcap")]
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The documentation as made: complete, true to headers, descriptors and code, and without a link that leads nowhere."""
+"""The generated documentation: complete, in agreement with headers, descriptors and code, and without a
+broken link."""
 
 import json
 import pathlib
@@ -76,7 +77,7 @@ PUS = sorted(f"pus_{folder.name}" for folder in (ROOT / "pus").iterdir() if fold
 
 @pytest.mark.parametrize("library", ["osal_posix", "base", "fsw_framework_parameter", "fsw_framework_rtlink", "fsw_framework_subsystem", "fsw_canopen", "fsw_drives", *PUS])
 def test_every_public_function_has_its_place(docs, library):
-    """What the linker sees and a public header declares is in the reference."""
+    """The reference has every symbol of the libraries that a public header declares."""
     archive = ROOT / "build" / "lib" / f"lib{library}.a"
     if not archive.exists():
         pytest.skip("not built")
@@ -98,7 +99,7 @@ def test_contracts_are_told(docs):
 
 
 def searched(docs, question):
-    """Addresses that the search finds, the best first: its script, run by an interpreter without a browser."""
+    """Addresses that the search finds, the best first: runs its script by an interpreter without a browser."""
     code = docs.parent / "search-test.js"
     code.write_text(f"load({json.dumps(str(docs / 'search-index.js'))}); load({json.dumps(str(docs / 'search.js'))});\n"
                     f"searchFind(searchIndex, {json.dumps(question)}).forEach(function (found) {{ print(found.address); }});\n")
@@ -118,7 +119,7 @@ def test_search_finds(docs, question, first):
 
 
 def test_search_finds_all_words_on_every_page_and_nothing_else(docs):
-    """Each result leads to a place that is there; each page is found by its title; what stands nowhere is not found."""
+    """Each result is an existing place; each page is found by its title; a text that no page has is not found."""
     found = searched(docs, "supervisor")
     assert len(found) == len(set(found)) > 100
     for address in found:
@@ -191,7 +192,7 @@ def test_interface_control_document_agrees_with_the_dictionary(docs):
 
 
 def test_a_descriptor_with_a_mistake_is_told(tmp_path):
-    """The generator ends with file, line, value and expectation; nothing half-made is left to be taken for good."""
+    """The generator ends with file, line, value and expected value; it leaves no incomplete result."""
     copy = tmp_path / "tree"
     copy.mkdir()
     for name in ("gse/docs", "gse/generator", "descriptors", "pus/catalogue", "pus/core/tailoring.h", "test/lint"):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Packets against the independent implementation spacepackets, both ways: a process of ours (pus_process.c) takes its
-requests and its readers take our reports; pusdump reads what it makes, and refuses what it is right to refuse."""
+"""Packets against the independent implementation spacepackets, in both directions: a process of ours
+(pus_process.c) accepts its requests and its readers accept our reports; pusdump reads its packets, and
+refuses those that it must refuse."""
 
 import json
 import os
@@ -46,7 +47,8 @@ class Process:
 
 
 def build(path, *sources):
-    """Build a program with sanitizers from sources and our libraries as `make test` has built them, or does now."""
+    """Build a program with sanitizers from sources and our libraries as `make test` has built them; builds
+    these if necessary."""
     pus = sorted(f"pus_{folder.name}" for folder in (ROOT / "pus").iterdir() if folder.name not in ("catalogue", "tool"))
     libraries = [f"build/sanitize/lib/lib{name}.a" for name in (*pus, "base", "osal_posix")]
     quiet = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
@@ -84,7 +86,7 @@ def crc(octets):
 
 
 def signed(octets):
-    """The packet with a right checksum in its last two octets."""
+    """The packet with a correct checksum in its last two octets."""
     return bytes(octets[:-2]) + struct.pack(">H", crc(octets[:-2]))
 
 
@@ -389,11 +391,12 @@ def test_pusdump_decodes_fields_it_knows():
     assert code == 0 and found["fields"] is None and found["data"] == "0505"
 
 
-# --- anything, our pusdump -----------------------------------------------------------------------------------------
+# --- random input, our pusdump
+# -----------------------------------------------------------------------------------
 
 
 def any_packet(chance):
-    """A packet of a message pusdump knows, with any data, sometimes damaged."""
+    """A packet of a message that pusdump knows, with random data, sometimes damaged."""
     services = {1: 10, 3: 35, 5: 8, 8: 1, 17: 4, 20: 3, 129: 6, 130: 10, 131: 11}
     service = chance.choice(list(services))
     subtype = chance.randrange(1, services[service] + 1)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/states.md and its drawing say what the state machine does: its tables are compared with walks through the code.
-
-UPDATE_STATES=1 writes the tables and docs/images/states.svg anew.
-"""
+"""docs/states.md and its drawing agree with the state machine: its tables are compared with walks through the
+code. UPDATE_STATES=1 writes the tables and docs/images/states.svg again."""
 
 import os
 import pathlib
@@ -25,7 +23,7 @@ ACTIONS = (
     "software init", "hardware init", "configure", "start control", "stop control", "engage", "disengage", "secure", "post",
     "hardware deinit", "software deinit",
 )
-# Where a state stands in the drawing: column, row.
+# Place of a state in the drawing: column, row.
 PLACES = {5: (0, 5), 4: (0, 4), 3: (0, 3), 2: (0, 2), 1: (0, 1), 0: (0.5, 0), 6: (1, 4), 7: (1, 3), 8: (1, 2), 9: (1, 1)}
 FILLS = {0: "#f6f7f9", 4: "#fdf1dd", 5: "#e4f3ea", 6: "#fbe7e5"}
 
@@ -52,7 +50,7 @@ def names(prefix):
 
 
 def cell(answer, passed):
-    """What a table says of an answer and the states after it."""
+    """Text of a table for an answer and the states after it."""
     return " ".join(str(state) for _, state in passed) if answer == "started" else answer
 
 

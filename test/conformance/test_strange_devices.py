@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The flight side's master against slaves that it does not know: PyPI canopen's LocalNode, in lock-step with the flight.
-
-One flight of the manipulator with its own drives unplugged. In each case a drive is strange in one way; the outcome is an
-event that names node and reason, and a state that is known. In between, and at the end, two good drives are flown."""
+"""The flight side's master with slaves that it does not know: PyPI canopen's LocalNode, in lock-step with the
+flight. One flight of the manipulator with its own drives unplugged. In each case a drive has one
+deviation; the outcome is an event that names node and reason, and a defined state. In between, and at the
+end, two drives without deviations are flown."""
 
 import pytest
 import slaves
@@ -26,7 +26,7 @@ def stage(tmp_path_factory):
 
 @pytest.fixture
 def down(stage):
-    """Ends each case as an operator would: everything off, and nothing stays behind."""
+    """Ends each case as an operator would: all off, nothing left over."""
     yield
     if stage.ground.state != "OFFLINE":
         assert stage.ground.request("OFFLINE")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The truth log written by hand-made C against LCM's own tools: types from lcm-gen, file reader from PyPI lcm."""
+"""The truth log written by our own C code against LCM's tools: types from lcm-gen, file reader from PyPI lcm."""
 
 import importlib
 import os

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Yamcs itself at a flying mission, by the generated database: it reads what our ground reads, and commands the mission.
-
-Beside the mission it is linked to a stand-in, which sends reports of every kind made up from the catalogue: Yamcs must find the same
-values in the same order as they were put in. Of every request Yamcs makes the octets that our ground makes. Takes a minute: `long`."""
+"""Yamcs itself with a flying mission, by the generated database: it reads the same as our ground, and
+commands the mission. It is also linked to a simulated spacecraft, which sends synthetic reports of every
+kind from the catalogue: Yamcs must find the encoded values in the encoded order. For every request Yamcs
+makes the same octets as our ground. Takes a minute: `long`."""
 
 import base64
 import contextlib
@@ -37,8 +37,8 @@ pytestmark = pytest.mark.long
 MISSION = "rokviss"
 PATIENCE_S = 300.0
 TAI_1970_S, LEAP_S = 378_691_200, 37  # From 1958 to 1970; UTC behind TAI.
-LATER_NS = 10**9 * 10**7  # Mission time of made-up reports, so that none is at the time of one of the flight.
-DERIVED = re.compile(r"__[a-z]+\d*(_\d+)?\Z")  # What only serves to find the rest.
+LATER_NS = 10**9 * 10**7  # Mission time of synthetic reports, different from that of all reports of the flight.
+DERIVED = re.compile(r"__[a-z]+\d*(_\d+)?\Z")  # Entries that only serve to find others.
 SERVICE = re.compile(r"/ST\d\d/")
 STAND_IN = """
   - name: stand-in
@@ -56,7 +56,7 @@ mdb:"""
 
 
 def until(condition, what):
-    """Value of the condition as soon as it is true."""
+    """Wait until the condition is true; its value."""
     end = time.monotonic() + PATIENCE_S
     while not (found := condition()):
         assert time.monotonic() < end, f"{what} did not come within {PATIENCE_S} s"
@@ -86,7 +86,7 @@ class Yamcs:
         return "Yamcs started" in self.told()
 
     def ask(self, path, **content):
-        """Answer to a request of its interface."""
+        """Answer to a request to its interface."""
         data = json.dumps(content).encode() if content else None
         asked = urllib.request.Request(f"http://127.0.0.1:{self.port}/api/{path}", data=data)
         try:
@@ -121,7 +121,7 @@ class Yamcs:
         return found
 
     def extract(self, name, stamp, sequence):
-        """(path, raw value, calibrated value) of what is in a packet, in the order of the wire."""
+        """(path, raw value, calibrated value) of the content of a packet, in the order of the wire."""
         path = f"archive/mission/packets/{urllib.parse.quote(name, safe='')}/{stamp}/{sequence}:extract"
         found = self.ask(path).get("parameterValues", [])
         return [(one["parameter"]["qualifiedName"], plain(one.get("rawValue")), plain(one.get("engValue"))) for one in found]
@@ -136,7 +136,7 @@ class Yamcs:
 
 
 def plain(value):
-    """A value of the interface as Python has it."""
+    """A value of the interface as a Python value."""
     if value is None:
         return None
     kind = value["type"]
@@ -247,11 +247,11 @@ def test_it_commands_a_mission_with_a_key_through_the_gateway(place, stand_in):
     assert flight.code == 0, flight.told()
 
 
-# ---- made-up reports ----
+# ---- synthetic reports ----
 
 
 def leaves(value):
-    """Scalars of a value in order; a real number that came as a single stays itself."""
+    """Scalars of a value in order; a real number that was received in single precision keeps it."""
     if isinstance(value, dict):
         return list(itertools.chain.from_iterable(leaves(one) for one in value.values()))
     if isinstance(value, list):
@@ -260,7 +260,7 @@ def leaves(value):
 
 
 class Expected:
-    """Raw values of a report of the catalogue in the order of the wire, as Yamcs should have them."""
+    """Raw values of a report of the catalogue in the order of the wire, as Yamcs should find them."""
 
     def __init__(self, dictionary, entry):
         self.dictionary, self.catalogue, self.entry = dictionary, dictionary.catalogue, entry
@@ -308,7 +308,7 @@ class Expected:
 
 
 def seen(extracted):
-    """Raw values that Yamcs found, without what it derived to find them."""
+    """Raw values that Yamcs found, without those that it derived to find them."""
     found = []
     for path, raw, _ in extracted:
         if (SERVICE.search(path) and not DERIVED.search(path)) or (path.count("/") == 3 and not SERVICE.search(path)):
@@ -322,7 +322,7 @@ def made_up(dictionary):
     for entry in dictionary.catalogue.all("TM"):
         message = entry["service"], entry["subtype"]
         if message in ((3, 25), (3, 26), (2, 12)) or message[0] == 5 and message[1] <= 4:
-            continue  # What the descriptors lay out, which the flight has; what only definitions on board know.
+            continue  # Reports whose layout is in descriptors are in the flight; some layouts are known on board only.
         for seed in range(4):
             if message == (20, 2):
                 names = ("MANIPULATOR.DES_POSITION", "MANIPULATOR.TORQUE_LIMIT")
@@ -383,7 +383,8 @@ def test_events_are_told(yamcs):
 
 
 class KnownValues(Values):
-    """Values that the commands take: at least one group, parameters by name, where a value follows one of two reals."""
+    """Values that the commands accept: at least one group, parameters by name, if a value follows one of two
+    reals."""
 
     def group(self, entry, fields):
         found = super().group(entry, fields)
@@ -430,7 +431,7 @@ class Command:
         return kept
 
     def put(self, name, value):
-        """An argument by a name not taken."""
+        """A name for an argument that is not used yet."""
         word, number = name, 2
         while word in self.found or word in ("ack", "service", "subtype", "source"):
             word, number = f"{name}_{number}", number + 1
@@ -451,7 +452,7 @@ class Command:
         return made
 
     def value(self, field, given):
-        """A value as Yamcs takes it."""
+        """A value in the form that Yamcs accepts."""
         value = given[field["name"]]
         if field["kind"] == "value" and not isinstance(value, str):
             kind = "DOUBLE" if isinstance(value, list) else given[field["of"]]
@@ -480,7 +481,7 @@ def has_one_group(fields):
 
 
 def near(value):
-    """A decoded value with real numbers to the millisecond, as Yamcs keeps times."""
+    """A decoded value with real numbers to the millisecond, as Yamcs stores times."""
     if isinstance(value, dict):
         return {name: near(one) for name, one in value.items()}
     if isinstance(value, list):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Assertions under test: the test programs' own fsw_assertion_failed. An assertion that no test expects
-/// prints itself and aborts.
+/// prints its place and aborts.
 #ifndef TEST_SUPPORT_ASSERTION_H
 #define TEST_SUPPORT_ASSERTION_H
 

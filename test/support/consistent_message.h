@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether a message endpoint agrees with itself, for tests and fuzz targets.
+/// Checks whether a message endpoint is consistent, for tests and fuzz targets.
 #ifndef TEST_SUPPORT_CONSISTENT_MESSAGE_H
 #define TEST_SUPPORT_CONSISTENT_MESSAGE_H
 
 #include "fsw/framework/message/message.h"
 #include "test/support/consistent_message_ring.h"
 
-/// Each inbox is sound, and what it has judged lies before what it has not.
+/// Each inbox is consistent, and the frames it has checked come before those it has not.
 static inline bool message_is_consistent(const message_endpoint_t* endpoint)
 {
     bool is_sound = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether a ring of octets agrees with itself, for tests and fuzz targets.
+/// Checks whether a ring of octets is consistent, for tests and fuzz targets.
 #ifndef TEST_SUPPORT_CONSISTENT_MESSAGE_RING_H
 #define TEST_SUPPORT_CONSISTENT_MESSAGE_RING_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether a dictionary of parameters agrees with itself, for tests and fuzz targets.
+/// Checks whether a dictionary of parameters is consistent, for tests and fuzz targets.
 #ifndef TEST_SUPPORT_CONSISTENT_PARAMETER_H
 #define TEST_SUPPORT_CONSISTENT_PARAMETER_H
 
@@ -7,7 +7,7 @@
 
 #define PARAMETER_LIST_BROKEN UINT16_MAX
 
-/// Entries in the list at one place, none of them twice; PARAMETER_LIST_BROKEN if it leads astray.
+/// Entries in the list at one place, none of them twice; PARAMETER_LIST_BROKEN if its links are wrong.
 static inline uint16_t parameters_of_id(const parameter_dictionary_t* dictionary, uint16_t place)
 {
     const parameter_entry_t* const entries = dictionary->entries;
@@ -26,7 +26,7 @@ static inline uint16_t parameters_of_id(const parameter_dictionary_t* dictionary
     return length;
 }
 
-/// Every entry has its definition and storage, and stands in one list of ids.
+/// Every entry has its definition and storage, and is in one list of ids.
 static inline bool parameter_is_consistent(const parameter_dictionary_t* dictionary)
 {
     const parameter_entry_t* const entries = dictionary->entries;

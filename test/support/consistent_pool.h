@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether the pools and the resources made of them agree with themselves, for tests and fuzz targets.
+/// Checks whether the pools and their resources are consistent, for tests and fuzz targets.
 #ifndef TEST_SUPPORT_CONSISTENT_POOL_H
 #define TEST_SUPPORT_CONSISTENT_POOL_H
 
@@ -49,7 +49,7 @@ static inline bool resource_is_consistent(const resource_t* resource)
     return is_consistent;
 }
 
-/// True if no block is out: what SOFTWARE_DEINIT must leave behind.
+/// True if no block is taken: SOFTWARE_DEINIT must leave a pool so.
 static inline bool resource_is_returned(const resource_t* resource)
 {
     uint32_t taken = 0U;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reports read by space_packet_parser and the XTCE database, compared with what our own ground reads in them."""
+"""Reports read by space_packet_parser and the XTCE database, compared with the values that our own ground reads."""
 
 import struct
 import warnings
@@ -10,19 +10,19 @@ NOT_IN_CATALOGUE = (129, 130, 131)  # The mission's own services.
 
 
 def read(definition, octets):
-    """What the library makes of a packet: raw and calibrated values by path."""
+    """Result of the library for a packet: raw and calibrated values by path."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # The checksum, and what varies, is left over.
+        warnings.simplefilter("ignore")  # The checksum, and fields of variable size, are left over.
         return definition.parse_bytes(octets)
 
 
 def octets_of(time):
-    """Octets of a CUC time, of which the library made a number."""
+    """Octets of a CUC time, which the library has read as a number."""
     return time.raw_value.to_bytes(8, "big")
 
 
 def short(found, name):
-    """Value of the only parameter whose path ends so."""
+    """Value of the only parameter whose path ends in this way."""
     paths = [path for path in found if path.endswith(f"/{name}")]
     assert len(paths) == 1, (name, sorted(found))
     return found[paths[0]]
@@ -65,7 +65,7 @@ def _samples(structure, ours):
 
 
 def check_housekeeping(found, packet, dictionary):
-    """A structure of the descriptors; of one made in flight the database knows the id only."""
+    """A structure of the descriptors; of one made in flight the database has the id only."""
     subsystem = dictionary.subsystem_of_apid(packet.apid)
     (structure_id,) = struct.unpack_from(">H", packet.data)
     fitting = [one for one in subsystem.structures_of_id(structure_id) if 2 + _octets(one) == len(packet.data)]
@@ -98,7 +98,7 @@ def check_event(found, packet, dictionary):
 
 
 def same(theirs, ours):
-    """Equal names and values; not-a-number is itself."""
+    """Equal names and values; NaN equals itself."""
     return theirs.keys() == ours.keys() and all(theirs[k] == ours[k] or theirs[k] != theirs[k] and ours[k] != ours[k] for k in ours)
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The descriptors that this process has open, so that a test can tell that it gives back what it took. The
+/// The descriptors that this process has open, so that a test can show that it closes those it opens. The
 /// Makefile links tests so that each RUN_TEST of Unity counts: a test that leaves one open, or closes one
 /// that is not its own, fails.
 #ifndef TEST_SUPPORT_DESCRIPTORS_H
@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-#define DESCRIPTORS_MAX 1024 ///< Numbers beyond are not looked at.
+#define DESCRIPTORS_MAX 1024 ///< Higher numbers are not checked.
 
 typedef struct {
     bool is_open[DESCRIPTORS_MAX];

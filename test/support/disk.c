@@ -68,7 +68,7 @@ void disk_remove(const char* const path)
     disk_find(path)->is_used = false;
 }
 
-/// The directory that holds a path is there.
+/// The directory of a path exists.
 static bool has_folder(const char* const path)
 {
     pus_file_path_t folder;

@@ -19,9 +19,9 @@ typedef struct { // Private.
 
 typedef struct {
     unsigned calls;     ///< Of the store.
-    unsigned fail_call; ///< The call of this number answers `failure`; 0: none does.
+    unsigned fail_call; ///< The call of this number returns `failure`; 0: none does.
     status_t failure;
-    uint64_t room; ///< Asked for by the last file made [octets].
+    uint64_t room; ///< Size requested by the last file made [octets].
     unsigned syncs;
     disk_file_t files[DISK_FILES_MAX];
     size_t contents; // Private.
@@ -30,13 +30,13 @@ typedef struct {
 
 extern disk_t disk;
 
-/// Forget everything but the root.
+/// Remove everything but the root.
 void disk_start(void);
 pus_file_store_t disk_store(void);
-/// Put a directory, or a file of `size` octets, which count from `first` on.
+/// Add a directory, or a file of `size` octets with increasing values from `first` on.
 void disk_directory(const char* path);
 disk_file_t* disk_file(const char* path, uint64_t size, uint8_t first);
-/// Null: there is none.
+/// Null: there is no such file.
 disk_file_t* disk_find(const char* path);
 void disk_remove(const char* path);
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Our XTCE databases in the part of XTCE that space_packet_parser reads: one space system, no arrays, no aggregates.
-
-Names become whole paths; members and elements of a fixed number become parameters of their own, PATH.MEMBER and PATH[0].
-A container ends before its first entry that depends on how often, whether or as what something is there."""
+"""Our XTCE databases in the part of XTCE that space_packet_parser supports: one space system, no arrays, no
+aggregates. Names become whole paths; members and elements of a fixed number become parameters of their
+own, PATH.MEMBER and PATH[0]. A container ends before its first entry whose number, presence or type
+varies."""
 
 import xml.etree.ElementTree as ET
 
@@ -10,7 +10,7 @@ from space_packet_parser.xtce.definitions import XtcePacketDefinition
 
 SPACE = "{http://www.omg.org/spec/XTCE/20180204}"
 ROOT_CONTAINER = "ccsds"
-OPEN = ("parameter_id", "failure_code")  # Enumerations that may meet numbers without a word, which the library refuses.
+OPEN = ("parameter_id", "failure_code")  # Enumerations that may get numbers without a label, which the library refuses.
 
 
 def _tag(element):
@@ -18,7 +18,7 @@ def _tag(element):
 
 
 class Flattened:
-    """What became of a database."""
+    """Result for one database."""
 
     def __init__(self, path):
         tree = ET.parse(path).getroot()
@@ -72,7 +72,8 @@ class Flattened:
         return None if None in found else sum(found, [])
 
     def _plain(self, made):
-        """A type as the library takes it: no end mark in a fixed size, numbers that may lack a word."""
+        """A type in the form that the library accepts: no end mark in a fixed size, numbers that may have no
+        label."""
         for holder in made.iter():
             for child in list(holder):
                 if _tag(child) == "TerminationChar":

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Procedures that try to cost more than they pay: each does what is most expensive for its price, for ever.
-/// Shared by the unit tests (what they use is bounded) and the benchmark (what a unit of it takes).
+/// Procedures that try to use more time than they are charged: each repeats without end the operation that is
+/// most expensive for its charge. Shared by the unit tests (their use is bounded) and the benchmark (the time
+/// that a unit takes).
 #ifndef TEST_SUPPORT_HOSTILE_PROCEDURES_H
 #define TEST_SUPPORT_HOSTILE_PROCEDURES_H
 

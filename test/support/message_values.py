@@ -19,7 +19,7 @@ class Values:
         found = {}
         for field in fields:
             if "repeat" in field:
-                is_open = "argument_id" in str(field)  # Whose value runs to the end: one group at most.
+                is_open = "argument_id" in str(field)  # Fields whose value extends to the end: one group at most.
                 groups = 1 if is_open else self.random.randrange(field["least"], 4)
                 found[field["repeat"]] = [self.group(entry, field["fields"]) for _ in range(groups)]
             elif "choice" in field:

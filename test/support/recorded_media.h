@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Two media in memory that record every write, so that a test can cut the power at any of them: of what was
-/// not synced yet, any part may be missing and any write may be torn. Errors come on demand.
+/// not synced yet, any part may be missing and any write may be torn. Errors are injected on request.
 #ifndef TEST_SUPPORT_RECORDED_MEDIA_H
 #define TEST_SUPPORT_RECORDED_MEDIA_H
 
@@ -43,19 +43,19 @@ typedef struct {
     unsigned calls;     ///< Of any kind, reads too, since the last clear.
     unsigned fail_from; ///< The call of this number and `fail_count` - 1 after it fail; 0: none.
     unsigned fail_count;
-    status_t failure; ///< With this.
-    size_t torn;      ///< Octets that a write which fails still leaves.
+    status_t failure; ///< With this status.
+    size_t torn;      ///< Octets that a failing write still writes.
 } recorded_t;
 
 extern recorded_t recorded;
 
 medium_t recorded_medium(size_t index);
-/// Begin to record anew, on media as `images` shows them, which were there when the power came back.
+/// Begin a new record, on media as `images` shows them, as they were when the power came back.
 void recorded_clear(const image_t images[2]);
 /// Carry out an operation on its image; of a write, the first `size` octets.
 void recorded_apply(const operation_t* operation, size_t size, image_t images[2]);
-/// The media as they are sure to be: what was synced, and nothing else. A sync that failed has lost what was
-/// written before it, though it can still be read.
+/// The guaranteed content of the media: what was synced, and nothing else. A sync that failed has lost what
+/// was written before it, though it can still be read.
 void recorded_durable(image_t images[2]);
 /// Copy both media.
 void recorded_copy(image_t to[2], const image_t from[2]);

@@ -42,7 +42,7 @@ class Count:
 
 
 def count_cases(output, code):
-    """Cases out of a runner's own closing lines; a program that ends badly has at least one failure."""
+    """Cases out of a runner's own closing lines; a program that ends with an error has at least one failure."""
     count = Count()
     found = False
     for line in UNITY.finditer(output):
@@ -109,7 +109,7 @@ def print_slowest(kind, times):
 
 
 def in_order(files):
-    """Those that take long first, so that the workers end together."""
+    """Slow ones first, so that the workers end together."""
     def place(name):
         return next((rank for rank, begin in enumerate(LONGEST) if name.startswith(begin)), len(LONGEST)), name
 
@@ -137,7 +137,7 @@ def run_pytest(folder, only, jobs):
     report.unlink(missing_ok=True)
     options = ["-v", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
                f"--junitxml={report}"]
-    if min(jobs, len(files)) > 1:  # A file stays whole: its tests share flights.
+    if min(jobs, len(files)) > 1:  # The tests of a file stay together: they share flights.
         options += ["-n", str(min(jobs, len(files))), "--dist", "loadfile", "--no-loadscope-reorder"]
     code = subprocess.run([sys.executable, "-m", "pytest", *options, *files]).returncode
     count, times = read_report(report) if report.exists() else (Count(), [])

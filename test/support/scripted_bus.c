@@ -326,7 +326,7 @@ static void answer(scripted_bus_t* const bus, const osal_can_frame_t* const fram
         } else if ((frame->id == (0x300U + node->id)) && (node->nmt == 0x05U)) {
             take_pdo(node, 2U, frame->data);
         } else {
-            // For somebody else.
+            // A request to another node.
         }
     }
 }

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The far side of a CAN bus for tests: nodes that do what CiA 301 and 402 ask, or what the test tells them
-/// to do wrong. No bus timing: all that flight has sent is answered in one call.
-///
-/// A node is generous: it has every object (unknown ones read as zero), and process data as its kind maps
-/// them.
+/// The far side of a CAN bus for tests: nodes that do what CiA 301 and 402 require, or the errors that the
+/// test orders. No bus timing: all that flight has sent is answered in one call. A node has every object
+/// (unknown ones read as zero), and process data by its kind.
 #ifndef TEST_SUPPORT_SCRIPTED_BUS_H
 #define TEST_SUPPORT_SCRIPTED_BUS_H
 
@@ -27,13 +25,13 @@ typedef struct {
     uint8_t subindex;
     uint8_t octets;
     uint32_t value;
-    uint32_t abort_code; ///< Not 0: every access ends in this.
+    uint32_t abort_code; ///< Not 0: abort code of every access.
 } scripted_object_t;
 
-typedef struct { // The test may read and write everything.
+typedef struct { // The test may read and write all fields.
     uint8_t id;
     scripted_kind_t kind;
-    bool is_plugged;   ///< False: deaf and mute.
+    bool is_plugged;   ///< False: it neither receives nor sends.
     bool is_boot_mute; ///< Does not boot.
     bool is_sdo_mute;  ///< Does not answer SDO requests.
     bool is_pdo_mute;  ///< Does not answer SYNC.
@@ -56,22 +54,23 @@ typedef struct { // The test may read and write everything.
 
 typedef struct {
     osal_can_t wire;
-    char address[64]; ///< What flight has to open.
+    char address[64]; ///< Address for flight.
     scripted_node_t nodes[SCRIPTED_NODES];
     unsigned node_count;
-    osal_can_frame_t seen[SCRIPTED_FRAMES]; ///< What flight sent since the last run, in order.
+    osal_can_frame_t seen[SCRIPTED_FRAMES]; ///< Frames of flight since the last run, in order.
     unsigned seen_count;
     unsigned syncs;
 } scripted_bus_t;
 
-/// Make a bus of that name, of this process alone, and open its wire end.
+/// Make a bus with a name unique to this process, and open its wire end.
 void scripted_bus_open(scripted_bus_t* bus, const char* name);
 void scripted_bus_close(scripted_bus_t* bus);
 /// A node with the objects of its kind, plugged, not yet booted.
 scripted_node_t* scripted_bus_add(scripted_bus_t* bus, scripted_kind_t kind, uint8_t id);
-/// The object of a node, made if it is not there.
+/// The object of a node, made if it does not exist.
 scripted_object_t* scripted_object(scripted_node_t* node, uint16_t index, uint8_t subindex);
-/// Take in what flight sent; answer. Without a plugged node, flight hears that nobody acknowledged.
+/// Take in the frames of flight and answer. Without a plugged node, flight gets the error that no node
+/// acknowledged.
 void scripted_bus_run(scripted_bus_t* bus);
 /// Each plugged node sends a heartbeat.
 void scripted_bus_heartbeat(scripted_bus_t* bus);

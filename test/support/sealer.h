@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The sending side, for tests: protected frames with any field as the test wants it.
+/// The sending side, for tests: protected frames with any field as the test requires.
 #ifndef TEST_SUPPORT_SEALER_H
 #define TEST_SUPPORT_SEALER_H
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Stands in for the generic subsystem (subsystem.h) in tests of specific ones: time, state and links are set
-/// by the test; events, function results and published samples are kept for it. A test folder that uses it
-/// has one source file that includes subsystem_double.inc.
+/// Replaces the generic subsystem (subsystem.h) in tests of specific ones: the test sets time, state and
+/// links; events, function results and published samples are recorded for it. A test folder that uses it has
+/// one source file that includes subsystem_double.inc.
 #ifndef TEST_SUPPORT_SUBSYSTEM_DOUBLE_H
 #define TEST_SUPPORT_SUBSYSTEM_DOUBLE_H
 
@@ -25,7 +25,7 @@ typedef struct {
     uint16_t code;
 } double_result_t;
 
-typedef struct { // A port: what is read from it, and what was written to it.
+typedef struct { // A port: the value read from it, and the value written to it.
     status_t read_status;
     uint8_t sample[DOUBLE_PAYLOAD];
     uint64_t age_ns;
@@ -52,7 +52,7 @@ struct subsystem {
     parameter_bounds_t bounds[DESCRIPTOR_FIELDS_MAX];
     double_event_t events[DOUBLE_EVENTS];
     unsigned event_count;
-    bool has_raised_high; ///< An event of high severity came; secure is due in this cycle.
+    bool has_raised_high; ///< An event of high severity was raised; secure is due in this cycle.
     double_result_t results[DOUBLE_RESULTS];
     unsigned result_count;
     double_port_t ports[DOUBLE_PORTS];
@@ -65,7 +65,7 @@ void double_init(subsystem_t* subsystem, const subsystem_descriptor_t* descripto
 status_t double_software_init(subsystem_t* subsystem);
 void double_set_initials(subsystem_t* subsystem, const descriptor_configuration_t* configuration);
 /// One cycle as the generic subsystem runs it: sense, the action once (may be null), control, emit. Returns
-/// the result of the action. Time is moved on by the test.
+/// the result of the action. The test advances the time.
 status_t double_cycle(subsystem_t* subsystem, status_t (*action)(void* self), bool is_controlled);
 /// Number of events with an id.
 unsigned double_events(const subsystem_t* subsystem, uint16_t id);

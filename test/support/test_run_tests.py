@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The test runner counts what the runners under it say, and never takes a broken program for a good one."""
+"""The test runner counts the results of the runners under it, and never counts a broken program as a success."""
 
 import os
 import pathlib
@@ -65,7 +65,7 @@ def test_a_program_that_computes_for_ever_fails(tmp_path, monkeypatch):
     ],
 )
 def test_make_refuses_what_it_does_not_know(words, said):
-    """A slip of the pen neither does what was not meant nor passes for nothing done."""
+    """A misspelled variable neither has an effect nor counts as success."""
     kept = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
     done = subprocess.run(["make", "--dry-run", *words], cwd=ROOT, env=kept, capture_output=True, text=True, check=False)
     assert done.returncode != 0

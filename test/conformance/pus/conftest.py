@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One flight for all tests of the packet services; what they saw is written down for docs/pus-coverage.md."""
+"""One flight for all tests of the packet services; their results are collected for docs/pus-coverage.md."""
 
 import json
 import pathlib
@@ -20,7 +20,7 @@ NOTES = ROOT / "build" / "pus_coverage.json"
 
 @pytest.fixture(scope="session")
 def notes():
-    """What worked; on disk when the session ends."""
+    """Messages seen to work; written when the session ends."""
     found = stations.Notes()
     yield found
     content = {
@@ -34,7 +34,7 @@ def notes():
 
 @pytest.fixture(scope="package")
 def flight():
-    """A mission that flies, as fast as it can, until the tests of this folder are through."""
+    """A mission that flies, as fast as it can, until the tests of this folder have ended."""
     place = ROOT / "build" / "test"
     place.mkdir(parents=True, exist_ok=True)
     folder = pathlib.Path(tempfile.mkdtemp(prefix="pus-", dir=place))

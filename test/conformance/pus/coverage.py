@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/pus-coverage.md out of what the conformance tests have seen."""
+"""docs/pus-coverage.md from the results of the conformance tests."""
 
 HEAD = """# Coverage of the standard's messages
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A power cut in the storage of a flight: loaded before the C library (LD_PRELOAD), it counts what the
-// program changes there, and at the POWER_CUT_AFTER-th change takes back what a disk need not have: any of
-// the octets written and sizes changed since the file was last synced (POWER_CUT_SEED draws which; the change
-// under way may be torn), and the last of the names changed since their folder was. Then the program dies as
-// if killed. Sizes set aside are no change.
+// A power cut in the storage of a flight: loaded before the C library (LD_PRELOAD), it counts the program's
+// changes of the storage, and at the POWER_CUT_AFTER-th change it undoes what a disk may not have: any of the
+// octets written and sizes changed since the file was last synced (POWER_CUT_SEED selects which; the change
+// under way may be torn), and the last of the names changed since their folder was synced. Then the program
+// dies as if killed. Reserving a size is no change.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -19,8 +19,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define CHANGES 256     // Beyond that the system has written the oldest back by itself.
-#define DESCRIPTORS 512 // Ours are from here on.
+#define CHANGES 256     // Beyond this number the system has written the oldest changes to the disk by itself.
+#define DESCRIPTORS 512 // Descriptors of this library begin here.
 
 typedef enum {
     WRITTEN,
@@ -48,7 +48,7 @@ static change_t changes[CHANGES];
 static unsigned change_count;
 static long rest = -1; // Changes up to the cut.
 static char storage[PATH_MAX];
-static int attic = -1; // A folder that keeps what was removed until that lasts.
+static int attic = -1; // A folder that keeps removed files until the removal is synced.
 
 #define REAL(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
 
@@ -119,7 +119,7 @@ static void set_name(char* to, const char* name)
     (void)snprintf(to, NAME_MAX + 1, "%s", name);
 }
 
-/// Put back what was before a change.
+/// Restore the state before a change.
 static void take_back(const change_t* change)
 {
     switch (change->kind) {
@@ -147,7 +147,7 @@ static void take_back(const change_t* change)
     }
 }
 
-/// Once more what was taken back.
+/// Repeat a change that was undone.
 static void carry_out(const change_t* change)
 {
     if (change->kind == WRITTEN) {
@@ -178,7 +178,7 @@ static void cut(void)
     (void)pause();
 }
 
-/// A change comes: true if it is the last one.
+/// Count a change: true if it is the last one.
 static bool is_last(void)
 {
     rest--;
@@ -189,7 +189,8 @@ static char* octets_of(int descriptor, off_t offset, size_t size, size_t* out_co
 {
     char* const octets = malloc(size + 1U);
     char link[64];
-    (void)snprintf(link, sizeof link, "/proc/self/fd/%d", descriptor); // It may be open for writing only.
+    // The file may be open for writing only.
+    (void)snprintf(link, sizeof link, "/proc/self/fd/%d", descriptor);
     const int reader  = open(link, O_RDONLY | O_CLOEXEC);
     const ssize_t got = (octets != NULL) ? pread(reader, octets, size, offset) : 0;
     (void)close(reader);
@@ -244,7 +245,7 @@ int ftruncate(int descriptor, off_t size)
     return result;
 }
 
-/// What lasts with this file or folder.
+/// The changes of this file or folder are synced.
 static void settle(int descriptor)
 {
     struct stat synced;

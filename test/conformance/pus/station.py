@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A ground station at a flying mission, for tests of its services: requests by the catalogue, reports decoded, all noted.
+"""A ground station of a flying mission, for tests of its services: requests by the catalogue, reports
+decoded, all recorded.
 
     answer = station.ask("SUPERVISOR", 11, 18)                  completes, and is the fields of its answer TM[11,19]
     station.do("SUPERVISOR", 11, 1)                             completes
     station.refuse(0x0209, "SUPERVISOR", 11, 4, sub_schedule_id=1, n=[...])
 
-The mission flies in stepped time as fast as it can; nothing here depends on how fast that is. Every request that completed and
-every report that a test asked for is noted with the test: docs/pus-coverage.md is made of these notes."""
+The mission flies in stepped time as fast as it can; no test depends on its speed. Every request that
+completed and every report that a test asked for is recorded with the test: docs/pus-coverage.md is made from
+these records."""
 
 import collections
 import os
@@ -17,17 +19,17 @@ from hirosco_gse import link
 from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.session import Request, Session
 
-PATIENCE_S = 120.0  # Against hanging only.
+PATIENCE_S = 120.0  # Ends waits without end only.
 USER = 2
 ENDLESS_S = 1_000_000  # Of simulated time; the tests end the flight.
 
 
 class LinkClosed(AssertionError):
-    """The spacecraft has hung up, or is no more."""
+    """The spacecraft has closed the connection or has ended."""
 
 
 class Outcome:
-    """What became of a request: the failures by stage and code, and the reports addressed to us."""
+    """Outcome of a request: the failures by stage and code, and the reports addressed to us."""
 
     def __init__(self, verification):
         self.stages = verification.stages
@@ -37,12 +39,12 @@ class Outcome:
 
     @property
     def is_completed(self):
-        """TM[1,7] came."""
+        """TM[1,7] has arrived."""
         return 7 in self.stages
 
 
 class Notes:
-    """Which messages were seen to work, and by which tests."""
+    """Messages seen to work, and by which tests."""
 
     def __init__(self):
         self.requests, self.reports = collections.defaultdict(set), collections.defaultdict(set)
@@ -73,13 +75,13 @@ class Station:
             self.undecoded.append((packet.title, decoded["error"], packet.raw.hex()))
 
     def close(self):
-        """Hang up."""
+        """Close the connection."""
         self.stream.close()
 
     # ---- waiting ----
 
     def pump(self, seconds=0.01):
-        """Take in what comes within so long; true if anything did."""
+        """Take in packets for this time; true if any has arrived."""
         self.stream.settimeout(seconds)
         try:
             if self.session.outbox:
@@ -96,7 +98,7 @@ class Station:
         return True
 
     def wait(self, condition, what):
-        """Until the condition holds; its value."""
+        """Wait until the condition holds; its value."""
         end = time.monotonic() + PATIENCE_S
         while not (found := condition()):
             assert time.monotonic() < end, f"{what} did not come within {PATIENCE_S} s"
@@ -108,11 +110,11 @@ class Station:
         return (self.reports[-1][0].time_ns - self.dictionary.epoch_ns) / 1e9 if self.reports else 0.0
 
     def wait_until(self, seconds):
-        """Until a report of that mission time or later has come."""
+        """Wait until a report of that mission time or later has arrived."""
         self.wait(lambda: self.now() >= seconds, f"mission time {seconds}")
 
     def report(self, service, subtype, apid=None, since=0, where=None):
-        """The first report of a message since that place in `reports` whose fields hold; waits for it."""
+        """The first report of a message from this index of `reports` on whose fields match; waits for it."""
 
         def found():
             for packet, decoded in self.reports[since:]:
@@ -128,25 +130,25 @@ class Station:
     # ---- requests ----
 
     def send(self, subsystem, service, subtype, **fields):
-        """Send a request of the catalogue; its verification."""
+        """Send a request of the catalogue; its outcome."""
         apid = self.dictionary.subsystem(subsystem).apid
         data = self.catalogue.encode("TC", service, subtype, fields)
         return self.send_data(apid, service, subtype, data)
 
     def send_data(self, apid, service, subtype, data):
-        """Send a request with any application data; its verification."""
+        """Send a request with any application data; its outcome."""
         request = Request(apid, service, subtype, bytes(data), f"TC[{service},{subtype}] to {apid}")
         return self.session.send(request)
 
     def settle(self, verification):
-        """Wait for the end of a request's verification, and for what was sent before it."""
+        """Wait for the end of a request's verification, and for the reports that were sent before it."""
         self.wait(lambda: verification.is_finished, f"end of {verification.request.text}")
         if verification.failure is not None and verification.failure.instruction:
             self.fence(verification.request.apid)  # Further instructions may have failed.
         return Outcome(verification)
 
     def fence(self, apid):
-        """Until all that an application has to say about the requests sent so far has come."""
+        """Wait until all reports of an application about the requests sent so far have arrived."""
         ping = self.send_data(apid, 17, 1, b"")
         self.wait(lambda: ping.is_finished, f"end of {ping.request.text}")
 
@@ -163,7 +165,7 @@ class Station:
         outcome = self.do(subsystem, service, subtype, **fields)
         answer = self.catalogue.find("TC", service, subtype)["answer"]
 
-        def answers():  # One longer than a packet comes in parts, behind the end of its request.
+        def answers():  # An answer longer than a packet comes in parts, after the completion of its request.
             return [decoded for packet, decoded in outcome.replies if packet.message == (service, answer)]
 
         parts = self.wait(answers, f"TM[{service},{answer}] in answer to TC[{service},{subtype}]")
@@ -181,7 +183,7 @@ class Station:
         return outcome
 
     def command(self, *words):
-        """A command of an operator, carried out to its end; lines of its answer."""
+        """A command of an operator, run to its end; lines of its answer."""
         done = flying.gse(self.flight, *words, timeout=PATIENCE_S)
         assert done.returncode == 0, f"gse {' '.join(map(str, words))}: {done.stdout}{done.stderr}"
         return done.stdout

@@ -20,7 +20,7 @@ def settle_state(station, apid, target):
 
 @pytest.fixture(scope="module")
 def arm(station):
-    """The manipulator, configured, so that its drives are commissioned; in the end it is as before."""
+    """The manipulator, configured, so that its drives are commissioned; at the end it is as before."""
     apid = station.dictionary.subsystem(SUBSYSTEM).apid
     nominal = next(mode["id"] for mode in station.dictionary.content["modes"] if mode["name"] == "NOMINAL")
     assert station.settle(station.send_data(1, 131, 1, bytes([nominal]))).is_completed
@@ -137,7 +137,7 @@ def test_what_is_no_quantity_of_a_drive_is_refused(station, arm):
 
 @pytest.fixture(scope="module")
 def settable(station, arm):
-    """A parameter of two DOUBLE that nothing changes while the arm rests."""
+    """A parameter of two DOUBLE that does not change while the arm rests."""
     return station.dictionary.subsystem(SUBSYSTEM).parameter("TORQUE_LIMIT")
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Damage to the storage between two flights: it is told in an event, what was damaged is kept, and the mission enters its
-fallback mode. The flight after that one tells nothing."""
+"""Damage to the storage between two flights: an event reports it, the damaged files are kept, and the mission
+enters its fallback mode. The flight after that one reports nothing."""
 
 import signal
 import subprocess
@@ -30,7 +30,7 @@ def _cut(path):
 
 
 def _fly(folder, storage, act):
-    """What is told of damage by supervisor and arm, and whether the mode was changed."""
+    """Reports of damage by supervisor and arm, and whether the mode was changed."""
     flight = stations.launch(folder, "--storage", storage)
     ground = stations.Station(flight, stations.Notes())
     try:

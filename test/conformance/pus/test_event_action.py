@@ -57,7 +57,7 @@ def test_an_event_releases_its_request(station):
 
 
 def test_an_event_whose_report_is_disabled_releases_its_request(station):
-    """TC[5,6] takes the report from the ground, not the reaction from the spacecraft."""
+    """TC[5,6] suppresses the report to the ground, not the reaction on board."""
     event = station.dictionary.subsystem("SUPERVISOR").event("MODE_CHANGED").id
     key = {"apid": SUPERVISOR, "event_definition_id": event}
     station.do("SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])

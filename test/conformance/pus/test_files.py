@@ -9,7 +9,7 @@ FOLDER = "/tests"
 
 @pytest.fixture(autouse=True)
 def _folder(station):
-    """A directory for the test, removed with what is in it."""
+    """A directory for the test, removed with its content."""
     station.do("SUPERVISOR", 23, 9, repository_path="/", directory_name="tests")
     yield
     for _ in range(3):
@@ -97,7 +97,7 @@ def test_copy_and_move(station):
 
 
 def _large_file(flight, size):
-    """A file too large to be copied at once, put there beside the flight."""
+    """A file too large to be copied at once, made outside of the flight."""
     folder = flight.folder / "storage" / "files" / FOLDER.strip("/")
     with (folder / "large").open("wb") as file:
         file.truncate(size)
@@ -146,7 +146,7 @@ def test_a_copy_that_fails_on_its_way_tells_the_step(station, flight):
 
 
 def test_a_sequence_is_loaded_from_a_file(station, flight):
-    """The file holds what TC[21,1] has behind the identifier."""
+    """The file contains the part of TC[21,1] after the identifier."""
     content = station.catalogue.encode("TC", 21, 1, {"request_sequence_id": "X", "n": [{"request": packets.build_tc(17, 1, 17, 1, source=2), "delay": 0.1}]})[8:]
     (flight.folder / "storage" / "files" / FOLDER.strip("/") / "wake").write_bytes(content)
     station.do("SUPERVISOR", 21, 2, request_sequence_id="WAKE", repository_path=FOLDER, file_name="wake")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requests that spacepackets and puslib make are carried out in flight, and both read what the flight answers, time included.
-
-The two agree with us, and not with all others, on the order of the flags that ask for verification: none or all are asked for here."""
+"""Requests made by spacepackets and puslib are performed in flight, and both libraries read the answers of
+the flight, time included. The two agree with us, and not with all others, on the order of the flags that
+request verification: the tests request none or all."""
 
 import struct
 
@@ -37,7 +37,7 @@ def maker(request):
 
 
 def carry_out(station, maker, apid, service, subtype, data=b""):
-    """A foreign request to its end; the reports addressed to us."""
+    """Send a foreign request and wait for its end; the reports addressed to us."""
     sequence = station.session.sequence(apid)
     raw = maker(apid, sequence, service, subtype, data, ALL)
     assert raw == packets.build_tc(apid, sequence, service, subtype, data, USER)

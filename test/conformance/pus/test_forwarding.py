@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[14] in flight: what goes to ground at once."""
+"""ST[14] in flight: reports that are forwarded to ground at once."""
 
 import pytest
 
@@ -8,17 +8,17 @@ ROBOT, HAND = 16, 17
 
 @pytest.fixture(autouse=True)
 def _everything_forwarded(station):
-    """What is forwarded at first, again at the end."""
+    """Forwarded at the beginning, and again at the end."""
     before = station.ask("SUPERVISOR", 14, 3)
     yield
     station.do("SUPERVISOR", 14, 13, n1=[])
-    station.send("SUPERVISOR", 14, 2, n1=[])  # Not a word of verification either, until the next one.
+    station.send("SUPERVISOR", 14, 2, n1=[])  # No report of verification either, until the next request.
     station.send("SUPERVISOR", 14, 1, n1=before["n1"])
     station.fence(1)
 
 
 def _seen(station, service, apid, seconds=3.0):
-    """Reports of a service and process within a while of mission time."""
+    """Reports of a service and process within some mission time."""
     since = len(station.reports)
     station.ask("SUPERVISOR", 17, 1)
     station.wait_until(station.now() + seconds)

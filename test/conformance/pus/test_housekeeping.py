@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[03] in flight, in SUPERVISOR: structures of both kinds, made, changed, reported and deleted, and what groups them."""
+"""ST[03] in flight, in SUPERVISOR: structures of both kinds, made, changed, reported and deleted, and
+functional reporting definitions."""
 
 from dataclasses import dataclass
 
@@ -51,7 +52,7 @@ def kind(request, station):
 
 
 def _values(station, kind, since):
-    """Reports of the structure NUMBER, and of no other, since then."""
+    """Reports of the structure NUMBER, and of no other, since this index."""
     number = NUMBER.to_bytes(2, "big")
     return [packet for packet, _ in station.reports[since:]
             if packet.message == (3, kind.values) and packet.apid == APID and packet.data[:2] == number]

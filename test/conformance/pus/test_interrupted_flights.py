@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A flight that ends without a shutdown, or a supervisor whose checkpoint is damaged: nobody knows what was under way. It is told,
-and flown past in the fallback mode of the mission."""
+"""A flight that ends without a shutdown, or a supervisor whose checkpoint is damaged: the state of the
+spacecraft is unknown. This is reported, and the mission continues in its fallback mode."""
 
 import mmap
 import os
@@ -31,7 +31,7 @@ def _set_mode(ground, mode):
 
 
 def _assert_in_fallback_mode(ground):
-    """To disable an event takes mode NOMINAL; the refusal tells mode and state."""
+    """Disabling an event requires mode NOMINAL; the refusal names mode and state."""
     refused = ground.settle(ground.send_data(MANIPULATOR, 5, 6, bytes([1, 0, 1]))).failure
     assert (refused.code, refused.detail >> 8) == (0x0110, SAFE)
 
@@ -48,7 +48,7 @@ def _shut_down(flight, ground, code=0):
 
 
 def _cut_off(flight, ground):
-    """The launcher dies, and all others with it."""
+    """The launcher dies, and all others die with it."""
     flight.process.kill()
     flight.wait()
     ground.close()
@@ -76,7 +76,8 @@ def test_a_flight_after_one_that_was_cut_off_begins_in_the_fallback_mode(tmp_pat
 
 
 def _flip_both_banks(identity):
-    """A bit of each page of the supervisor's checkpoint, and thus of both of its banks; the octets as they are then."""
+    """Change a bit of each page of the supervisor's checkpoint, and thus of both of its banks; returns the
+    octets as they are then."""
     with open(f"/dev/shm/{identity}.checkpoint", "r+b") as file, mmap.mmap(file.fileno(), 0) as memory:
         for place in range(mmap.PAGESIZE // 2, len(memory), mmap.PAGESIZE):
             memory[place] ^= 1

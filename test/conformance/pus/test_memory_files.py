@@ -23,7 +23,7 @@ def named(name):
 
 @pytest.fixture(autouse=True)
 def _folder(station):
-    """A directory for the test, removed with what is in it."""
+    """A directory for the test, removed with its content."""
     station.do("SUPERVISOR", 23, 9, repository_path="/", directory_name=FOLDER[1:])
     yield
     for entry in station.ask("SUPERVISOR", 23, 12, repository_path=FOLDER)["n"]:

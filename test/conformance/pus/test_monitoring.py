@@ -17,7 +17,7 @@ def _published(station):
 
 @pytest.fixture
 def functions(station):
-    """Nothing defined, both functions disabled; again at the end."""
+    """Nothing is defined, both functions are disabled; again at the end."""
 
     def clear(subsystem):
         station.do(subsystem, 12, 18)

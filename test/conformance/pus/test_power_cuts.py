@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Power cuts in flight, at any change of the storage: what was acknowledged is there in the next flight, none of it is doubled, and
-nothing else but, whole, the one request that was under way.
-
-A campaign is drawn from its seed: requests with lasting effects one after the other, and after how many changes of the storage
-the power goes (power_cut.c, which also takes back what a disk would have lost). Each next flight is given the storage of the
-one before, reports what it has, and goes on."""
+"""Power cuts in flight, at any change of the storage: the next flight has everything that was acknowledged,
+none of it twice, and nothing else but, complete, the one request that was under way. A campaign is drawn
+from its seed: requests with lasting effects one after the other, and the number of changes of the storage
+after which the power is cut (power_cut.c, which also undoes what a disk would have lost). Each next flight
+gets the storage of the one before, reports its content, and continues."""
 
 import collections
 import random
@@ -19,7 +18,8 @@ from hirosco_gse import packets
 
 HAND, USER = 17, 2
 FAR = 1_000_000.0  # Seconds of mission time that no flight of these tests reaches.
-LIVES, CHANGES, REQUESTS = 4, 120, 200  # Of a campaign; up to a cut at most; of a flight at most.
+# Flights of a campaign; changes up to a cut at most; requests of a flight at most.
+LIVES, CHANGES, REQUESTS = 4, 120, 200
 OFTEN, MANY = 3, 60
 STORE_SIZES = (65536, 1 << 20)
 MOST = {"activity": 200, "definition": 100, "sequence": 20, "store": 6, "procedure": 20, "file": 30, "folder": 10, "group": 5}
@@ -30,8 +30,8 @@ def _ping(sequence):
 
 
 class Plan:
-    """Requests that can be carried out on a state, a dict of what lasts, drawn by chance. Each is (service, subtype, fields, what the
-    state has anew: None for what it has no more)."""
+    """Requests that can be performed in a state, a dict of all that lasts, drawn at random. Each is (service,
+    subtype, fields, new entries of the state: None for one that is removed)."""
 
     def __init__(self, seed):
         self.chance = random.Random(seed)
@@ -49,7 +49,7 @@ class Plan:
         return self.number
 
     def _grows(self, state, kind):
-        """Whether to add one: the fuller, the less likely."""
+        """Whether to add one: the fuller the state, the less likely."""
         return self.chance.random() > len(_keys(state, kind)) / MOST[kind]
 
     def _some(self, state, kind, most=1, where=lambda value: True):
@@ -199,7 +199,7 @@ def _after(state, changes):
 
 
 def _lasting(station):
-    """The state as its reports show it; nothing is there twice."""
+    """The state by its reports; nothing occurs twice."""
     entries = [*_schedule(station), *_functions(station), *_stores(station), *_files(station, "")]
     doubled = [key for key, count in collections.Counter(key for key, _ in entries).items() if count > 1]
     assert not doubled
@@ -263,7 +263,7 @@ def cutter(tmp_path_factory):
 
 
 def _fly(folder, storage, environment=None):
-    """A flight and its station; none if the power went before it was there."""
+    """A flight and its station; none if the power was cut before the station could connect."""
     flight = stations.launch(folder, "--storage", storage, environment=environment)
     port = folder / "ground.port"
     flying.wait_until(lambda: flight.process.poll() is not None or (port.exists() and port.read_text()), "a ground port")
@@ -279,7 +279,8 @@ def _compare(found, possible, told):
 
 
 def _until_the_cut(ground, plan, possible, told):
-    """Compare, then request after request up to the cut; what the storage may hold then."""
+    """Compare the state, then send requests one by one up to the cut; returns the states that the storage may
+    have then."""
     try:
         state = _lasting(ground)
         _compare(state, possible, told)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[18] in flight: procedures that are loaded, run, held, and told about; what they send, read and raise."""
+"""ST[18] in flight: procedures that are loaded, run, held, and reported; their requests, readings and events."""
 
 import signal
 
@@ -49,7 +49,7 @@ def _is_running(station, name="LOOK"):
 
 
 def _ended(station, sent):
-    """Outcome of an activation whose procedure ends well."""
+    """Outcome of an activation whose procedure ends without error."""
     outcome = station.settle(sent)
     assert outcome.is_completed, (outcome.failure.words(station.dictionary), *(told["TEXT"] for told in _told(station, 0, "PROCEDURE_FAILED")[-1:]))
     station.notes.requests[(18, sent.request.subtype)].add(station.notes.test())
@@ -57,7 +57,7 @@ def _ended(station, sent):
 
 
 def _failed(station, sent, code, detail=None):
-    """The same of one that does not."""
+    """The same for one that fails."""
     failure = station.settle(sent).failure
     assert (failure.stage, failure.code) == (8, code), failure.words(station.dictionary)
     assert detail in (None, failure.detail)
@@ -142,7 +142,7 @@ def test_requests_are_routed_and_judged(station):
 
 
 def test_telemetry_is_read_as_it_was_reported(station):
-    """By name as housekeeping tells it, a scalar also by its id."""
+    """By name as in housekeeping, a scalar also by its id."""
     period = station.dictionary.subsystem("SUPERVISOR").parameter("ORBIT_PERIOD").parameter_id
     station.ask("SUPERVISOR", 20, 1, n=["SUPERVISOR.ORBIT_PERIOD"])
     station.report(3, 25, apid=SUPERVISOR)
@@ -288,7 +288,8 @@ def test_the_engine_is_stopped_and_started(station):
 
 
 def test_procedures_without_an_end_take_their_share_only(station):
-    """As many as there is room for, the last of them raising events: the supervisor routes, reports and keeps its time."""
+    """As many procedures as there is room for, the last of them raising events: the supervisor routes,
+    reports and keeps its time."""
     for number in range(SLOTS - 1):
         _load(station, ENDLESS, f"SPIN{number}")
         _start(station, name=f"SPIN{number}")

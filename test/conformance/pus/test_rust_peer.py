@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Rust crate spacepackets reads what a flight reports, headers, checksum and time, and the flight carries out what it makes.
-
-The library is that of the bench (test/bench/peers/spacepackets), built where the machine has cargo."""
+"""The Rust crate spacepackets reads the reports of a flight, headers, checksum and time, and the flight
+performs requests that it makes. The library is that of the bench (test/bench/peers/spacepackets), built if
+the machine has cargo."""
 
 import ctypes
 import struct
@@ -37,7 +37,7 @@ class Peer:
         self._library.spacepackets_make.argtypes = [ctypes.c_uint16] * 3 + [ctypes.c_uint8] * 2 + [ctypes.c_char_p, ctypes.c_size_t] * 2
 
     def read(self, raw):
-        """How it was read, and what it says."""
+        """Result of its reading, and the content."""
         report = Report()
         return self._library.spacepackets_read(raw, len(raw), ctypes.byref(report)), report
 
@@ -54,7 +54,7 @@ def peer():
 
 
 def _carry_out(station, peer, apid, service, subtype, data=b""):
-    """A request of the peer to its end."""
+    """Send a request of the peer and wait for its end."""
     count = station.session.sequence(apid)
     raw = peer.make(apid, count, service, subtype, data)
     assert raw == packets.build_tc(apid, count, service, subtype, data, USER)

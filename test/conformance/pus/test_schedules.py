@@ -4,12 +4,12 @@
 import pytest
 from hirosco_gse import packets
 
-HAND = 17  # APID of JOYSTICK, which is asked whether it is alive.
+HAND = 17  # APID of JOYSTICK, which gets connection tests.
 FAR = 1_000_000.0  # Seconds of mission time that no flight of these tests reaches.
 
 
 class Kind:
-    """What differs between the two schedules."""
+    """Differences between the two schedules."""
 
     def __init__(self, service, far, window):
         self.service, self._far, self.window = service, far, window
@@ -33,7 +33,7 @@ class Kind:
         return {("time" if self.service == 11 else "position") + "_offset": value}
 
     def far(self, number):
-        """A tag far away, the later the greater the number."""
+        """A tag far in the future, which increases with the number."""
         return self._far + number
 
 

@@ -4,7 +4,7 @@
 import pytest
 from hirosco_gse import packets
 
-HAND = 17  # APID of JOYSTICK, which is asked whether it is alive.
+HAND = 17  # APID of JOYSTICK, which gets connection tests.
 NAME = {"request_sequence_id": "LOOK"}
 UNKNOWN_ID, EXISTS, OUT_OF_RANGE, STATE, EMBEDDED = 0x0201, 0x0202, 0x0203, 0x0204, 0x020A
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[13] in flight: packets longer than 4096 octets, in parts, both ways. What goes up and comes down is made and read by
-spacepackets here, and put together by this file; that the ground does both by itself is seen beside it."""
+"""ST[13] in flight: packets longer than 4096 octets, in parts, in both directions. spacepackets makes and
+reads the packets, and this file assembles them; other tests show that the ground does both by itself."""
 
 import random
 import struct
@@ -59,7 +59,7 @@ def _aborted(station, transaction, reason, since):
 
 
 def _downlink(station, since):
-    """Octets of the report whose parts have come since then, by spacepackets."""
+    """Octets of the report whose parts have arrived since this index, by spacepackets."""
     for subtype in (1, 2, 3):
         station.report(13, subtype, apid=SUPERVISOR, since=since)
     told = [PusTm.unpack(packet.raw, TIME_SIZE) for packet, _ in station.reports[since:] if packet.message in ((13, 1), (13, 2), (13, 3))]
@@ -80,7 +80,7 @@ def test_a_long_report_comes_in_parts(station, parameter):
     assert (whole.apid, whole.service, whole.subservice, len(whole.tm_data)) == (SUPERVISOR, 20, 2, 2 + 255 * (4 + size))
     data = bytes(whole.tm_data)
     entries = {data[at : at + 4 + size] for at in range(2, len(data), 4 + size)}
-    assert data[:2] == b"\0\xff" and len(entries) == 1  # All of one moment.
+    assert data[:2] == b"\0\xff" and len(entries) == 1  # All values are of one instant.
     assert answer["values"].keys() == station.ask("SUPERVISOR", 20, 1, n=[name])["values"].keys() == {parameter}
 
 
@@ -95,7 +95,7 @@ def test_a_long_schedule_is_loaded(station):
     assert _uplink(station, raw, 1, 2000) == ([1, 3, 7], [])
     assert len(station.ask("SUPERVISOR", 11, 17)["n"]) == 250
     station.do("SUPERVISOR", 11, 3)
-    station.do("SUPERVISOR", 11, 4, sub_schedule_id=1, n=activities)  # The ground cuts it by itself.
+    station.do("SUPERVISOR", 11, 4, sub_schedule_id=1, n=activities)  # The ground splits it by itself.
     assert len(station.ask("SUPERVISOR", 11, 17)["n"]) == 250
     station.do("SUPERVISOR", 11, 3)
     station.do("SUPERVISOR", 11, 23, n=[])
@@ -118,7 +118,7 @@ def test_a_long_procedure_and_a_long_sequence_are_loaded(station, tmp_path):
 
 def test_the_longest_request_of_all_is_taken_in(station):
     raw = _request(SUPERVISOR, 17, 1, bytes(LARGE - 13))
-    assert _uplink(station, raw, 2, 4079) == ([2], [0x0108])  # TC[17,1] has no data, but all of it came.
+    assert _uplink(station, raw, 2, 4079) == ([2], [0x0108])  # TC[17,1] has no data, but all parts arrived.
 
 
 def test_parts_are_routed_and_permitted_like_any_request(station):
@@ -141,7 +141,7 @@ def test_another_subsystem_takes_a_packet_at_most(station):
     raw, since = _request(MANIPULATOR, 17, 1, bytes(packets.PACKET_MAX - 12)), len(station.reports)
     station.refuse(TABLE_FULL, "SUPERVISOR", 13, 9, **_fields(6, 1, raw[:600]))
     _aborted(station, 6, INTERNAL, since)
-    whole = station.settle(station.send_data(MANIPULATOR, 20, 1, bytes(5000)))  # Cut by the ground itself.
+    whole = station.settle(station.send_data(MANIPULATOR, 20, 1, bytes(5000)))  # Split by the ground itself.
     assert [failure.code for failure in whole.failures] == [TABLE_FULL]
     assert whole.failure.detail == packets.PACKET_MAX
 
@@ -183,7 +183,8 @@ def test_what_is_put_together_must_be_a_request_of_its_sender(station):
     report = bytes(PusTm(17, 2, bytes(8), apid=SUPERVISOR).pack())
     for raw in (torn, good[:-1] + bytes([good[-1] ^ 1]), foreign, nested, report, b"0123456789", b"01234567890123"):
         (_, _, first), (_, _, last) = _pieces(raw, len(raw) - 1)
-        if int.from_bytes(first[4:6], "big") + 7 > packets.PACKET_MAX:  # Other words than a length field: too long at once.
+        # Octets other than a length field: too long at once.
+        if int.from_bytes(first[4:6], "big") + 7 > packets.PACKET_MAX:
             station.refuse(TABLE_FULL, "SUPERVISOR", 13, 9, **_fields(10, 1, first))
             continue
         station.do("SUPERVISOR", 13, 9, **_fields(10, 1, first))
@@ -201,7 +202,7 @@ def test_only_so_many_are_put_together_at_once(station):
     station.refuse(OUT_OF_RANGE, "SUPERVISOR", 13, 10, **_fields(100, 9, b"ab"))
     _aborted(station, 100, DISCONTINUITY, since)
     since = len(station.reports)
-    for transaction in range(1, UPLINKS):  # The others are given up when nothing comes any more.
+    for transaction in range(1, UPLINKS):  # The others are given up when no further part arrives.
         found = lambda decoded, wanted=100 + transaction: decoded["large_message_transaction_id"] == wanted
         _, decoded = station.report(13, 16, since=since, where=found)
         assert decoded["failure_reason"] == TIMEOUT
@@ -218,7 +219,7 @@ def test_parts_at_random_do_no_harm(station):
         sent.append(station.session.send(request))
     for verification in sent:
         station.settle(verification)
-    for transaction in range(6):  # What is left over is ended.
+    for transaction in range(6):  # End the transfers that are left over.
         station.settle(station.send("SUPERVISOR", 13, 10, **_fields(transaction, 0xFFFF, b"x")))
     assert not station.session.malformed
     assert _uplink(station, _request(HAND, 17, 1), 1, 7) == ([1, 3, 7], [])

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[15] in flight: reports are stored and sent again exactly as they were; and ST[09], the spacecraft's time."""
+"""ST[15] in flight: reports are stored and sent again unchanged; and ST[09], the spacecraft's time."""
 
 import pytest
 
 HAND = 17  # APID of JOYSTICK.
 MIB = 1 << 20
-MS = 0.001  # More than a number of seconds loses on its way.
+MS = 0.001  # Larger than the rounding of a number of seconds.
 UNKNOWN_ID, EXISTS, OUT_OF_RANGE, STATE = 0x0201, 0x0202, 0x0203, 0x0204
 RING, BOX = {"packet_store_id": "RING"}, {"packet_store_id": "BOX"}
 EVER = {"from_time": 0.0, "to_time": 1.0e9}
@@ -25,7 +25,7 @@ def _no_store(station):
 
 @pytest.fixture
 def ring(station):
-    """A circular store for what JOYSTICK answers to a test of its connection."""
+    """A circular store for JOYSTICK's answers to connection tests."""
     store = {**RING, "packet_store_size": MIB, "packet_store_type": "circular", "virtual_channel": 1}
     station.do("SUPERVISOR", 15, 20, n=[store])
     station.do("SUPERVISOR", 15, 3, **RING, n1=[{"apid": HAND, "n2": [{"service_type": 17, "n3": [2]}]}])
@@ -33,7 +33,7 @@ def ring(station):
 
 
 def _ping(station, count):
-    """Answers of JOYSTICK, each as it came at first."""
+    """Answers of JOYSTICK, each as it first arrived."""
     since = len(station.reports)
     for _ in range(count):
         station.ask("JOYSTICK", 17, 1)
@@ -41,7 +41,7 @@ def _ping(station, count):
 
 
 def _again(station, since, originals):
-    """Wait until each of these came once more since then; nothing else of that kind may."""
+    """Wait until each of these has arrived once more since then; no other report of that kind may arrive."""
 
     def copies():
         return [p.raw for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == HAND and p.raw in originals]

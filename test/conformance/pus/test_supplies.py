@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""On/off devices and command pulses of service 2: the power unit of the arm cuts the supply of a drive and restores it.
-
-In a flight of their own, since a drive that is lost takes the whole network down.
-"""
+"""On/off devices and command pulses of service 2: the power unit of the arm cuts the supply of a drive and
+restores it. In a flight of their own, because the loss of a drive shuts the whole network down."""
 
 import pathlib
 import shutil
@@ -42,7 +40,7 @@ def apid(station):
 
 
 def state_of(station):
-    """State of the subsystem by TM[129,2] that came last."""
+    """State of the subsystem by the latest TM[129,2]."""
     return next((packet.data[1] for packet, _ in reversed(station.reports) if packet.message == (129, 2) and packet.apid == apid(station)), OFFLINE)
 
 
@@ -79,7 +77,7 @@ def pulse(line, exponent=LATCH, unit=UNIT, reserved=0):
 
 
 def lose(station, subtype, fields):
-    """Cut the supply of the joint; until its loss has taken the network down."""
+    """Cut the supply of the joint; wait until the network is down."""
     since = len(station.reports)
     station.do(SUBSYSTEM, 2, subtype, **fields)
     packet, _ = station.report(5, 4, apid=apid(station), since=since, where=lambda fields: fields["event"] == "DEVICE_LOST")
@@ -89,7 +87,7 @@ def lose(station, subtype, fields):
 
 
 def restore(station, subtype, fields):
-    """While the subsystem is offline, which opens the bus for it; then the drive boots and is commissioned."""
+    """The subsystem is offline, so the service opens the bus; then the drive boots and is commissioned."""
     station.do(SUBSYSTEM, 2, subtype, **fields)
     commission(station)
     assert [device_type(station, node) for node in (JOINT, OTHER)] == [402, 402]

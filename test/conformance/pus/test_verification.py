@@ -10,7 +10,7 @@ ROBOT, HAND, NOBODY = 16, 17, 99
 
 @pytest.fixture(scope="module")
 def hand(station):
-    """JOYSTICK in PRE_OPERATIONAL; OFFLINE in the end."""
+    """JOYSTICK in PRE_OPERATIONAL; OFFLINE at the end."""
     station.command("state", "JOYSTICK", "PRE_OPERATIONAL")
     yield
     station.command("state", "JOYSTICK", "OFFLINE")
@@ -46,7 +46,7 @@ def test_every_stage_is_told(station, hand):
 
 
 def test_what_fails_after_its_start_is_told(station, hand):
-    """Two structures to be reported, of which one is not there."""
+    """A request to report two structures, one of which does not exist."""
     since = len(station.reports)
     both = station.send("SUPERVISOR", 3, 27, n=[1, 60000])
     station.report(1, 8, since=since, where=_about(both))
@@ -68,7 +68,7 @@ def test_informative_and_low_events(station, hand):
 
 @pytest.mark.parametrize("severity, name", [(3, "VALUE_OUT_OF_LIMITS"), (4, "LINK_STALE")])
 def test_medium_and_high_events_by_a_monitor(station, severity, name):
-    """A limit that LINK_AGE is out of while no link is open."""
+    """A limit that LINK_AGE violates while no link is open."""
     station.command("state", "MANIPULATOR", "PRE_OPERATIONAL")
     since = len(station.reports)
     station.command("monitor", "limit", "MANIPULATOR", "9", "LINK_AGE", "5", "10", name, "0")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The XTCE database against readers that are not ours: the schema of XTCE 1.2, and space_packet_parser, which decodes the reports of
-the whole flight of these tests, and made-up reports of every kind, to the same values as our ground."""
+"""The XTCE database against readers of other projects: the schema of XTCE 1.2, and space_packet_parser, which
+decodes the reports of the whole flight of these tests, and synthetic reports of every kind, to the same
+values as our ground."""
 
 import collections
 import random
@@ -50,9 +51,9 @@ def test_the_flight_reads_the_same_by_the_database(flight, station, definition, 
     station.do("SUPERVISOR", 3, 27, n=[{"hk_structure_id": 1}])
     station.refuse(0x0201, "MANIPULATOR", 3, 27, n=[{"hk_structure_id": 1}])
     kinds = collections.defaultdict(list)
-    dictionary = station.dictionary  # Which knows what was created.
+    dictionary = station.dictionary  # The station knows what was created.
     for packet, _ in station.reports:
-        if packet.apid == 0:  # Spacecraft time packets say of themselves neither service nor subtype.
+        if packet.apid == 0:  # Spacecraft time packets have neither service nor subtype.
             continue
         kinds[(packet.apid, packet.message, packet.data[:2] if packet.service in (3, 5) else b"")].append(packet)
     chance, compared = random.Random(1), collections.Counter()

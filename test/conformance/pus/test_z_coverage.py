@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of coverage in the documents is what this session has seen; last of the folder, because it looks back."""
+"""The table of coverage in the documents has what this session has seen; the last file of the folder, because
+it uses the results of all."""
 
 import os
 import pathlib
@@ -9,7 +10,7 @@ import coverage as table
 import pytest
 
 PAGE = pathlib.Path(__file__).resolve().parents[3] / "docs" / "pus-coverage.md"
-LONG = re.compile(r"^pytestmark = .*\bmark\.long\b", re.MULTILINE)  # Whole files of the long run.
+LONG = re.compile(r"^pytestmark = .*\bmark\.long\b", re.MULTILINE)  # Whole files marked `long`.
 FILES = pathlib.Path(__file__).parent.glob("test_*.py")
 MODULES = {path.name for path in FILES if not LONG.search(path.read_text(encoding="utf-8"))}
 

@@ -145,7 +145,7 @@ static void test_node_that_opens_has_received_nothing_and_what_it_sent_stays(voi
     osal_can_close(&node);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_send(&node, &frame));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_receive(&node, &out));
-    osal_can_close(&node); // Twice does no harm.
+    osal_can_close(&node); // A second close has no effect.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
@@ -248,7 +248,7 @@ static void test_memory_of_another_kind_is_no_bus(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
 }
 
-/// A second process sends as fast as the ring takes it: nothing lost, torn or out of order.
+/// A second process sends as fast as the ring takes frames: nothing lost, torn or out of order.
 static void test_two_processes_exchange_every_frame_in_order(void)
 {
     const uint32_t count = 200000U;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// osal/can.h over SocketCAN, on virtual interfaces of the test's own. Where the kernel has none or they may
-// not be made, only what holds there is tested; test/hil runs this program again where there are.
+// osal/can.h over SocketCAN, on virtual interfaces of the test's own. If the kernel has none or does not
+// permit them, only what holds in that case is tested; test/hil runs this program again on a kernel that has
+// them.
 #define _GNU_SOURCE
 #include "osal/include/osal/can.h"
 
@@ -74,7 +75,7 @@ static void command(const char* what, const char* interface, const char* how)
 {
     char line[96];
     (void)snprintf(line, sizeof line, "ip link %s %s %s", what, interface, how);
-    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): a tool that nobody here wrote.
+    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): a tool of another project.
 }
 
 // ---- On any kernel ----
@@ -103,7 +104,7 @@ static void test_a_claim_is_held_by_one(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_interface_claim(first, &two));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_claim(second, &two));
     osal_can_interface_release(&one);
-    osal_can_interface_release(&one); // Twice does no harm.
+    osal_can_interface_release(&one); // A second call has no effect.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_claim(first, &one));
     osal_can_interface_release(&one);
     osal_can_interface_release(&two);
@@ -119,7 +120,7 @@ static void test_an_interface_that_is_not_there(void)
     TEST_ASSERT_EQUAL(status, osal_can_create("can:none0@osal-can-none"));
 }
 
-// ---- Where there is vcan ----
+// ---- On kernels with vcan ----
 
 static void test_interfaces_are_what_they_were_made(void)
 {
@@ -158,7 +159,8 @@ static void test_frames_of_all_kinds_pass_and_own_ones_do_not_come_back(void)
     for (size_t i = 0U; i < 5U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&two, &out));
         assert_same(&frames[i], &out);
-        TEST_ASSERT_TRUE((out.time_ns + 1000000U) >= before_ns); // Two clocks are read one after the other.
+        // The two clocks are read one after the other.
+        TEST_ASSERT_TRUE((out.time_ns + 1000000U) >= before_ns);
         TEST_ASSERT_TRUE(out.time_ns <= osal_clock_monotonic_ns());
     }
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&one, &out));
@@ -198,12 +200,12 @@ static void test_filters_hold_in_the_kernel_and_let_error_frames_through(void)
     TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&two, &out));
     TEST_ASSERT_EQUAL_HEX32(ids[3], out.id);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&two, &out));
-    TEST_ASSERT_EQUAL_UINT32(0U, two.filtered); // They have not come so far.
+    TEST_ASSERT_EQUAL_UINT32(0U, two.filtered); // The frames have not arrived yet.
     osal_can_close(&one);
     osal_can_close(&two);
 }
 
-/// Also that of error frames, which the kernel takes for another meaning.
+/// Also that of error frames, which the kernel uses for another purpose.
 static void test_a_mask_may_have_any_bit(void)
 {
     osal_can_t one;
@@ -260,7 +262,7 @@ static void test_an_interface_that_is_deleted_is_told_to_who_receives(void)
     osal_can_close(&can);
 }
 
-/// What the kernel drops while nobody reads is counted, to the frame.
+/// The kernel drops frames while none is read; each is counted.
 static void test_overruns_are_counted(void)
 {
     osal_can_t one;
@@ -302,14 +304,14 @@ static void test_counted_ends_take_in_what_was_announced(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(counted_address));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_create(counted_address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, counted_address, OSAL_CAN_WIRE));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame)); // Nobody is there to receive it.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame)); // No end is open to receive it.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, counted_address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
     for (unsigned i = 0U; i < 100U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, (i == 50U) ? &report : &frame));
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &frame));
     }
-    for (unsigned i = 0U; i < 100U; i++) { // No waiting here: the ends do that.
+    for (unsigned i = 0U; i < 100U; i++) { // This test does not wait: the ends do.
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
         assert_same((i == 50U) ? &report : &frame, &out);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
@@ -376,7 +378,7 @@ static void test_counted_ends_that_lose_their_interface_are_counted(void)
     osal_can_close(&wire);
 }
 
-/// As real controllers do, the interface hands over later than it was told to send.
+/// Like real controllers, the interface delivers later than it was told to send.
 static void test_what_was_sent_before_a_counted_end_opens_is_not_for_it(void)
 {
     char line[96];
@@ -387,7 +389,7 @@ static void test_what_was_sent_before_a_counted_end_opens_is_not_for_it(void)
     const osal_can_frame_t before = frame_of(0x711U, 1U, 0U);
     const osal_can_frame_t after  = frame_of(0x712U, 1U, 0U);
     (void)snprintf(line, sizeof line, "tc qdisc replace dev %s root netem delay 5ms", first);
-    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): a tool that nobody here wrote.
+    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): a tool of another project.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(counted_address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, counted_address, OSAL_CAN_WIRE));
     for (unsigned i = 0U; i < 4U; i++) {
@@ -406,7 +408,7 @@ static void test_what_was_sent_before_a_counted_end_opens_is_not_for_it(void)
     osal_can_close(&wire);
 }
 
-/// The ends stand on interfaces that nothing joins: what is announced never comes.
+/// The ends are on interfaces that are not connected: announced frames never arrive.
 static void test_what_was_announced_and_does_not_come_is_counted_as_lost(void)
 {
     osal_can_t node;

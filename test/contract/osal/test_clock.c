@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nothing here asserts an upper bound on wall-clock time: a wait may be late, but never early.
+// No test asserts an upper bound on wall-clock time: a wait may be late, but never early.
 #define _GNU_SOURCE
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/process.h"
@@ -35,15 +35,16 @@ static void test_real_time_counts_from_its_origin(void)
     TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) <= osal_clock_monotonic_ns() - wall.origin_ns);
     TEST_ASSERT_TRUE(osal_clock_monotonic_ns() >= before_ns);
     osal_clock_open_real(&wall, before_ns + 3600000U * MS);
-    TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&wall)); // Not begun.
+    TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&wall)); // The time has not begun.
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(&wall));
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_octets_due(&wall));
     osal_clock_deliver(&wall, 3U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 1U); // No effect, no fault.
     TEST_ASSERT_EQUAL(1, prctl(PR_GET_TIMERSLACK));
 }
 
-/// Each cycle works for half its period. Absolute sleep makes up for that, and for any delay of the machine;
-/// relative sleep would be 100 periods late in the end. So the best of the last wakes has to be on the grid.
+/// Each cycle works for half its period. Absolute sleep compensates for that, and for any delay of the
+/// machine; relative sleep would be 100 periods late at the end. So the best of the last wakes must be on the
+/// grid.
 static void sleep_on_a_grid(osal_socket_t* const* sockets, size_t socket_count)
 {
     const uint64_t period_ns = MS;
@@ -130,7 +131,7 @@ static void test_real_wait_ends_early_for_a_socket(void)
     const uint64_t far_ns = 3600000U * MS;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, far_ns, sockets, 2U));
     TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) < far_ns);
-    osal_socket_close(&talking_end); // A peer that is gone is something to read, too.
+    osal_socket_close(&talking_end); // A closed connection is readable, too.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, OSAL_CLOCK_NEVER, sockets, 2U));
     osal_socket_close(&quiet);
     osal_socket_close(&quiet_end);
@@ -165,7 +166,7 @@ static void test_signals_of_others_do_not_shorten_a_wait(void)
 
 static void test_stop_signal_ends_a_real_wait_once(void)
 {
-    osal_process_catch_stop(); // Once more opens nothing more.
+    osal_process_catch_stop(); // A second call opens nothing more.
     const unsigned before = osal_process_stop_count();
     TEST_ASSERT_EQUAL(0, raise(SIGTERM));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, OSAL_CLOCK_NEVER, NULL, 0U));
@@ -246,7 +247,7 @@ static void test_granted_time_is_what_is_brought(void)
 
 int main(void)
 {
-    osal_process_catch_stop(); // What it opens stays open as long as the process.
+    osal_process_catch_stop(); // The descriptor stays open as long as the process.
     UNITY_BEGIN();
     RUN_TEST(test_real_time_counts_from_its_origin);
     RUN_TEST(test_absolute_sleep_does_not_drift_with_and_without_sockets);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Console and assertion, seen from outside: a child with pipes for its output.
+// Console and assertion, observed from outside: a child with pipes for its output.
 #define _GNU_SOURCE
 #include "osal/include/osal/console.h"
 
@@ -127,7 +127,7 @@ static void test_lines_of_several_processes_do_not_mix(void)
     }
 }
 
-/// A pipe that nobody reads, full: the caller goes on.
+/// A full pipe without a reader: the caller continues.
 static void test_reader_that_sleeps_does_not_stop_the_caller(void)
 {
     const pid_t child = fork();

@@ -113,7 +113,7 @@ static void test_a_device_that_takes_no_more_is_full(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, osal_device_write(&writer, (const uint8_t*)"x", 1U, &size));
 }
 
-/// Without privilege, and without a descriptor left: seen from a child.
+/// Without privilege, and without a free descriptor: tested in a child.
 static int refusals_of_a_stranger(void)
 {
     const struct rlimit none = {0U, 0U};

@@ -28,7 +28,7 @@ static void put_file(const char* path, const char* text)
     osal_file_close(&file);
 }
 
-/// Where something below the root is for everybody else.
+/// Path by which other programs reach an entry below the root.
 static const char* real(const char* path)
 {
     static char whole[PATH_SIZE];
@@ -49,7 +49,7 @@ void tearDown(void)
 {
     char command[128];
     osal_directory_close(&root);
-    osal_directory_close(&root); // Twice does no harm.
+    osal_directory_close(&root); // A second close has no effect.
     (void)snprintf(command, sizeof(command), "rm -rf %s", base);
     TEST_ASSERT_EQUAL(0, system(command)); // NOLINT: a fixed command.
 }
@@ -71,7 +71,7 @@ static void test_files_are_made_written_read_and_removed(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_make_file(&root, "file", 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_describe(&root, "file", &about));
     TEST_ASSERT_FALSE(about.is_directory);
-    TEST_ASSERT_EQUAL_UINT64(0U, about.size); // Room is no content.
+    TEST_ASSERT_EQUAL_UINT64(0U, about.size); // Reserved room is no content.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_read(&root, "file", 0U, content, 8U, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_write(&root, "file", 0U, (const uint8_t*)"abcdef", 6U));
@@ -86,7 +86,7 @@ static void test_files_are_made_written_read_and_removed(void)
     TEST_ASSERT_EQUAL_UINT64(0U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_describe(&root, "file", &about));
     TEST_ASSERT_EQUAL_UINT64(10U, about.size);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_remove(&root, "file")); // It is no folder.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_remove(&root, "file")); // It is not a folder.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove_file(&root, "file"));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_remove_file(&root, "file"));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_describe(&root, "file", &about));
@@ -183,7 +183,7 @@ static void test_names_come_in_order_and_in_parts(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_list(&root, "..", "", entries, 2U, &count));
 }
 
-/// More entries than the system tells at once.
+/// More entries than the system reports at once.
 static void test_long_folders_are_listed_whole(void)
 {
     static char after[OSAL_NAME_SIZE];
@@ -237,7 +237,7 @@ static void test_hostile_paths_are_refused(void)
     for (size_t i = 0U; i < (sizeof(hostile) / sizeof(hostile[0])); i++) {
         osal_directory_about_t unused;
         const status_t first = osal_directory_describe(&root, hostile[i], &unused);
-        // A file in the place of a folder is seen before the dots behind it.
+        // A file in the place of a folder is detected before the dots after it.
         TEST_ASSERT_TRUE_MESSAGE((first == STATUS_INVALID) || (first == STATUS_NOT_FOUND), hostile[i]);
         expect_refused(hostile[i], first);
         TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_make(&root, hostile[i]));

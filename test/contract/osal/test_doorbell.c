@@ -51,7 +51,7 @@ static void test_rings_are_counted_and_kept(void)
     osal_doorbell_ring(&bell);
     osal_doorbell_ring(&bell);
     TEST_ASSERT_EQUAL_UINT32(2U, osal_doorbell_rings(&bell));
-    for (uint32_t seen = 0U; seen < 2U; seen++) { // Seeing a ring does not clear it.
+    for (uint32_t seen = 0U; seen < 2U; seen++) { // Reading the count does not clear it.
         TEST_ASSERT_EQUAL(STATUS_OK, osal_doorbell_wait(&bell, seen, UINT32_MAX));
     }
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_doorbell_wait(&bell, 2U, 1U));

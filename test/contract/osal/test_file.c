@@ -39,7 +39,7 @@ static void put(const char* text, status_t (*open_it)(osal_file_t* file, const c
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, text, strlen(text)));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync(&file));
     osal_file_close(&file);
-    osal_file_close(&file); // Twice does no harm.
+    osal_file_close(&file); // A second close has no effect.
 }
 
 static void assert_content(const char* expected)
@@ -231,7 +231,8 @@ static void ignore_it(int number)
     (void)number;
 }
 
-/// A pipe takes a large block only bit by bit: the write must go on until all is out, whatever interrupts it.
+/// A pipe takes a large block in small parts: the write must continue until all is written, despite
+/// interrupts.
 static void test_short_and_interrupted_writes_are_completed(void)
 {
     struct sigaction action         = {.sa_handler = ignore_it};
@@ -245,7 +246,7 @@ static void test_short_and_interrupted_writes_are_completed(void)
         size_t total = 0U;
         ssize_t size = 0;
         (void)close(ends[1]);
-        (void)usleep(20000U); // The writer is asleep on the full pipe meanwhile.
+        (void)usleep(20000U); // The writer sleeps on the full pipe meanwhile.
         do {
             size = read(ends[0], block, 1000U);
             total += (size_t)((size > 0) ? size : 0);
@@ -271,11 +272,11 @@ static void test_folders_with_parents(void)
     struct stat about;
     (void)snprintf(deep, sizeof(deep), "%s/a/b//c/", folder);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // There already.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // The folder exists.
     TEST_ASSERT_EQUAL(0, stat(deep, &about));
     TEST_ASSERT_TRUE(S_ISDIR(about.st_mode));
     put("x", osal_file_create);
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(path)); // Taken by a file.
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(path)); // A file has this name.
     (void)snprintf(beneath_file, sizeof(beneath_file), "%s/a", path);
     TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(beneath_file));
     TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(""));

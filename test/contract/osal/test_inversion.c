@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Priority inversion with three tasks on one processor: the low one holds the lock, the high one waits for
-// it, the middle one has much to do. With inheritance the high one is done before the middle one; a lock
-// without inheritance, run through the same scene, shows that the scene tells them apart.
+// it, the middle one computes for a long time. With inheritance the high one ends before the middle one; the
+// same sequence with a lock without inheritance shows that the test distinguishes the two.
 #define _GNU_SOURCE
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/event.h"
@@ -16,13 +16,13 @@
 #define WORK_NS 50000000ULL
 
 typedef struct {
-    bool is_plain; ///< With a lock of the system that does not inherit.
+    bool is_plain; ///< A lock of the system without inheritance.
     osal_mutex_t mutex;
     pthread_mutex_t plain;
-    osal_event_t held;    ///< Low to first: I have the lock.
-    osal_event_t go;      ///< First to low: give it back.
-    osal_event_t working; ///< Middle to first: I am at it.
-    osal_event_t waiting; ///< High to first: the next thing I do is lock.
+    osal_event_t held;    ///< Low to first: it has the lock.
+    osal_event_t go;      ///< First to low: unlock.
+    osal_event_t working; ///< Middle to first: it runs.
+    osal_event_t waiting; ///< High to first: its next action is to lock.
     uint32_t place;
     uint32_t high_place;
     uint32_t middle_place;
@@ -97,7 +97,7 @@ static void play(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&high, run_high, NULL, 30));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.waiting, UINT32_MAX));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&middle, run_middle, NULL, 20));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.working, UINT32_MAX)); // High is asleep on the lock.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.working, UINT32_MAX)); // High sleeps on the lock.
     osal_event_signal(&scene.go);
     osal_task_join(&high);
     osal_task_join(&middle);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of the scheduler one by one, and what must hold when participants end, are killed at any moment,
-// or the run is closed. That all forms give one sequence is shown in test_lockstep_scheduler_forms.c.
+// The rules of the scheduler one by one, and the invariants when participants end, are killed at any moment,
+// or the run is closed. test_lockstep_scheduler_forms.c shows that all forms give one sequence.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -96,7 +96,7 @@ static void test_delivery_wakes_now_upwards_and_next_slot_downwards(void)
     TEST_ASSERT_EQUAL_UINT32(1U, grant.messages);
     TEST_ASSERT_EQUAL_UINT32(7U, grant.octets);
     osal_lockstep_deliver(scheduler, 2U, 2U, OSAL_LOCKSTEP_ANY_LIFE, 1U,
-                          0U); // To itself: next slot, before what it asks for.
+                          0U); // To itself: in the next slot, before its requested wake time.
     osal_lockstep_done(scheduler, 2U, 10U * SLOT_NS);
     grant = next_is(scheduler, 0U, SLOT_NS);
     TEST_ASSERT_EQUAL_UINT32(3U, grant.messages);
@@ -275,7 +275,7 @@ static void test_delivery_from_outside_wakes_a_sleeping_run(void)
     const pid_t sleeper              = child(sleep_for_ever, scheduler, 1U);
     await_presence(scheduler, 1U);
     osal_lockstep_deliver(scheduler, 0U, 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
-    TEST_ASSERT_EQUAL(1, exit_code(sleeper)); // It was granted.
+    TEST_ASSERT_EQUAL(1, exit_code(sleeper)); // It got the grant.
     (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
 }
 
@@ -288,7 +288,7 @@ typedef struct {
 
 static record_t* record;
 
-/// Uses the scheduler as densely as it can, so that a kill finds it anywhere: asleep, in the lock, between.
+/// Calls the scheduler as often as possible, so that a kill finds it anywhere: asleep, in the lock, between.
 static void hammer(osal_lockstep_t* scheduler, unsigned participant)
 {
     osal_grant_t grant;
@@ -370,7 +370,8 @@ static void test_a_kill_at_any_moment_never_stops_time(void)
     (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
 }
 
-// What the ended life was not told of goes to the next; nobody is granted in between, and time waits for it.
+// Deliveries not reported to the ended life go to the next one; no participant is granted in between, and
+// time waits for it.
 static void test_a_succession_is_one_operation(void)
 {
     unsigned participant             = UINT32_MAX;
@@ -390,7 +391,7 @@ static void test_a_succession_is_one_operation(void)
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, osal_lockstep_presence(scheduler, 1U, &life));
     TEST_ASSERT_EQUAL_UINT32(2U, life);
     osal_lockstep_deliver(scheduler, 0U, 1U, OSAL_LOCKSTEP_ANY_LIFE, 3U, 0U);
-    osal_lockstep_end(scheduler, 1U, 1U); // Its process has been seen to die: known already.
+    osal_lockstep_end(scheduler, 1U, 1U); // Its process was seen to die: known already.
     osal_lockstep_done(scheduler, 0U, 20U * SLOT_NS);
     TEST_ASSERT_EQUAL(STATUS_BUSY, osal_lockstep_next(scheduler, &participant, &grant));
     TEST_ASSERT_EQUAL_UINT(1U, participant);
@@ -398,7 +399,7 @@ static void test_a_succession_is_one_operation(void)
     grant = next_is(scheduler, 1U, 11U * SLOT_NS);
     TEST_ASSERT_EQUAL_UINT32(5U, grant.messages);
     osal_lockstep_done(scheduler, 1U, OSAL_LOCKSTEP_NEVER);
-    osal_lockstep_succeed(scheduler, 1U, 0U); // From here on an end is an end.
+    osal_lockstep_succeed(scheduler, 1U, 0U); // From here on an end counts.
     (void)next_is(scheduler, 0U, 20U * SLOT_NS);
     osal_lockstep_kill(scheduler, 1U, 2U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, osal_lockstep_presence(scheduler, 1U, &life));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// No call that waits escapes the scheduler: each is tried by a participant within its grant, for something
-// that comes in wall-clock time or never, while another participant wants to run. Until the grant is given
-// back, simulated time stands still and the other one does not run. test/hil runs this program again where
-// the kernel has virtual CAN interfaces.
+// No call that waits gives up the grant: each is tried by a participant within its grant, for something that
+// comes in wall-clock time or never, while another participant wants to run. Until the grant is given back,
+// simulated time stands still and the other one does not run. test/hil runs this program again on a kernel
+// with virtual CAN interfaces.
 #define _GNU_SOURCE
 #include "osal/include/osal/can.h"
 #include "osal/include/osal/can_interface.h"
@@ -44,7 +44,7 @@ static osal_event_t event;
 static char folder[] = "/tmp/osal-blocking-XXXXXX";
 static bool has_vcan;
 
-/// A name of this process, behind `begin`.
+/// A name unique to this process, which starts with `begin`.
 static const char* named(const char* begin)
 {
     static char name[64];
@@ -79,7 +79,8 @@ void tearDown(void)
     osal_task_join(&other_task);
 }
 
-/// Nothing that is no participant gets a grant: sleeps in wall-clock time, then does what is waited for.
+/// A task that is no participant gets no grant: it sleeps in wall-clock time, then does what the call waits
+/// for.
 static void nap(void* context)
 {
     (void)usleep(WAIT_MS * 1000U);
@@ -88,7 +89,7 @@ static void nap(void* context)
     } else if (context != NULL) {
         osal_event_signal(context);
     } else {
-        // Its end is waited for.
+        // The call waits for its end.
     }
 }
 
@@ -200,7 +201,7 @@ static void use_directory(void)
     osal_directory_close(&root);
 }
 
-/// A console that nobody reads is waited for, but not for ever.
+/// A console that is not read: the call waits, but for a limited time.
 static void say_to_a_sleeping_reader(void)
 {
     static char block[4096];
@@ -238,7 +239,7 @@ static void ask_the_kernel(void)
     }
 }
 
-/// A frame that was announced on another interface than that of the one who waits for it never comes.
+/// A frame that was announced on another interface than that of the waiting end never arrives.
 static void wait_for_an_announced_frame(void)
 {
     const unsigned number = (unsigned)getpid() % 100000U;
@@ -265,7 +266,7 @@ static void wait_for_an_announced_frame(void)
     }
 }
 
-/// Calls that say that they never block: all of them where there is nothing to have, or no room.
+/// Calls that never block by their contract: all of them with nothing to receive, or no room.
 static void use_sockets_and_queues(void)
 {
     const char* const name = named("/osal-blocking.");
@@ -294,7 +295,7 @@ static void use_sockets_and_queues(void)
     osal_socket_close(&peer);
 }
 
-/// A FIFO and a serial line whose far ends sleep.
+/// A FIFO and a serial line whose far ends are idle.
 static void use_devices(void)
 {
     static uint8_t octets[65536];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One random programme of participants is run three ways: by a plain model of the rules written here, by the
+// One random programme of participants is run three times: by a plain model of the rules written here, by the
 // scheduler in one loop, and by the scheduler with a process per participant. The three sequences of grants
 // must be the same.
 #define _GNU_SOURCE
@@ -29,7 +29,7 @@ typedef struct {
 
 typedef struct { // Shared by the processes of a run. Written only within a grant.
     uint32_t length;
-    uint32_t is_gone[PARTICIPANTS]; ///< Has ended, and may be started again.
+    uint32_t is_gone[PARTICIPANTS]; ///< It has ended, and may be started again.
     step_t steps[TRACE_MAX];
 } trace_t;
 
@@ -42,7 +42,7 @@ typedef struct {
         uint32_t octets;
     } deliveries[DELIVERIES_MAX];
     bool is_end;
-    unsigned restarted; ///< 0: nobody.
+    unsigned restarted; ///< 0: no participant.
 } decision_t;
 
 void setUp(void)
@@ -77,7 +77,7 @@ static uint64_t wake_for(uint64_t dice, unsigned participant, uint64_t now_ns)
     }
 }
 
-/// What a participant does in a grant depends on what it was told in it, and on nothing else.
+/// The actions of a participant in a grant depend only on what it received in it.
 static decision_t decide(uint64_t seed, const trace_t* trace, unsigned participant, const osal_grant_t* grant)
 {
     uint64_t dice           = scramble(seed ^ ((uint64_t)participant << 56U) ^ grant->now_ns);
@@ -111,11 +111,11 @@ static void note(trace_t* trace, unsigned participant, const osal_grant_t* grant
     trace->length++;
 }
 
-// --- The rules once more, plainly ------------------------------------------------------------------------
+// --- The rules as a plain model --------------------------------------------------------------------------
 
 typedef struct {
     bool is_here;
-    bool is_counting; ///< Expected or here.
+    bool is_counting; ///< Expected or joined.
     bool is_joining;
     uint64_t asked_ns;
     uint64_t called_ns; ///< By a delivery.
@@ -323,7 +323,7 @@ static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
         osal_lockstep_expect(scheduler, i, 1U, 0U);
     }
-    // The first six starts are asked for like every restart.
+    // The first six starts are ordered like every restart.
     for (order = 0U; order < PARTICIPANTS; order++) {
         TEST_ASSERT_EQUAL(1, write(request[1], &order, 1U));
     }
@@ -332,7 +332,7 @@ static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
             (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
             (void)close(request[0]);
             if (order != 0U) {
-                (void)close(request[1]); // Only participant 0 has others restarted: with it, the pipe ends.
+                (void)close(request[1]); // Only participant 0 orders restarts: with it, the pipe ends.
             }
             live(seed, length, trace, scheduler, order, request[1]);
         }
@@ -397,7 +397,7 @@ static void test_time_never_goes_back_and_orders_rise_within_an_instant(void)
         }
         restarts += trace.is_gone[1];
     }
-    TEST_ASSERT_TRUE(restarts > 0U); // The programmes do contain ends.
+    TEST_ASSERT_TRUE(restarts > 0U); // The programmes contain ends.
 }
 
 int main(void)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lives of participants: start, stop, death and hang at a defined simulated time, whenever in wall-clock time
-// the processes follow.
+// Lives of participants: start, stop, death and hang at a defined simulated time, independent of when the
+// processes follow in wall-clock time.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -62,7 +62,7 @@ static void test_a_life_begins_at_its_instant_and_not_before(void)
     osal_lockstep_expect(scheduler, SECOND, 3U, 2000U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 3U));
     osal_lockstep_done(scheduler, FIRST, 1500U);
-    (void)next_is(FIRST, 1500U); // Time goes on until the instant.
+    (void)next_is(FIRST, 1500U); // Time continues until the instant.
     osal_lockstep_deliver(scheduler, FIRST, SECOND, 3U, 2U, 5U);
     osal_lockstep_done(scheduler, FIRST, 2000U);
     awaited_is(SECOND); // The first of the order does not run at that instant either.
@@ -78,7 +78,7 @@ static void test_who_joins_early_is_granted_no_earlier(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 1U, 2000U);
-    osal_lockstep_done(scheduler, SECOND, 0U); // In wall-clock time it is quick.
+    osal_lockstep_done(scheduler, SECOND, 0U); // In wall-clock time the process is fast.
     osal_lockstep_deliver(scheduler, FIRST, SECOND, 1U, 1U, 0U);
     osal_lockstep_done(scheduler, FIRST, 1000U);
     (void)next_is(FIRST, 1000U);
@@ -94,7 +94,7 @@ static void test_nothing_is_counted_for_another_life(void)
     osal_lockstep_dismiss(scheduler, SECOND, 1U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(SECOND, 1U));
     osal_lockstep_expect(scheduler, SECOND, 2U, 1000U);
-    osal_lockstep_deliver(scheduler, FIRST, SECOND, 1U, 7U, 7U); // Said to the first life.
+    osal_lockstep_deliver(scheduler, FIRST, SECOND, 1U, 7U, 7U); // Delivered to the first life.
     osal_lockstep_end(scheduler, SECOND, 1U);                    // Its process is found dead only now.
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
     osal_lockstep_dismiss(scheduler, SECOND, 1U);
@@ -179,9 +179,9 @@ static void test_a_life_hangs_from_its_beginning_on(void)
     TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, osal_lockstep_begin_ns(scheduler, SECOND));
     osal_lockstep_expect(scheduler, SECOND, 1U, 1000U);
     TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, osal_lockstep_begin_ns(scheduler, SECOND));
-    osal_lockstep_done(scheduler, SECOND, 0U); // It has joined early.
+    osal_lockstep_done(scheduler, SECOND, 0U); // It has joined before its life begins.
     TEST_ASSERT_EQUAL_UINT64(1000U, osal_lockstep_begin_ns(scheduler, SECOND));
-    osal_lockstep_suspend(scheduler, SECOND); // As if it had not: no effect.
+    osal_lockstep_suspend(scheduler, SECOND); // No effect, as if it had not joined.
     osal_lockstep_done(scheduler, FIRST, 1000U);
     (void)next_is(FIRST, 1000U);
     osal_lockstep_done(scheduler, FIRST, 2000U);
@@ -232,7 +232,7 @@ static void run_slot(uint64_t now_ns, unsigned without)
     }
 }
 
-/// A place that is taken is not given again: the life in it goes on as if nobody had asked.
+/// A place that is taken is not given again: the life in it continues unaffected.
 static void test_a_place_that_is_taken_is_refused(void)
 {
     take_all_places();
@@ -246,7 +246,7 @@ static void test_a_place_that_is_taken_is_refused(void)
         osal_lockstep_done(scheduler, i, 2U * SLOT_NS);
     }
     run_slot(2U * SLOT_NS, PLACES);
-    TEST_ASSERT_EQUAL(PLACES, osal_lockstep_awaited(scheduler)); // Nobody is waited for.
+    TEST_ASSERT_EQUAL(PLACES, osal_lockstep_awaited(scheduler)); // Time waits for no participant.
 }
 
 static void expect_one_too_many(void)
@@ -259,7 +259,7 @@ static void deliver_to_one_too_many(void)
     osal_lockstep_deliver(scheduler, FIRST, PLACES, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
 }
 
-/// There is no further place: who asks for one has not read the limit.
+/// There is no further place: a request for one is a coding error.
 static void test_one_place_too_many_is_a_coding_error(void)
 {
     take_all_places();
@@ -268,7 +268,7 @@ static void test_one_place_too_many_is_a_coding_error(void)
     run_slot(0U, PLACES);
 }
 
-/// Each in turn: the others keep order and time, nothing of the ended life is left to the next.
+/// Each in turn: the others keep order and time, the next life gets nothing of the ended one.
 static void test_a_place_that_was_freed_is_taken_again(void)
 {
     take_all_places();
@@ -294,7 +294,7 @@ static void test_a_place_that_was_freed_is_taken_again(void)
     run_slot(now_ns, PLACES);
 }
 
-/// All but one are expected at one instant and fail before it: each ends there, and the one goes on.
+/// All but one are expected at one instant and fail before it: each ends there, and the one continues.
 static void test_all_places_may_fail_to_begin_at_once(void)
 {
     for (uint32_t life = 1U; life <= 3U; life++) {
@@ -327,8 +327,8 @@ static osal_lockstep_t* shared_scheduler(void)
     return osal_lockstep_create(memory, SLOT_NS, true);
 }
 
-/// A process that waits as life 1 of the second participant, and exits with 7 when it is told that it is
-/// over.
+/// A process that waits as life 1 of the second participant, and exits with 7 when its wait returns that it
+/// has ended.
 static pid_t wait_as_second(void)
 {
     const pid_t child = fork();
@@ -417,13 +417,13 @@ static void test_a_stream_ends_with_the_life_of_its_server(void)
     TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_stream_port(scheduler, THIRD));
     osal_lockstep_done(scheduler, FIRST, 5000U);
     const osal_grant_t grant = next_is(THIRD, 2000U); // In the same instant: its turn was still to come.
-    TEST_ASSERT_EQUAL_UINT32(0U, grant.octets);       // What was under way is lost.
+    TEST_ASSERT_EQUAL_UINT32(0U, grant.octets);       // Deliveries under way are lost.
     TEST_ASSERT_EQUAL_UINT32(1U, grant.messages);
     osal_lockstep_set_stream_port(scheduler, THIRD, 4712U);
     osal_lockstep_done(scheduler, THIRD, OSAL_LOCKSTEP_NEVER);
     (void)next_is(FIRST, 5000U);
     osal_lockstep_expect(scheduler, SECOND, 2U, 5000U);
-    osal_lockstep_end(scheduler, SECOND, 2U); // A life that serves nobody ends alone.
+    osal_lockstep_end(scheduler, SECOND, 2U); // A life that serves no stream ends without effect on others.
     TEST_ASSERT_EQUAL_UINT16(4712U, osal_lockstep_stream_port(scheduler, THIRD));
 }
 
@@ -445,13 +445,13 @@ static void test_a_server_that_cuts_a_stream_wakes_its_participant(void)
     osal_lockstep_done(scheduler, THIRD, OSAL_LOCKSTEP_NEVER);
     (void)next_is(SECOND, 4000U);
     osal_lockstep_serve_stream(scheduler, THIRD, 4712U, SECOND);
-    osal_lockstep_set_stream_port(scheduler, THIRD, 4712U); // The same: it goes on.
+    osal_lockstep_set_stream_port(scheduler, THIRD, 4712U); // The same port: the stream continues.
     TEST_ASSERT_EQUAL_UINT16(4712U, osal_lockstep_served_port(scheduler, THIRD));
     osal_lockstep_set_stream_port(scheduler, THIRD, 4713U);
     TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_served_port(scheduler, THIRD));
 }
 
-/// A process that is inside the scheduler for most of its time.
+/// A process that is inside the scheduler most of the time.
 static pid_t hammer_as_second(uint32_t life)
 {
     const pid_t child = fork();
@@ -478,7 +478,7 @@ static void test_who_is_stopped_inside_is_killed_so_that_the_others_go_on(void)
     const pid_t child = hammer_as_second(1U);
     int status        = 0;
     pid_t ended       = 0;
-    while (ended == 0) { // Until it was stopped inside; outside it disturbs nobody, and goes on.
+    while (ended == 0) { // Until it was stopped inside; outside it disturbs no participant, and continues.
         TEST_ASSERT_EQUAL(0, kill(child, SIGSTOP));
         uint32_t grants = 0U;
         (void)osal_lockstep_holder(scheduler, &grants);

@@ -59,7 +59,7 @@ static void test_messages_come_whole_and_in_order(void)
     TEST_ASSERT_EQUAL_UINT64(0U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, say("one"));
     TEST_ASSERT_EQUAL(STATUS_OK, say("two and more"));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_send(&sender, NULL, 0U)); // Nothing to say is a message, too.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_send(&sender, NULL, 0U)); // An empty message is a message, too.
     expect("one");
     expect("two and more");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_receive(&receiver, octets, sizeof octets, &size));
@@ -76,7 +76,7 @@ static void test_limits_are_reached_and_told(void)
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, osal_mqueue_send(&sender, octets, 1U));
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_mqueue_receive(&receiver, octets, OCTETS - 1U, &size));
-    for (unsigned i = 0U; i < 4U; i++) { // Nothing was taken by the refusal.
+    for (unsigned i = 0U; i < 4U; i++) { // The refused call took nothing.
         TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_receive(&receiver, octets, OCTETS, &size));
         TEST_ASSERT_EQUAL_UINT64(OCTETS, size);
     }
@@ -94,7 +94,7 @@ static void test_what_every_system_grants_and_what_none_does(void)
     osal_mqueue_close(&other);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_remove(name));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, osal_mqueue_create(&other, name, 1000000U, 1000000U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_open(&other, name)); // No name is left by a refusal.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_open(&other, name)); // The refused call leaves no name.
 }
 
 static void test_names_that_exist_and_do_not(void)

@@ -90,7 +90,7 @@ static void test_death_of_a_holder_is_told_once_and_hangs_nobody(void)
     while (__atomic_load_n(&shared->check, __ATOMIC_ACQUIRE) == 0U) {
         (void)usleep(100U);
     }
-    const pid_t waiter = fork(); // Asleep on the lock when the holder dies, or just about to be.
+    const pid_t waiter = fork(); // It sleeps on the lock when the holder dies, or is just about to.
     if (waiter == 0) {
         const status_t first = osal_mutex_lock(&shared->mutex);
         osal_mutex_unlock(&shared->mutex);
@@ -133,7 +133,7 @@ static void test_a_wait_for_the_lock_ends_in_time_and_the_holder_is_known(void)
     osal_mutex_destroy(&shared->mutex);
 }
 
-/// A coding error ends the program: seen from a child.
+/// A coding error ends the program: tested in a child.
 static void assert_aborts(void (*mistake)(void))
 {
     const pid_t child = fork();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Network namespaces. The one that is entered is made by the test, kept by a child process; where that is not
-// permitted, the refusal is what is tested.
+// Network namespaces. The test makes the one that is entered, and a child process keeps it; without the
+// permission, the refusal is tested.
 #define _GNU_SOURCE
 #include "osal/include/osal/network.h"
 
@@ -39,7 +39,7 @@ static ino_t stack_now(void)
     return facts.st_ino;
 }
 
-/// A child in a namespace of its own. False where that is not permitted.
+/// A child in a namespace of its own. False without the permission.
 static bool make_namespace(void)
 {
     int ready[2];

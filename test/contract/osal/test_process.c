@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The children are this very program, called with the name of what they shall do.
+// The children are this program itself, called with the name of their role.
 #define _GNU_SOURCE
 #include "osal/include/osal/process.h"
 
@@ -54,7 +54,7 @@ static int show_memory_limit(const char* expected)
     return ((getrlimit(RLIMIT_AS, &limit) == 0) && (limit.rlim_cur == strtoull(expected, NULL, 10))) ? 0 : 1;
 }
 
-/// 0 if descriptors up to this number, and no others, can be had.
+/// 0 if descriptors up to this number, and no higher ones, are available.
 static int show_descriptor_limit(int limit)
 {
     int last = 0;
@@ -64,12 +64,12 @@ static int show_descriptor_limit(int limit)
         next = open("/dev/null", O_RDONLY | O_CLOEXEC);
     }
     for (int i = 3; i <= last; i++) {
-        (void)close(i); // Sanitizers look around at the end.
+        (void)close(i); // Sanitizers check at the end.
     }
     return (last == (limit - 1)) ? 0 : 1;
 }
 
-/// Have that many MiB in memory.
+/// Have this many MiB in memory.
 static int take_memory(size_t mebibytes)
 {
     uint8_t* const octets = malloc(mebibytes << 20U);
@@ -98,7 +98,7 @@ static int show_processor(void)
     return 101;
 }
 
-/// 0 if signals are as a program expects to find them.
+/// 0 if the signals have the states that a program expects.
 static int show_signals(void)
 {
     sigset_t blocked;
@@ -109,7 +109,7 @@ static int show_signals(void)
     return ((sigaction(SIGPIPE, NULL, &action) == 0) && (action.sa_handler == SIG_DFL)) ? 0 : 2;
 }
 
-/// A parent that starts a child, tells its id, and then waits to be killed.
+/// A parent that starts a child, reports its id, and then waits to be killed.
 static int be_parent(int report, bool outlives)
 {
     const char* const arguments[]    = {SELF, "hold", NULL};
@@ -258,12 +258,12 @@ static void test_what_cannot_be_started(void)
     start.descriptor_count = 0U;
     start.output_path      = "/no/such/folder/output";
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_start(&process, &start));
-    TEST_ASSERT_EQUAL(-1, waitpid(-1, NULL, WNOHANG)); // Nothing half-started is left.
+    TEST_ASSERT_EQUAL(-1, waitpid(-1, NULL, WNOHANG)); // No partly started process is left.
 }
 
 static void test_child_keeps_only_the_named_descriptors(void)
 {
-    // Whatever the test was started with, 3..8 are open here, some without close-on-exec.
+    // Whatever descriptors the test was started with, 3..8 are open here, some without close-on-exec.
     for (int i = 3; i <= 8; i++) {
         TEST_ASSERT_EQUAL(i, dup2(2, i));
     }
@@ -312,7 +312,7 @@ static void test_end_tells_the_memory_that_was_needed(void)
     TEST_ASSERT_TRUE(more > least);
 }
 
-static volatile uint8_t large[3U << 20U]; // Takes no room in the file.
+static volatile uint8_t large[3U << 20U]; // Needs no room in the file.
 
 static void test_size_of_a_program_is_what_it_takes_when_loaded(void)
 {
@@ -329,7 +329,8 @@ static void test_size_of_a_program_is_what_it_takes_when_loaded(void)
     char words[100] = "#!/bin/sh\n";
     TEST_ASSERT_EQUAL_INT(sizeof words, write(file, words, sizeof words));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_process_loaded_size(name, &octets));
-    const int self = open(SELF, O_RDONLY | O_CLOEXEC); // Its first octets: a header without what it names.
+    // Its first octets: a header without the parts that it names.
+    const int self = open(SELF, O_RDONLY | O_CLOEXEC);
     TEST_ASSERT_EQUAL_INT(sizeof words, read(self, words, sizeof words));
     TEST_ASSERT_EQUAL_INT(sizeof words, pwrite(file, words, sizeof words, 0));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_process_loaded_size(name, &octets));
@@ -338,7 +339,7 @@ static void test_size_of_a_program_is_what_it_takes_when_loaded(void)
     (void)unlink(name);
 }
 
-/// Counted round those that are ours, which may be fewer than there are.
+/// Counted round the permitted processors, which may be fewer than exist.
 static void test_child_is_pinned_to_one_of_our_processors(void)
 {
     cpu_set_t set;
@@ -387,7 +388,7 @@ static void test_child_begins_with_ordinary_signals(void)
     TEST_ASSERT_EQUAL(0, result_of(&process).code);
 }
 
-/// A child in a role of a parent, and who watches what it has started.
+/// A child in the role of a parent, and a process that watches what it has started.
 static osal_process_t start_parent(const char* role, osal_process_t* out_grandchild)
 {
     int report[2];
@@ -466,12 +467,12 @@ static void test_wait_any_finds_the_one_that_ended(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_process_poll(&ending, &result));
     TEST_ASSERT_TRUE(result.has_ended);
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT,
-                      osal_process_wait_any(both, 2U, 10U)); // An ended one is not told again.
+                      osal_process_wait_any(both, 2U, 10U)); // The end of a process is not reported again.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_process_stop(&holding, true));
     (void)result_of(&holding);
 }
 
-/// Start `role` with its output in the file and wait until it says that it is ready.
+/// Start `role` with its output in the file and wait until it reports that it is ready.
 static osal_process_t start_ready(const char* role)
 {
     osal_process_start_t start = plain;
@@ -522,7 +523,7 @@ static void test_other_signals_do_not_shorten_a_wait(void)
     TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &every_ms, NULL));
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_process_wait_any(NULL, 0U, 30U));
-    osal_process_t process = start_role("exit", "0", &plain); // Interrupted while it reads the outcome.
+    osal_process_t process = start_role("exit", "0", &plain); // A signal interrupts reading the outcome.
     TEST_ASSERT_EQUAL(0, result_of(&process).code);
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
 }

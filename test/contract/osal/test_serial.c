@@ -95,10 +95,10 @@ static void test_what_came_before_is_thrown_away(void)
     uint8_t octet = 0U;
     size_t size   = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_serial_open(&line, path, 9600U));
-    osal_device_t keeper = line; // Keeps the line up.
+    osal_device_t keeper = line; // Keeps the line open.
     TEST_ASSERT_EQUAL(3, write(far, "old", 3U));
     line = (osal_device_t)OSAL_DEVICE_CLOSED;
-    if (osal_serial_open(&line, path, 9600U) == STATUS_OK) { // Refused without privilege: it is taken.
+    if (osal_serial_open(&line, path, 9600U) == STATUS_OK) { // Refused without privilege: the line is in use.
         TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_device_read(&line, &octet, 1U, &size));
         TEST_ASSERT_EQUAL(3, write(far, "new", 3U));
         expect((const uint8_t*)"new", 3U);

@@ -123,7 +123,7 @@ static void test_udp_datagram_stays_until_the_next_receive(void)
     TEST_ASSERT_EQUAL(0U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
     TEST_ASSERT_EQUAL(1U, in[0]);
-    a.is_held = false; // The process has died, and another one has the socket.
+    a.is_held = false; // The process has died, and another one has its socket.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
     TEST_ASSERT_EQUAL(1U, in[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof(in), &size));
@@ -183,7 +183,7 @@ static void test_tcp_peer_that_ends_is_told_after_its_last_octet(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&c, 5000U));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&c, in, sizeof(in), &size));
     TEST_ASSERT_EQUAL(0U, size);
-    // Sends into the void end in a status, not in a signal.
+    // A send to a closed connection returns a status and causes no signal.
     status_t status = STATUS_OK;
     for (int i = 0; (i < 1000) && (status == STATUS_OK); i++) {
         status = osal_stream_send(&c, (const uint8_t*)"x", 1U, &size);
@@ -201,7 +201,7 @@ static void test_tcp_listener(void)
     osal_socket_close(&a);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_tcp_connect(&b, local));
     TEST_ASSERT_FALSE(osal_socket_is_open(&b));
-    // The port is free again at once, though a connection through it has just been closed.
+    // The port is available at once, although a connection through it was just closed.
     connect_pair();
     const osal_address_t used = address_of(&a);
     osal_socket_close(&c);
@@ -267,11 +267,11 @@ static void test_local_streams(void)
     osal_socket_close(&a);
     osal_socket_close(&b);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&c, in, sizeof(in), &size));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_local_connect(&b, path)); // The path is left, nobody listens.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_local_connect(&b, path)); // The path is left, without a listener.
     memset(long_path, 'x', sizeof(long_path));
     long_path[101]            = '\0';
     const char* const wrong[] = {long_path, ""};
-    for (unsigned i = 0U; i < 2U; i++) { // The socket is closed then, whatever was in it.
+    for (unsigned i = 0U; i < 2U; i++) { // Then the socket is closed, whatever it still contained.
         b = (osal_socket_t){.descriptor = 4711};
         TEST_ASSERT_EQUAL(STATUS_INVALID, osal_local_listen(&b, wrong[i]));
         TEST_ASSERT_EQUAL(-1, b.descriptor);
@@ -296,7 +296,7 @@ static void test_adopted_sockets_are_as_good_as_opened_ones(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, 9999));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, -1));
     TEST_ASSERT_EQUAL(0, pipe(ends));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, ends[0])); // No socket.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, ends[0])); // Not a socket.
     TEST_ASSERT_FALSE(osal_socket_is_open(&c));
     (void)close(ends[0]);
     (void)close(ends[1]);

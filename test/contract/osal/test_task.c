@@ -46,7 +46,7 @@ static void test_task_runs_once_with_its_context_and_joins(void)
     for (uint32_t i = 1U; i <= 50U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, look, &seen, 0));
         osal_task_join(&task);
-        osal_task_join(&task); // Nothing is left to wait for.
+        osal_task_join(&task); // There is nothing to wait for.
         TEST_ASSERT_EQUAL_UINT32(i, seen.runs);
     }
     TEST_ASSERT_EQUAL(SCHED_OTHER, seen.policy);
@@ -68,7 +68,8 @@ static void test_priority_is_set_where_permitted(void)
 {
     osal_task_t task;
     seen_t seen = {.runs = 0U};
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, look, &seen, 42)); // Starts in any case.
+    // Starts with and without the permission.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, look, &seen, 42));
     osal_task_join(&task);
     TEST_ASSERT_EQUAL_UINT32(1U, seen.runs);
     const status_t status = osal_task_set_priority(43);
@@ -87,7 +88,7 @@ static void test_priority_is_set_where_permitted(void)
     TEST_ASSERT_EQUAL(SCHED_OTHER, own.policy);
 }
 
-/// Without privilege a task of a priority starts all the same.
+/// Without privilege a task with a priority starts all the same.
 static void test_priority_without_privilege(void)
 {
     if (geteuid() != 0U) {
@@ -110,7 +111,7 @@ static void test_priority_without_privilege(void)
     TEST_ASSERT_EQUAL(0, how);
 }
 
-/// Where the system has no task left to give: seen from a child that may have none.
+/// If the system has no task left: tested in a child that may have none.
 static void test_tasks_run_out_as_a_status(void)
 {
     if (geteuid() != 0U) {
@@ -126,7 +127,7 @@ static void test_tasks_run_out_as_a_status(void)
         const bool is_refused = (osal_task_start(&task, look, &seen, 0) == STATUS_EXHAUSTED) &&
                                 (osal_task_start(&task, look, &seen, 10) == STATUS_EXHAUSTED);
         if (is_limited && is_refused) {
-            osal_task_join(&task); // Nothing to wait for.
+            osal_task_join(&task); // There is nothing to wait for.
         }
         _exit((is_limited && is_refused && (seen.runs == 0U)) ? 0 : 1);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TIPC as this kernel carries it. A kernel without it says so, and that is all there is to test; `make
-// test-hil` runs this in one that has it.
+// TIPC of this kernel. A kernel without it returns STATUS_UNSUPPORTED, and nothing else can be tested; `make
+// test-hil` runs this on one that has it.
 #include "osal/include/osal/tipc.h"
 #include "unity.h"
 
@@ -107,7 +107,7 @@ static void a_name_that_nobody_has_is_told(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_tipc_send(&sender, name(INSTANCE), octets, 10U));
 }
 
-/// A receiver that sleeps: what it has no room for comes back. Nothing is lost between the two counts.
+/// A receiver that does not read: datagrams without room come back. Nothing is lost between the two counts.
 static void what_a_slow_receiver_has_no_room_for_comes_back(void)
 {
     unsigned sent     = 0U;
@@ -179,7 +179,7 @@ static void names_that_come_and_go_are_told(void)
     osal_tipc_event_t event      = {false, 0U};
     open_pair(OSAL_TIPC_MESSAGE);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_watch_open(&watch, type));
-    expect_event(true, INSTANCE); // It was there before.
+    expect_event(true, INSTANCE); // It existed before.
     osal_socket_close(&sender);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_open(&sender, OSAL_TIPC_MESSAGE, &other, OSAL_TIPC_NODE));
     expect_event(true, OTHER);
