@@ -3,6 +3,7 @@
 own, and what it starts stays there: none slows another one down. The tests of a file share flights and go to one worker."""
 
 import os
+import signal
 
 import pytest
 
@@ -11,6 +12,8 @@ ONE_FLIGHT = "test/conformance/pus/"  # All files of this folder share one, and 
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "long: takes minutes; run with LONG=1")
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # As a shell leaves it for what it runs in the background.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     worker = os.environ.get("PYTEST_XDIST_WORKER", "")
     if worker:
         ours = sorted(os.sched_getaffinity(0))
