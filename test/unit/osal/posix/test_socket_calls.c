@@ -50,6 +50,16 @@ int __wrap_socket(int domain, int type, int protocol)
     return answer(mock_type(int));
 }
 
+int __wrap_socketpair(int domain, int type, int protocol, int* out_pair)
+{
+    assert_int_equal(AF_UNIX, domain);
+    assert_int_equal(SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, type);
+    assert_int_equal(0, protocol);
+    out_pair[0] = 0; // The smallest descriptors there are; left in place where there are none.
+    out_pair[1] = 1;
+    return answer(mock_type(int));
+}
+
 int __wrap_setsockopt(int descriptor, int level, int option, const void* value, socklen_t octets_of_value)
 {
     (void)level;
@@ -466,6 +476,23 @@ static void a_wait_goes_on_after_a_signal_and_ends_with_an_error(void** state)
     assert_int_equal(STATUS_TIMEOUT, osal_socket_wait_readable(&sock, 0U));
 }
 
+static void a_pair_is_two_ends_or_none(void** state)
+{
+    osal_socket_t ends[2];
+    (void)state;
+    (void)memset(ends, 1, sizeof ends);
+    will_return(__wrap_socketpair, 0);
+    assert_int_equal(STATUS_OK, osal_local_pair(&ends[0], &ends[1]));
+    assert_int_equal(0, ends[0].descriptor);
+    assert_int_equal(1, ends[1].descriptor);
+    assert_int_equal(0U, ends[0].blind);
+    assert_int_equal(0U, ends[1].blind);
+    will_return(__wrap_socketpair, -EMFILE);
+    assert_int_equal(STATUS_IO, osal_local_pair(&ends[0], &ends[1]));
+    assert_int_equal(-1, ends[0].descriptor);
+    assert_int_equal(-1, ends[1].descriptor);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -479,6 +506,7 @@ int main(void)
         cmocka_unit_test_setup(a_deferred_datagram_is_taken_out_by_the_next_call, set_up),
         cmocka_unit_test_setup(a_wait_looks_the_less_the_less_often_it_finds_anything, set_up),
         cmocka_unit_test_setup(a_wait_goes_on_after_a_signal_and_ends_with_an_error, set_up),
+        cmocka_unit_test_setup(a_pair_is_two_ends_or_none, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

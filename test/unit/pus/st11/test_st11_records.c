@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "pus/core/schedule_internal.h"
 #include "pus/st11/st11_time_schedule.h"
 
 #include "test/unit/pus/fixtures/records.h"
@@ -216,6 +217,9 @@ static void a_record_that_makes_no_sense_is_refused(void)
                       pus_time_schedule_restore(&st11_fixture.schedule, key, octets, record.position));
     TEST_ASSERT_EQUAL_UINT64(8U, st11_fixture.schedule.schedule.serial);
     TEST_ASSERT_EQUAL_UINT64(0U, pus_time_schedule_next_ns(&st11_fixture.schedule)); // Long before the epoch.
+    schedule_drop(&st11_fixture.schedule.schedule, 599U); // A slot that is free again takes a record again.
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      pus_time_schedule_restore(&st11_fixture.schedule, key | 599U, octets, record.position));
     st11_fixture.config = schedule_config(1U, 1U);
     st11_fixture_start();
     octets[PUS_SCHEDULE_RECORD_HEAD + 60U] = 0U;

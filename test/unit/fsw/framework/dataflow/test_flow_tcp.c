@@ -18,7 +18,9 @@ static osal_socket_t peers[4];
 static struct {
     unsigned connected;
     unsigned disconnected;
-    unsigned frames[CLIENTS];
+    unsigned frames[CLIENTS + 1];
+    uint8_t served[8]; ///< Clients, in the order of their frames.
+    unsigned served_count;
     uint8_t last[BUFFER];
     bool ends_inside; ///< The framer ends the connection itself.
 } seen;
@@ -26,7 +28,7 @@ static struct {
 static void on_connected(void* const context, const unsigned client)
 {
     TEST_ASSERT_EQUAL_PTR(&seen, context);
-    TEST_ASSERT_TRUE(client < CLIENTS);
+    TEST_ASSERT_TRUE(client <= CLIENTS);
     seen.connected++;
 }
 
@@ -53,6 +55,10 @@ static size_t on_frame(void* const context, const unsigned client, const uint8_t
         return 0U;
     }
     seen.frames[client]++;
+    if (seen.served_count < (sizeof seen.served)) {
+        seen.served[seen.served_count] = (uint8_t)client;
+        seen.served_count++;
+    }
     memcpy(seen.last, octets, frame);
     if (seen.ends_inside) {
         flow_tcp_end(&flow, &user, client);
@@ -210,6 +216,35 @@ static void everyone_gets_a_turn_and_no_more_than_there_are_places(void)
     TEST_ASSERT_EQUAL_UINT32(2U, clients[0].epoch);
 }
 
+/// Of three that have sent much, the next one is served after the one that was served last.
+static void turns_go_round(void)
+{
+    enum {
+        THREE = 3
+    };
+    static flow_tcp_client_t three[THREE];
+    static uint8_t room[THREE][BUFFER];
+    static const uint8_t round[] = {0U, 1U, 2U, 0U, 1U, 2U};
+    size_t octets                = 0U;
+    flow_tcp_close(&flow, &user);
+    flow_tcp_init(&flow, three, THREE, &room[0][0], BUFFER);
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_open(&flow, &resolver, "ground"));
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_local_address(&flow, &address));
+    for (unsigned i = 0U; i < THREE; i++) {
+        join(i);
+    }
+    for (unsigned i = 0U; i < THREE; i++) {
+        say(i, "\001a\001b", 4U);
+        wait(&three[i].socket);
+    }
+    for (unsigned i = 0U; i < sizeof round; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &user, 2U, &octets));
+        TEST_ASSERT_EQUAL_UINT64(2U, octets);
+    }
+    TEST_ASSERT_EQUAL_UINT(sizeof round, seen.served_count);
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(round, seen.served, sizeof round);
+}
+
 static unsigned victim;
 
 static unsigned give_up(void* const context)
@@ -363,6 +398,7 @@ int main(void)
     RUN_TEST(no_more_is_taken_in_than_allowed);
     RUN_TEST(each_client_has_its_own_allowance);
     RUN_TEST(everyone_gets_a_turn_and_no_more_than_there_are_places);
+    RUN_TEST(turns_go_round);
     RUN_TEST(a_place_may_be_given_up_for_a_new_one);
     RUN_TEST(malformed_and_endless_frames_end_the_connection);
     RUN_TEST(a_frame_as_long_as_the_buffer_still_fits);

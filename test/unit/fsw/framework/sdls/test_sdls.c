@@ -3,6 +3,7 @@
 // implementation of AES-GCM (pyca/cryptography, which is OpenSSL); test/unit/gse/test_ground_sdls.py has the
 // same octets.
 #include "base/octets.h"
+#include "test/support/assertion.h"
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
 #include "unity.h"
@@ -56,6 +57,32 @@ static void refused(const sdls_refusal_t reason, const uint32_t times)
     for (unsigned i = 0U; i < SDLS_REFUSALS; i++) {
         TEST_ASSERT_EQUAL_UINT32((i == (unsigned)reason) ? times : 0U, receiver.refused[i]);
     }
+}
+
+static void accept(void)
+{
+    sdls_accept(&receiver, &session);
+}
+
+/// What is accepted is the frame that was looked at last, once, and only a good one.
+static void test_nothing_is_accepted_unseen(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(accept));
+    TEST_ASSERT_EQUAL(STATUS_OK, take_text("a"));
+    TEST_ASSERT_TRUE(assertion_fails(accept));
+    frame.count = 1U;
+    seal(&frame, sealer_key, (const uint8_t*)"b", 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, look());
+    frame.octets[frame.size - 1U] ^= 1U;
+    TEST_ASSERT_EQUAL(STATUS_CHECKSUM, look());
+    TEST_ASSERT_TRUE(assertion_fails(accept));
+    frame.octets[frame.size - 1U] ^= 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, look());
+    TEST_ASSERT_EQUAL(STATUS_TRUNCATED, sdls_look(&receiver, &session, frame.octets, 0U, &shown));
+    TEST_ASSERT_TRUE(assertion_fails(accept));
+    TEST_ASSERT_EQUAL_UINT32(1U, receiver.accepted);
+    TEST_ASSERT_EQUAL(STATUS_OK, take());
+    TEST_ASSERT_EQUAL_UINT32(2U, receiver.accepted);
 }
 
 static size_t hex(const char* const text, uint8_t* const octets)
@@ -335,6 +362,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_known_answers);
+    RUN_TEST(test_nothing_is_accepted_unseen);
     RUN_TEST(test_last_number);
     RUN_TEST(test_counts_are_taken_one_by_one);
     RUN_TEST(test_two_connections_keep_their_sessions);

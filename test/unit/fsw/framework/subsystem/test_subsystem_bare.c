@@ -134,6 +134,31 @@ static void how_long_a_device_may_be_silent_is_the_missions(void)
     TEST_ASSERT_EQUAL_UINT64(2500000U, subsystem_device_deadline_ns(&fixture.subsystem));
 }
 
+/// Rounded up: not one event more than the rate says. HIGH events have no limit.
+static void the_time_between_events_follows_from_their_rate(void)
+{
+    static const struct {
+        const char* rate;
+        uint16_t interval_ms;
+    } rates[] = {{"1/s", 1000U}, {"3/s", 334U}, {"8/s", 125U}, {"999/s", 2U}, {"1000/s", 1U}};
+    const subsystem_t* const subsystem = &fixture.subsystem;
+    for (size_t i = 0U; i < (sizeof rates / sizeof rates[0]); i++) {
+        char event[128];
+        (void)snprintf(event, sizeof event, "<Event name='INFO' id='4' severity='INFORMATIVE' rate='%s'/>",
+                       rates[i].rate);
+        fixture_close();
+        fixture_open_with("<Event name='INFO' id='4' severity='INFORMATIVE'/>", event);
+        for (uint16_t k = 0U; k < subsystem->descriptor->event_count; k++) {
+            const pus_event_definition_t* const definition = &subsystem->event_definitions[k];
+            if (definition->id == FIXTURE_INFO) {
+                TEST_ASSERT_EQUAL_UINT16(rates[i].interval_ms, definition->interval_ms);
+            } else {
+                TEST_ASSERT_EQUAL(definition->severity == PUS_SEVERITY_HIGH, definition->interval_ms == 0U);
+            }
+        }
+    }
+}
+
 /// Raise many events of one kind, with an event of this layout that reports suppressed ones.
 static void suppress(const char* const teller)
 {
@@ -325,6 +350,7 @@ int main(void)
     RUN_TEST(it_misses_no_supervisor_that_it_never_heard);
     RUN_TEST(an_event_the_descriptor_lacks_is_not_raised);
     RUN_TEST(how_long_a_device_may_be_silent_is_the_missions);
+    RUN_TEST(the_time_between_events_follows_from_their_rate);
     RUN_TEST(what_was_suppressed_is_told_by_an_event_that_fits);
     RUN_TEST(a_pool_warns_only_where_there_is_an_event_for_it);
     RUN_TEST(a_function_that_ended_itself_leaves_no_token);
