@@ -205,18 +205,33 @@ static void a_stop_request_at_once_is_followed_too(void)
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
-static void a_member_that_hangs_holds_nobody_up(void)
+/// Each step waits three seconds for a member, wherever it stands in the table of the mission.
+static void shut_down_while_it_hangs(const unsigned member, const char* const order_to_offline)
 {
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
-    fixture.members[FIXTURE_HAND].is_passive = true;
+    fixture.members[member].is_passive = true;
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
     fixture_run(250U);
-    TEST_ASSERT_FALSE(fixture.is_finished);
-    fixture_run(60U); // Three seconds for each step.
-    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
-    fixture_run(320U);
+    TEST_ASSERT_FALSE(fixture_has(order_to_offline));
+    fixture_run(60U);
+    TEST_ASSERT_TRUE(fixture_has(order_to_offline));
+    TEST_ASSERT_FALSE(fixture_has("2 TC 129.8 00"));
+    fixture_run(230U);
+    TEST_ASSERT_FALSE(fixture_has("2 TC 129.8 00"));
+    fixture_run(90U);
+    TEST_ASSERT_TRUE(fixture_has("2 TC 129.8 00"));
     TEST_ASSERT_TRUE(fixture.is_finished);
+}
+
+static void the_first_member_that_hangs_holds_nobody_up(void)
+{
+    shut_down_while_it_hangs(FIXTURE_ARM, "16 TC 129.8 00");
+}
+
+static void a_member_that_hangs_holds_nobody_up(void)
+{
+    shut_down_while_it_hangs(FIXTURE_HAND, "17 TC 129.8 00");
 }
 
 static void without_communication_it_shuts_down_too(void)
@@ -535,6 +550,7 @@ int main(void)
     RUN_TEST(a_mission_goes_down_with_communication_last);
     RUN_TEST(a_stop_request_does_the_same);
     RUN_TEST(a_stop_request_at_once_is_followed_too);
+    RUN_TEST(the_first_member_that_hangs_holds_nobody_up);
     RUN_TEST(a_member_that_hangs_holds_nobody_up);
     RUN_TEST(without_communication_it_shuts_down_too);
     RUN_TEST(the_shutdown_ends_what_was_not_answered);

@@ -116,6 +116,8 @@ static void overwrite(void)
             TEST_ASSERT_EQUAL(STATUS_OK, read_at(i * MS));
             expect_number(i);
             TEST_ASSERT_EQUAL(i, consumer.counters.last_sequence);
+            TEST_ASSERT_EQUAL(STATUS_OK, read_at(i * MS)); // Once more: the same sample, and none is missing.
+            expect_number(i);
         }
     }
     TEST_ASSERT_EQUAL(100U, producer.counters.frames);

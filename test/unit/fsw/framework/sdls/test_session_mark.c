@@ -45,6 +45,20 @@ static void test_numbers_stay(void)
     open_it(UINT32_MAX);
 }
 
+/// Also of a mark that stays open: each number is on the disk twice, and nowhere else.
+static void test_both_copies_follow(void)
+{
+    const uint8_t* const octets = recorded.image[0].octets;
+    open_it(0U);
+    const size_t size = recorded.image[0].size;
+    for (uint32_t session = 1U; session <= SESSIONS; session++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, session));
+        TEST_ASSERT_EQUAL_MEMORY(octets, &octets[SESSION_MARK_APART], SESSION_MARK_RECORD);
+        TEST_ASSERT_EQUAL_UINT64(size, recorded.image[0].size);
+    }
+    open_it(SESSIONS);
+}
+
 static void test_a_copy_may_decay(void)
 {
     open_it(0U);
@@ -141,6 +155,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_numbers_stay);
+    RUN_TEST(test_both_copies_follow);
     RUN_TEST(test_a_copy_may_decay);
     RUN_TEST(test_lost_and_foreign_marks);
     RUN_TEST(test_a_disk_that_refuses);
