@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Power state machine of CiA 402 drives, seen from the master: which state a statusword tells, and which
+/// Power state machine of CiA 402 drives for the master: which state a statusword reports, and which
 /// controlword leads one step closer to a goal.
 ///
 /// Pure functions.

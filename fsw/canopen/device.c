@@ -165,7 +165,7 @@ void canopen_device_configure(canopen_device_t* const device, canopen_setting_t*
     canopen_setting_run_begin(&device->run, settings, count);
 }
 
-/// Settings of communication parameters change what we send and expect.
+/// Settings of communication parameters change the expected and sent PDOs.
 static void follow_setting(canopen_device_pdo_t* const pdos, const uint8_t count, const uint16_t first_object,
                            const canopen_setting_t* const setting)
 {
@@ -269,7 +269,7 @@ static void take_process_data(void* const context, const uint16_t cob, const uin
 {
     canopen_device_t* const device = context;
     const uint8_t number           = transmit_number(device, cob);
-    FSW_ASSERT(number < device->profile->transmit_count); // Only our own identifiers are routed here.
+    FSW_ASSERT(number < device->profile->transmit_count); // Only identifiers of this device are routed here.
     const canopen_profile_pdo_t* const pdo = &device->profile->transmit[number];
     if (length != canopen_device_profile_pdo_octets(pdo)) {
         device->malformed++;

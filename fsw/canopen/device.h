@@ -27,8 +27,8 @@
 typedef struct {
     uint16_t cob;
     bool is_valid;
-    bool is_heard;        ///< Transmit PDO: came at least once since canopen_device_connect.
-    uint32_t heard_count; ///< Transmit PDO: number of SYNCs sent when it came last.
+    bool is_heard;        ///< Transmit PDO: received at least once since canopen_device_connect.
+    uint32_t heard_count; ///< Transmit PDO: number of SYNCs sent when it was received last.
 } canopen_device_pdo_t;
 
 typedef struct { // axes may be used as axis.h says; all else is read-only outside.
@@ -54,7 +54,7 @@ MUST_USE status_t canopen_device_attach(canopen_device_t* device, canopen_master
 void canopen_device_reset(canopen_device_t* device);
 
 /// Start to identify the device; continue with canopen_device_identify_step. STATUS_BUSY; STATUS_OK: type,
-/// identity and mapping are those of the profile, and the axes know their units; else as
+/// identity and mapping are those of the profile, and the axes have their units; else as
 /// canopen_setting_run_step, and run.position is the access that failed.
 void canopen_device_identify(canopen_device_t* device);
 status_t canopen_device_identify_step(canopen_device_t* device);
@@ -70,7 +70,7 @@ void canopen_device_disconnect(canopen_device_t* device);
 /// Send the process data that exist.
 void canopen_device_emit(canopen_device_t* device);
 
-/// True if each PDO that comes with every SYNC came at least once.
+/// True if each PDO that is sent at every SYNC was received at least once.
 bool canopen_device_is_heard(const canopen_device_t* device);
 /// SYNCs that its slowest such PDO has left unanswered; 0 while all is well.
 uint32_t canopen_device_silence(const canopen_device_t* device);

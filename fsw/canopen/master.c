@@ -151,7 +151,7 @@ static void take_frame(canopen_master_t* const master, const osal_can_frame_t* c
         return;
     }
     if (cob == COB_SYNC) {
-        master->counters.foreign_syncs++; // We do not receive our own frames.
+        master->counters.foreign_syncs++; // The controller does not receive its own frames.
         return;
     }
     const uint8_t id    = (uint8_t)(cob & COB_NODE_MASK);
@@ -215,7 +215,7 @@ static void follow_command(canopen_master_node_t* const node, const canopen_nmt_
     case NMT_START:
     case NMT_STOP:
     case NMT_PRE_OPERATIONAL:
-    default: // The next heartbeat tells whether the node obeyed.
+    default: // The next heartbeat shows whether the node obeyed.
         break;
     }
 }

@@ -2,13 +2,13 @@
 /// CiA 301 master of one bus: NMT, SYNC, heartbeats in both directions, boot-up, SDO clients, emergencies,
 /// and the distribution of process data.
 ///
-/// Once per cycle: canopen_master_receive takes in received frames; the owner works and sends its process
+/// Once per cycle: canopen_master_receive processes received frames; the owner computes and sends its process
 /// data; canopen_master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. The bus is not
 /// trusted: every unexpected or malformed frame is counted and dropped.
 ///
 /// Ownership  The caller places canopen_master_t; the flow is borrowed.
 /// Context    One task. Never blocks.
-/// Time       Pushed in. O(frames received + nodes).
+/// Time       An argument. O(frames received + nodes).
 /// Errors     Each function lists its statuses.
 #ifndef FSW_CANOPEN_MASTER_H
 #define FSW_CANOPEN_MASTER_H
@@ -34,7 +34,7 @@ typedef struct {
     uint64_t sdo_timeout_ns;
 } canopen_master_config_t;
 
-/// Taker of one process data frame.
+/// Receiver of one process data frame.
 typedef void (*canopen_master_taker_t)(void* context, uint16_t cob, const uint8_t* octets, uint8_t length);
 
 typedef struct { // Read-only outside.
@@ -57,9 +57,9 @@ typedef struct {               // [wrap]
     uint32_t malformed;        ///< Wrong length or format for their identifier.
     uint32_t remote;           ///< Remote requests.
     uint32_t foreign_syncs;    ///< SYNCs of other nodes: this master is the only producer.
-    uint32_t refused;          ///< Frames the flow did not take.
-    uint32_t emergencies;      ///< Taken in.
-    uint32_t emergencies_lost; ///< Not taken in: queue full.
+    uint32_t refused;          ///< Frames that the flow refused.
+    uint32_t emergencies;      ///< Stored for canopen_master_take_emergency.
+    uint32_t emergencies_lost; ///< Not stored: queue full.
 } canopen_master_counters_t;
 
 typedef struct { // Private, except nodes, sync_count and counters: read-only.
@@ -86,18 +86,18 @@ void canopen_master_clear(canopen_master_t* master);
 /// Send and receive on another channel from now on; the heartbeat is due at once.
 void canopen_master_use_flow(canopen_master_t* master, flow_can_t* flow);
 
-/// Watch a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (id).
+/// Monitor a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (id).
 MUST_USE status_t canopen_master_add_node(canopen_master_t* master, uint8_t id, uint8_t* out_index);
-/// Hand frames of an identifier to `take`, from canopen_master_receive. STATUS_OK, STATUS_EXISTS,
+/// Pass frames of an identifier to `take`, from canopen_master_receive. STATUS_OK, STATUS_EXISTS,
 /// STATUS_EXHAUSTED.
 MUST_USE status_t canopen_master_route(canopen_master_t* master, uint16_t cob, canopen_master_taker_t take,
                                        void* context);
 /// Forget the route of an identifier, if there is one.
 void canopen_master_unroute(canopen_master_t* master, uint16_t cob);
 
-/// Take in everything received, and watch heartbeats.
+/// Process all received frames, and monitor heartbeats.
 void canopen_master_receive(canopen_master_t* master, uint64_t now_ns);
-/// NMT command to node `id`, 0 for all. Our picture of the nodes follows. STATUS_OK, STATUS_FULL,
+/// NMT command to node `id`, 0 for all. The stored states of the nodes are updated. STATUS_OK, STATUS_FULL,
 /// STATUS_CLOSED.
 status_t canopen_master_command(canopen_master_t* master, uint8_t id, canopen_nmt_command_t command);
 /// Process data frame. STATUS_OK, STATUS_FULL, STATUS_CLOSED.

@@ -176,7 +176,7 @@ static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
     enter(network, NETWORK_BOOTING, now_ns);
 }
 
-/// Tell once what keeps a device from being commissioned, while it may still come.
+/// Report once why a device is not commissioned yet, while it may still answer.
 static void tell_waiting(canopen_network_t* const network, canopen_network_device_t* const place,
                          const canopen_network_refusal_t refusal)
 {
@@ -186,7 +186,7 @@ static void tell_waiting(canopen_network_t* const network, canopen_network_devic
     }
 }
 
-/// True when every node has booted; tells those again that have not.
+/// True when every node has booted; repeats the reset of those that have not.
 static bool have_all_booted(canopen_network_t* const network, const uint64_t now_ns)
 {
     const bool is_retry = (now_ns - network->phase_start_ns) >= network->config.boot_retry_ns;

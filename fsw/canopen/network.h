@@ -11,7 +11,7 @@
 ///
 /// Ownership  The caller places canopen_network_t; it must not be moved.
 /// Context    One task. Never blocks.
-/// Time       Pushed in. O(devices + frames).
+/// Time       An argument. O(devices + frames).
 /// Errors     Each function lists its statuses. Those that take several cycles return STATUS_BUSY until done.
 #ifndef FSW_CANOPEN_NETWORK_H
 #define FSW_CANOPEN_NETWORK_H
@@ -36,7 +36,7 @@
 typedef struct {
     canopen_master_config_t master;
     uint32_t lost_after_syncs; ///< A device that does not answer this many SYNCs is lost.
-    uint64_t call_ns;          ///< With two channels: longest time for devices to come to the active one.
+    uint64_t call_ns;          ///< With two channels: longest time for devices to change to the active one.
     uint64_t boot_retry_ns;    ///< A node that has not booted after this time is reset again.
     uint64_t silence_told_ns; ///< Process data that have not arrived after this time are reported as missing.
     uint64_t quick_stop_limit_ns; ///< Longest braking before voltage is taken away.
@@ -46,7 +46,7 @@ typedef enum {
     NETWORK_DEVICE_LOST,   ///< Silent, rebooted, or the bus is dead. Once per device and commissioning.
     NETWORK_DRIVE_FAULT,   ///< Fault, high-severity emergency, or out of operation by itself. Once, as above.
     NETWORK_DRIVE_WARNING, ///< Medium-severity emergency.
-    NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or a condition of our controller (node 0).
+    NETWORK_BUS_WARNING,   ///< Low-severity emergency (node), or a condition of the bus (node 0).
     NETWORK_DEVICE_REFUSED, ///< Cannot be commissioned: see refusal.
     NETWORK_FOREIGN_SYNC    ///< Another node sends SYNC. Once, and again after 1 s without.
 } canopen_network_fault_kind_t;
@@ -177,8 +177,8 @@ status_t canopen_network_select_channel(canopen_network_t* network, uint8_t chan
 /// Counters of both channels together.
 void canopen_network_bus_counters(const canopen_network_t* network,
                                   canopen_network_bus_counters_t* out_counters);
-/// With two channels: call the devices to the active one by our heartbeat. Reset all nodes, see each boot,
-/// identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node has booted again meanwhile);
+/// With two channels: call the devices to the active one by the master's heartbeat. Reset all nodes, see each
+/// boot, identify it. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not open, or a node has booted again meanwhile);
 /// statuses of canopen_device_identify_step. canopen_network_take_fault returns the failed device and the
 /// reason as DEVICE_REFUSED, also for the two functions below.
 status_t canopen_network_boot(canopen_network_t* network, uint64_t now_ns);
@@ -202,13 +202,13 @@ void canopen_network_stop(canopen_network_t* network);
 void canopen_network_reset_nodes(canopen_network_t* network);
 void canopen_network_close(canopen_network_t* network);
 
-/// Start of a cycle: take in frames, watch devices.
+/// Start of a cycle: process received frames, monitor devices.
 void canopen_network_sense(canopen_network_t* network, uint64_t now_ns);
 /// End of a cycle: process data, requests, SYNC.
 void canopen_network_emit(canopen_network_t* network, uint64_t now_ns);
 /// Goal of all axes. A device that is lost takes no part.
 void canopen_network_set_goal(canopen_network_t* network, canopen_cia402_goal_t goal, bool may_reset_faults);
-/// True if every axis of every device that is not lost is there, and process data flow.
+/// True if every axis of every device that is not lost has reached its goal, and process data are exchanged.
 bool canopen_network_is_at_goal(const canopen_network_t* network);
 /// Take all axes that can be reached out of operation: quick stop, then no voltage. A lost device does that
 /// by itself. STATUS_BUSY; STATUS_OK. Safe to call in any condition; call again each cycle until STATUS_OK.

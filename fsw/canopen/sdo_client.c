@@ -141,7 +141,7 @@ static void end(canopen_sdo_client_t* const client, const status_t result)
     }
 }
 
-/// End the transfer on our side and tell the server why.
+/// End the transfer and send the server an abort with the reason.
 static void abort_transfer(canopen_sdo_client_t* const client, const uint32_t code, const status_t result)
 {
     end(client, result);
@@ -178,7 +178,7 @@ static void ask_segment(canopen_sdo_client_t* const client)
     client->is_clock_due = true;
 }
 
-/// Answers to initiate requests and aborts carry the object; true if it is ours.
+/// Answers to initiate requests and aborts contain the object; true if it is that of the transfer.
 static bool names_our_object(const canopen_sdo_client_t* const client, const uint8_t* const octets)
 {
     const uint16_t index = (uint16_t)(octets[1] | ((unsigned)octets[2] << 8));

@@ -6,7 +6,7 @@
 ///
 /// Ownership  The caller places canopen_sdo_client_t; the data of a transfer lies inside it.
 /// Context    One task.
-/// Time       Pushed in, O(1).
+/// Time       An argument; O(1).
 /// Errors     See canopen_sdo_client_result.
 #ifndef FSW_CANOPEN_SDO_CLIENT_H
 #define FSW_CANOPEN_SDO_CLIENT_H
@@ -39,7 +39,7 @@ typedef struct {        // [wrap]
     uint32_t transfers; ///< Ended well.
     uint32_t aborted;   ///< Ended by an abort of the server.
     uint32_t timeouts;
-    uint32_t violations; ///< Ended by us: an answer against the protocol, or too long.
+    uint32_t violations; ///< Ended by the client: an answer that violates the protocol, or is too long.
     uint32_t unasked;    ///< Answers without a request, or for another object.
     uint32_t malformed;  ///< Answers that were not 8 octets long.
 } canopen_sdo_counters_t;
@@ -83,7 +83,7 @@ const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* client, size
 
 /// Take in one frame of the server.
 void canopen_sdo_client_answer(canopen_sdo_client_t* client, const uint8_t* octets, uint8_t length);
-/// Next frame to the server, if one is due; also watches the deadline. True if `out_frame` was filled.
+/// Next frame to the server, if one is due; also checks the deadline. True if `out_frame` was filled.
 bool canopen_sdo_client_request(canopen_sdo_client_t* client, uint64_t now_ns,
                                 uint8_t out_frame[SDO_FRAME_OCTETS]);
 

@@ -75,7 +75,7 @@ status_t canopen_setting_run_step(canopen_setting_run_t* const run, canopen_sdo_
             return STATUS_BUSY;
         }
     }
-    if (status == STATUS_EMPTY) { // The client was reset under us.
+    if (status == STATUS_EMPTY) { // The client was reset meanwhile.
         status = STATUS_TIMEOUT;
     }
     run->result = status;

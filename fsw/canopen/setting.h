@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Lists of object accesses at one node, worked off one after the other through its SDO client.
+/// Lists of object accesses at one node, performed one after the other through its SDO client.
 ///
 /// Ownership  The caller places list and run; the list outlives the run, values read are stored in it.
 /// Context    One task. Never blocks.
@@ -30,18 +30,19 @@ typedef struct {
 typedef struct { // Read-only outside.
     canopen_setting_t* settings;
     uint16_t count;
-    uint16_t position; ///< Setting being worked on; after a failure, the one that failed.
+    uint16_t position; ///< Setting in progress; after a failure, the one that failed.
     bool is_started;
     uint32_t abort_code; ///< Of the failed access, 0 if the node did not abort it.
-    bool is_other_value; ///< The node has another value than SETTING_VERIFY wants: found.
-    uint64_t found;      ///< As above, else 0.
+    bool is_other_value; ///< The value of the node differs from that of SETTING_VERIFY.
+    uint64_t found;      ///< Value of the node if is_other_value, else 0.
     status_t result;     ///< STATUS_BUSY while running.
 } canopen_setting_run_t;
 
 /// Begin at the first setting. The list may be empty.
 void canopen_setting_run_begin(canopen_setting_run_t* run, canopen_setting_t* settings, uint16_t count);
-/// Go on. STATUS_BUSY; STATUS_OK (all done); STATUS_FORBIDDEN (aborted by the node); STATUS_TIMEOUT;
-/// STATUS_INVALID (value other than expected, or of another size, or protocol broken); STATUS_TOO_LARGE.
+/// Perform the next step. STATUS_BUSY; STATUS_OK (all done); STATUS_FORBIDDEN (aborted by the node);
+/// STATUS_TIMEOUT; STATUS_INVALID (value other than expected, or of another size, or protocol broken);
+/// STATUS_TOO_LARGE.
 status_t canopen_setting_run_step(canopen_setting_run_t* run, canopen_sdo_client_t* client);
 
 #endif // FSW_CANOPEN_SETTING_H

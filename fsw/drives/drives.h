@@ -12,7 +12,7 @@
 ///
 /// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
 /// Context    The subsystem's task. Never blocks.
-/// Time       Pushed in by the subsystem.
+/// Time       That of the subsystem.
 /// Errors     Each function lists its statuses; STATUS_BUSY: call again in the next cycle.
 #ifndef FSW_DRIVES_DRIVES_H
 #define FSW_DRIVES_DRIVES_H
@@ -28,7 +28,7 @@
 
 #define DRIVES_ACCESS_SLOTS 16U ///< Transfers of drives_access.h at most.
 
-typedef struct {    // Private: one of them.
+typedef struct {    // Private: one transfer.
     uint8_t device; // In the network.
     uint8_t length; // Expected [octets]; 0: any.
     bool is_read;
@@ -63,7 +63,7 @@ status_t drives_hardware_init(drives_t* drives);
 /// Open the bus for frames outside of the cycle, in any state; devices do not change. Statuses of
 /// drives_hardware_init but STATUS_BUSY.
 status_t drives_borrow(drives_t* drives);
-/// Close the bus if it was borrowed, and HARDWARE_INIT has not come meanwhile.
+/// Close the bus if it was borrowed and HARDWARE_INIT was not entered meanwhile.
 void drives_give_back(drives_t* drives);
 /// Settings into the devices, process data on; the axes stay without voltage. STATUS_BUSY; STATUS_OK;
 /// STATUS_NOT_FOUND (device not brought up); STATUS_EXHAUSTED (settings); statuses of
@@ -85,7 +85,7 @@ void drives_release(drives_t* drives);
 /// without channel B); STATUS_NOT_FOUND (the controller of that channel could not be opened).
 status_t drives_select_channel(drives_t* drives, uint8_t channel);
 
-/// Start of a cycle: take in frames and raise events for what went wrong.
+/// Start of a cycle: process received frames and raise an event for each fault.
 void drives_sense(drives_t* drives);
 /// End of a cycle: process data, requests, SYNC.
 void drives_emit(drives_t* drives);

@@ -233,7 +233,7 @@ static void abandon(void* const context, const uint8_t slot)
         drives_give_back(drives);
         return;
     }
-    if (drives->network.is_running) { // Else the client is no longer ours.
+    if (drives->network.is_running) { // Otherwise this module may not use the client.
         canopen_sdo_client_reset(client_of(drives, device));
     }
     drives->access.owners[device] = 0U;

@@ -39,9 +39,9 @@ bool supervisor_router_has_room(const supervisor_t* supervisor, uint16_t apid);
 /// Route a request that a service on board has released, as one that came from its source.
 void supervisor_router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 /// Order to a subsystem of the mission: TC[129,8], with its cause. If the mailbox has no room, the order is
-/// owed until another one replaces it or the process dies. Statuses of pus_tc_send.
+/// kept and sent later, unless another one replaces it or the process dies. Statuses of pus_tc_send.
 status_t supervisor_order_state(supervisor_t* supervisor, uint16_t apid, state_t target, pus_cause_t cause);
-/// Give the orders that are owed and for which there is room now.
+/// Send the kept orders for which there is room now.
 void supervisor_order_owed(supervisor_t* supervisor);
 /// Order to a subsystem: TC[129,3].
 status_t supervisor_order_configuration(supervisor_t* supervisor, uint16_t apid, uint16_t configuration);
@@ -62,7 +62,7 @@ void supervisor_ground_send(supervisor_t* supervisor, uint16_t apid, const uint8
 bool supervisor_ground_accepts(const supervisor_t* supervisor, pus_class_t class, size_t size);
 /// True if reports wait, or the next one would have to wait.
 bool supervisor_ground_is_waiting(const supervisor_t* supervisor);
-/// True if requests of the ground may be taken in: there is room for the answers.
+/// True if requests of the ground may be accepted: there is room for the answers.
 bool supervisor_ground_takes_requests(const supervisor_t* supervisor);
 /// Copy the reports that wait for the ground for the next life of the supervisor; restore them.
 void supervisor_ground_keep(supervisor_t* supervisor);
@@ -107,7 +107,7 @@ void supervisor_adoption_tell(supervisor_t* supervisor);
 void supervisor_adoption_compare(supervisor_t* supervisor, registry_entry_t* entry, uint8_t state,
                                  uint16_t configuration);
 
-/// doubt.c True if the state of a subsystem may differ from the known one; no decision may depend on it.
+/// doubt.c: true if the state of a subsystem may differ from the known one; no decision may depend on it.
 bool supervisor_doubt_is_about(const registry_entry_t* entry);
 /// Request the status of subsystems whose reports arrive again after a silence; once per tick.
 void supervisor_doubt_watch(supervisor_t* supervisor);
@@ -121,8 +121,8 @@ pus_failure_t supervisor_permission_of(supervisor_t* supervisor, const pus_tc_t*
 /// link_manager.c
 pus_rtlink_port_t supervisor_link_manager_port(supervisor_t* supervisor);
 void supervisor_link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm);
-/// For each link of which one end has closed, order the other end to close, too; after all reports have been
-/// taken in.
+/// For each link of which one end has closed, order the other end to close, too; after all reports of the
+/// step have been processed.
 void supervisor_link_manager_settle(supervisor_t* supervisor);
 void supervisor_link_manager_watch(supervisor_t* supervisor);
 /// Next step of opening a link again, with the properties requested last and without a request: negotiate,
@@ -154,7 +154,7 @@ void supervisor_mode_set(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
 void supervisor_mode_fall_back(supervisor_t* supervisor);
 /// Take back the lasting record of the mode. STATUS_OK, STATUS_INVALID.
 status_t supervisor_mode_restore(supervisor_t* supervisor, const uint8_t* octets, size_t size);
-/// In the first step: enter the fallback mode if the flight before was cut off, and keep the record.
+/// In the first step: enter the fallback mode if the previous flight was interrupted, and store the record.
 void supervisor_mode_begin(supervisor_t* supervisor);
 /// The mission is shut down: the next flight begins in its initial mode.
 void supervisor_mode_end(supervisor_t* supervisor);

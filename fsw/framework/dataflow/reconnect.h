@@ -4,7 +4,7 @@
 /// failure).
 ///
 /// Ownership  The caller places flow_reconnect_t.
-/// Context    One task; time is pushed in.
+/// Context    One task; the time is an argument.
 /// Time       O(1).
 #ifndef FSW_FRAMEWORK_DATAFLOW_RECONNECT_H
 #define FSW_FRAMEWORK_DATAFLOW_RECONNECT_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of a subsystem descriptor that stand outside its configurations.
+// Parts of a subsystem descriptor outside of its configurations.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
 #include "base/capacities.h"
@@ -167,11 +167,11 @@ void descriptor_subsystem_builder_event(source_t* const source)
             descriptor_source_wrong(source, "rate", "a rate like 10/s, from 1/s to 1000/s");
         }
     } else {
-        // As its severity has it.
+        // Keep the default of its severity.
     }
 }
 
-/// Reports of all HIGH events so far, each once: they have room of their own.
+/// Reports of all HIGH events so far, each once: room is reserved for them.
 static uint32_t high_octets(const subsystem_descriptor_t* const descriptor)
 {
     uint32_t octets = 0U;
@@ -251,10 +251,10 @@ void descriptor_subsystem_builder_function_end(source_t* const source)
 
 // ---- Services ----
 
-typedef struct { // What a service may have room for; gse/generator/services.py says the same.
+typedef struct { // Capacities of a service; gse/generator/services.py has the same values.
     uint8_t type;
     uint16_t capacity_max;
-    uint16_t capacity; // Where the descriptor says nothing.
+    uint16_t capacity; // Default.
     uint16_t functional_max;
     uint16_t functional;
     bool is_of_spacecraft; // The supervisor has it, listed or not, in its own storage.
@@ -283,7 +283,7 @@ static uint16_t capacity_of(source_t* const source, const char* const attribute,
     } else if (most > 0U) {
         descriptor_source_read(source, &capacity, &form, 1U);
     } else {
-        // It is not there, as it should be.
+        // The attribute is missing, as required.
     }
     return capacity;
 }

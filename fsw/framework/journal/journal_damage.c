@@ -5,7 +5,7 @@
 typedef struct {
     uint32_t records;
     bool has_commit;
-    bool was_acknowledged; // Something was written behind a commit: it had succeeded.
+    bool was_acknowledged; // Records follow a commit, so it had succeeded.
 } orphans_t;
 
 status_t journal_survey(const medium_t* const medium, journal_survey_t* const out_survey,
@@ -53,14 +53,14 @@ static status_t find_orphans(const medium_t* const medium, const journal_survey_
     return (status == STATUS_EMPTY) ? STATUS_OK : status;
 }
 
-/// What of the media is valid: up to the last commit, or nothing.
+/// The valid part of the media: up to the last commit of a generation, or nothing.
 typedef struct {
     bool is_there;
     uint32_t generation;
     uint32_t end;
 } valid_t;
 
-/// True if a commit that succeeded reached further than what is valid.
+/// True if a successful commit reached further than the valid part.
 static bool is_cut(const journal_survey_t surveys[2], const valid_t* const valid)
 {
     bool is = false;

@@ -4,15 +4,14 @@
 /// A specific subsystem is a table of callbacks (subsystem_callbacks_t) and one descriptor. The generic part
 /// answers telecommands, walks through the states, reads and writes links and samples housekeeping; the
 /// callbacks drive the devices. One cycle, every samplingTime of the applied configuration:
-///
-///     sense                       take in device data
+///     sense                       read device data
 ///     entry action of the state   once
 ///     control                     the cyclic code of the state
 ///     emit                        commands to the devices, SYNC last; then write links, sample housekeeping
 ///
 /// Ownership  The program places subsystem_t and what subsystem_config_t points to; all outlive the
 ///            subsystem.
-/// Context    One task; the callbacks run inside subsystem_step and never block. Time is pushed in.
+/// Context    One task; the callbacks run inside subsystem_step and never block. The time is an argument.
 /// Errors     Each function lists its statuses.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H
 #define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_H

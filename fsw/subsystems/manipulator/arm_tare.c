@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-#define REST_RAD_S 0.02 // Faster is motion, not noise.
+#define REST_RAD_S 0.02 // A faster joint is moving; a slower one is at rest with noise.
 
 void manipulator_arm_tare_init(manipulator_arm_tare_t* const tare)
 {

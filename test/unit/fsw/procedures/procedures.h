@@ -16,7 +16,7 @@ typedef struct {
     procedure_slot_t slots[HOST_SLOTS];
     pus_call_t call;        ///< The last one.
     unsigned pauses;        ///< Budgets used up since the start.
-    uint32_t worst;         ///< Most units that one budget had spent.
+    uint32_t worst;         ///< Largest number of units spent in one budget.
     char log[HOST_LOG_MAX]; ///< Calls, `kind number text;`.
 } host_t;
 
