@@ -41,6 +41,8 @@ machine() {
     row 'expat, s390x' "$state" s390x 'programs of a big-endian processor'
     [ -f build/vm/vmlinux ] && state=present || state='fetched by make vm'
     row 'kernel, micro-VM' "$state" hil 'vcan, TIPC where this kernel has none'
+    wheels=$(ls "${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/hirosco/wheels" 2>/dev/null | wc -l)
+    row 'Python wheels' "$wheels cached" run 'new clones without a network'
     [ "$(id -u)" -eq 0 ] && state=root || { sudo -n true 2>/dev/null && state='sudo' || state=no; }
     row 'may install' "$state" setup 'apt-get without a question'
     limit=$(ulimit -r 2>/dev/null || echo 0)

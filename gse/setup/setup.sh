@@ -11,7 +11,6 @@ set -eu
 
 level=${1:?usage: setup.sh run|unit|clang|pytest|s390x|docs|test|hil|check|full}
 here=gse/setup
-venv=build/venv
 case $level in
 run) levels='run' ;;
 unit | clang | docs) levels="run $level" ;;
@@ -39,16 +38,17 @@ install_packages() {
     if ! command -v apt-get >/dev/null; then
         echo "setup: this machine has no apt-get; install the counterparts of the packages in $here/packages.txt," >&2
         echo "setup: then run: touch build/setup/$level" >&2
-        exit 1
+        return 1
     fi
     missing=$(missing_packages | tr '\n' ' ')
     [ -n "$missing" ] || return 0
+    command="sudo apt-get update && sudo apt-get install --no-install-recommends -y $missing"
     as_root=''
     if [ "$(id -u)" -ne 0 ]; then
         if ! sudo -n true 2>/dev/null; then
             echo "setup: these packages are missing and this user may not install them. Run:" >&2
-            echo "    sudo apt-get update && sudo apt-get install --no-install-recommends -y $missing" >&2
-            exit 1
+            echo "    $command" >&2
+            return 1
         fi
         as_root='sudo -n'
     fi
@@ -57,35 +57,34 @@ install_packages() {
     # A source that cannot be read is no reason to stop: the installation below decides.
     $as_root $environment apt-get update -qq || true
     # shellcheck disable=SC2086 # a list of words
-    $as_root $environment apt-get -o DPkg::Lock::Timeout=300 install --no-install-recommends -y -qq $missing </dev/null
+    $as_root $environment apt-get -o DPkg::Lock::Timeout=300 install --no-install-recommends -y -qq $missing </dev/null || {
+        echo "setup: these packages are missing and cannot be installed now; is there a network? With one, run:" >&2
+        echo "    $command" >&2
+        return 1
+    }
 }
 
-python_environment() {
-    [ -x "$venv/bin/python" ] || /usr/bin/python3 -m venv "$venv"
-    set -- -r gse/requirements.txt
-    if has pytest; then
-        set -- "$@" -r test/requirements.txt
-    fi
-    echo "setup: Python packages of $*"
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-input "$@"
-    # The command `gse` and `import hirosco_gse` use this working tree.
-    site=$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
-    printf '%s\n' "$(pwd)" "$(pwd)/gse" >"$site/hirosco.pth"
-    printf '#!/bin/sh\nexec "%s/bin/python" -m hirosco_gse "$@"\n' "$(pwd)/$venv" >"$venv/bin/gse"
-    chmod +x "$venv/bin/gse"
-}
-
+# Each part is tried, so that all that is missing is said at once.
 mkdir -p build/setup
-install_packages
-python_environment
+failed=''
+install_packages || failed=1
+if has pytest; then
+    sh "$here/python.sh" gse/requirements.txt test/requirements.txt || failed=1
+else
+    sh "$here/python.sh" gse/requirements.txt || failed=1
+fi
 if has unit; then
-    sh "$here/unity.sh"
+    sh "$here/unity.sh" || failed=1
 fi
 if has s390x; then
-    sh "$here/expat_s390x.sh"
+    sh "$here/expat_s390x.sh" || failed=1
 fi
 if has full; then
-    sh "$here/yamcs.sh"
+    sh "$here/yamcs.sh" || failed=1
+fi
+if [ -n "$failed" ]; then
+    echo 'setup: something is missing: see above. With a network, run once for all clones of this user: make setup' >&2
+    exit 1
 fi
 for done_level in $levels; do
     touch "build/setup/$done_level"

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Create the kernel and initial file system of the micro-VM in build/vm/: `vmlinux` and `initramfs.cpio`.
 
-The kernel is from the package on which Debian's `linux-image-amd64` depends, fetched with apt-get into build/, unpacked in
-part and never installed. Needs the packages of the level `hil` in gse/setup/packages.txt. Without a network, or on a
-machine other than an amd64 Debian, it ends with a message that names the next step."""
+The kernel is from the package on which Debian's `linux-image-amd64` depends, fetched with apt-get, cached for other clones of the
+user, unpacked in part and never installed. Needs the packages of the level `hil` in gse/setup/packages.txt. Without a network and
+a cached package, or on a machine other than an amd64 Debian, it ends with a message that names the next step."""
 
 import argparse
+import contextlib
 import lzma
 import os
 import pathlib
@@ -52,17 +53,39 @@ def update_lists():
         pass
 
 
+def cache():
+    """Folder of the cache."""
+    return pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "hirosco"
+
+
+def keep(package, cached):
+    """Move a package into the cache, whole or not at all; returns its path, unchanged if there is no place for a cache."""
+    part = cached.with_suffix(f".{os.getpid()}")
+    try:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(package, part)
+        return part.replace(cached)
+    except OSError:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        return package
+
+
 def fetch(folder):
-    """The kernel's package as a file in the folder."""
+    """Path of the kernel's package: in the cache, or in the folder if there is no place for a cache. Without package lists, any
+    cached kernel is used."""
     for last in (False, True):
         name = kernel_package()
+        cached = sorted(cache().glob(f"{name or 'linux-image-*'}.deb"))
+        if cached:
+            return cached[-1]
         if name:
             print(f"setup: fetching {name} (70 MB, unpacked in part, not installed)", flush=True)
             got = subprocess.run(["apt-get", "-qq", "-o", "APT::Sandbox::User=root", "download", name], cwd=folder,
                                  capture_output=True, text=True)
             files = list(folder.glob("*.deb"))
             if got.returncode == 0 and files:
-                return files[0]
+                return keep(files[0], cache() / f"{name}.deb")
         if not last:
             update_lists()
     reason = got.stderr.strip() if name else f"the package lists do not know {PACKAGE}"

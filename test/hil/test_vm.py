@@ -206,9 +206,29 @@ def test_a_kernel_that_cannot_be_fetched_is_told_with_the_next_step(tmp_path, mo
                         f'Dir::State::lists "{tmp_path / "lists"}"; Dir::Cache "{tmp_path}"; Dir::State::status "/dev/null";\n'
                         'APT::Sandbox::User "root"; APT::Architecture "amd64";\n')
     monkeypatch.setenv("APT_CONFIG", str(settings))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     with pytest.raises(prepare.Unavailable, match="make build/setup/vm") as raised:
         prepare.fetch(tmp_path)
     assert told in str(raised.value)
+
+
+def test_a_kernel_is_fetched_once_for_all_clones(tmp_path, monkeypatch):
+    client = tmp_path / "apt-get"
+    client.write_text('#!/bin/sh\ncase "$*" in *download*) echo kernel >linux-image-6_1_amd64.deb ;; esac\n')
+    client.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(prepare, "kernel_package", lambda: "linux-image-6")
+    cached = tmp_path / "cache" / "hirosco" / "linux-image-6.deb"
+    assert prepare.fetch(tmp_path) == cached and cached.read_text() == "kernel\n"
+    client.write_text("#!/bin/sh\nexit 100\n")
+    assert prepare.fetch(tmp_path) == cached
+    package = tmp_path / "package.deb"
+    package.write_text("kernel")
+    assert prepare.keep(package, tmp_path / "apt-get" / "no folder" / "a.deb") == package
+    monkeypatch.setattr(prepare, "kernel_package", lambda: None)  # No package lists either.
+    assert prepare.fetch(tmp_path) == cached
+    assert [path.name for path in cached.parent.iterdir()] == [cached.name]
 
 
 def test_missing_parts_are_named(kernel_folder, tmp_path, monkeypatch):

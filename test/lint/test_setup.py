@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How Unity is fetched: pinned by its checksum, cached, whole or not at all. The package client is played by a script."""
+"""What the setup fetches is cached for other clones, and what cannot be had is named. Unity: pinned by its checksum, whole or not at
+all. A script plays the package client; a folder plays the package index."""
 
 import hashlib
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import tarfile
+import zipfile
 
 import pytest
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "gse" / "setup" / "unity.sh"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SETUP = ROOT / "gse" / "setup"
+SCRIPT = SETUP / "unity.sh"
 CLIENT = """#!/bin/sh
 echo "$@" >>"$CALLS"
 case "$*" in *update*) exit 0 ;; esac
@@ -92,3 +97,148 @@ def test_place_without_a_cache_serves_all_the_same(machine):
     (machine / "file").write_text("")
     done, _ = fetch(machine, "one", cache="file")
     assert (done.returncode, installed(machine, "one")) == (0, WHOLE), done.stderr
+
+
+def publish(index, name, version):
+    """Put a wheel of one empty module into a folder that serves as a package index."""
+    project = index / name.replace("_", "-")
+    project.mkdir(parents=True, exist_ok=True)
+    wheel = project / f"{name}-{version}-py3-none-any.whl"
+    with zipfile.ZipFile(wheel, "w") as archive:
+        information = f"{name}-{version}.dist-info"
+        archive.writestr(f"{name}.py", "")
+        archive.writestr(f"{information}/METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+        archive.writestr(f"{information}/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+        archive.writestr(f"{information}/RECORD", "")
+    (project / "index.html").write_text("".join(f'<a href="{path.name}">{path.name}</a>' for path in project.glob("*.whl")))
+
+
+@pytest.fixture(scope="module")
+def fresh_venv(tmp_path_factory):
+    """An environment with nothing but pip: to copy, since making one takes seconds."""
+    place = tmp_path_factory.mktemp("fresh") / "venv"
+    subprocess.run(["/usr/bin/python3", "-m", "venv", place], check=True)
+    return place
+
+
+@pytest.fixture
+def index(tmp_path):
+    publish(tmp_path / "index", "one_part", "1.0")
+    publish(tmp_path / "index", "other", "2.0")
+    (tmp_path / "list.txt").write_text("# A comment.\none-part==1.0\nother==2.0\n")
+    return tmp_path
+
+
+def clone(place, fresh_venv):
+    (place / "build" / "setup").mkdir(parents=True)
+    shutil.copytree(fresh_venv, place / "build" / "venv", symlinks=True)
+    return place
+
+
+def environment_of(place, cache="cache", index="index"):
+    """Environment of a script: the index is a folder, and there is no network where that folder is not."""
+    return {"PATH": f"{place / 'bin'}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(place / cache), "HOME": str(place), "CALLS": str(place / "calls"),
+            "ARCHIVE": str(place / "archive"), "PIP_INDEX_URL": f"file://{place / index}", "PIP_CONFIG_FILE": "/dev/null"}
+
+
+def install(place, where, **how):
+    done = subprocess.run(["sh", SETUP / "python.sh", place / "list.txt"], cwd=where, env=environment_of(place, **how), capture_output=True,
+                          text=True, check=False)
+    modules = {path.stem for path in where.glob("build/venv/lib/*/site-packages/*.py")} & {"one_part", "other"}
+    return done, modules
+
+
+def test_python_packages_are_fetched_once_for_all_clones(index, fresh_venv):
+    done, modules = install(index, clone(index / "a", fresh_venv))
+    assert (done.returncode, modules) == (0, {"one_part", "other"}), done.stderr
+    assert sorted(path.name for path in (index / "cache" / "hirosco" / "wheels").iterdir()) == [
+        "one_part-1.0-py3-none-any.whl", "other-2.0-py3-none-any.whl"]
+    done, modules = install(index, clone(index / "b", fresh_venv), index="no network")
+    assert (done.returncode, modules) == (0, {"one_part", "other"}), done.stderr
+    assert (index / "b" / "build" / "venv" / "bin" / "gse").stat().st_mode & 0o111
+
+
+def test_python_packages_that_cannot_be_had_are_named(index, fresh_venv):
+    place = clone(index / "a", fresh_venv)
+    done, modules = install(index, place, index="no network")
+    assert (done.returncode, modules) == (1, set())
+    assert re.findall(r"(?m)^    (\S+)$", done.stderr) == ["one-part==1.0", "other==2.0"]
+    install(index, place)
+    (index / "list.txt").write_text("one-part==1.0\nother==3.0\n")
+    for where in (place, clone(index / "b", fresh_venv)):  # One is installed here and cached there.
+        done, _ = install(index, where, index="no network")
+        assert done.returncode == 1 and re.findall(r"(?m)^    (\S+)$", done.stderr) == ["other==3.0"]
+    publish(index / "index", "other", "3.0")
+    assert install(index, place)[0].returncode == 0
+    assert list(place.glob("build/venv/lib/*/site-packages/other-3.0.dist-info"))
+
+
+def test_damaged_wheel_is_fetched_anew(index, fresh_venv):
+    install(index, clone(index / "a", fresh_venv))
+    (cached,) = (index / "cache" / "hirosco" / "wheels").glob("other*")
+    whole = cached.read_bytes()
+    cached.write_bytes(whole[:-30])
+    done, modules = install(index, clone(index / "b", fresh_venv))
+    assert (done.returncode, modules, cached.read_bytes()) == (0, {"one_part", "other"}, whole), done.stderr
+
+
+def test_python_packages_without_a_place_for_a_cache(index, fresh_venv):
+    (index / "file").write_text("")
+    done, modules = install(index, clone(index / "a", fresh_venv), cache="file")
+    assert (done.returncode, modules) == (0, {"one_part", "other"}), done.stderr
+
+
+def script(path, text):
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+
+
+def test_all_that_is_missing_is_said_at_once(index, fresh_venv):
+    """Packages of the machine, of Python, and Unity: the setup does not stop at the first of them, and leaves no stamp."""
+    place = clone(index / "a", fresh_venv)
+    shutil.copytree(ROOT / "gse" / "setup", place / "gse" / "setup")
+    shutil.copy(index / "list.txt", place / "gse" / "requirements.txt")
+    script(index / "bin" / "dpkg-query", '[ "$4" = libcmocka-dev ] || echo installed')
+    script(index / "bin" / "apt-get", "exit 100")
+    script(index / "bin" / "sudo", 'shift; exec "$@"')
+    done = subprocess.run(["sh", "gse/setup/setup.sh", "unit"], cwd=place, env=environment_of(index, index="no network"), capture_output=True,
+                          text=True, check=False)
+    assert done.returncode == 1
+    for said in ("install --no-install-recommends -y libcmocka-dev \n", "    other==2.0\n", "which holds Unity, cannot be fetched", "make setup"):
+        assert said in done.stderr, done.stderr
+    assert not (place / "build" / "setup" / "run").exists() and not (place / "build" / "setup" / "unit").exists()
+
+
+EXPAT = ["usr/include/expat.h", "usr/include/expat_external.h", "usr/include/s390x-linux-gnu/expat_config.h",
+         "usr/share/doc/libexpat1-dev/copyright", "usr/lib/s390x-linux-gnu/libexpat.a"]
+
+
+def test_foreign_expat_is_fetched_once_for_all_clones(tmp_path):
+    for name in EXPAT:
+        (tmp_path / "package" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "package" / name).write_text(name)
+    (tmp_path / "package" / "DEBIAN").mkdir()
+    (tmp_path / "package" / "DEBIAN" / "control").write_text(
+        "Package: libexpat1-dev\nVersion: 1\nArchitecture: s390x\nMaintainer: a <a@example.org>\nDescription: a\n")
+    subprocess.run(["dpkg-deb", "--build", tmp_path / "package", tmp_path / "archive"], check=True, stdout=subprocess.DEVNULL)
+    script(tmp_path / "bin" / "apt-get", 'case "$*" in *download*) cp "$ARCHIVE" libexpat1-dev_1_s390x.deb ;; esac')
+
+    def fetch_expat(where):
+        (tmp_path / where).mkdir()
+        done = subprocess.run(["sh", SETUP / "expat_s390x.sh"], cwd=tmp_path / where, env=environment_of(tmp_path), capture_output=True,
+                              text=True, check=False)
+        return done, (tmp_path / where / "build" / "third_party" / "expat-s390x" / "lib" / "libexpat.a").exists()
+
+    done, is_there = fetch_expat("a")
+    assert (done.returncode, is_there) == (0, True), done.stderr
+    cached = tmp_path / "cache" / "hirosco" / "libexpat1-dev_s390x.deb"
+    cached.write_bytes(cached.read_bytes()[:200])
+    done, is_there = fetch_expat("b")
+    assert (done.returncode, is_there) == (0, True), "a damaged package is fetched anew: " + done.stderr
+    (tmp_path / "archive").unlink()
+    done, is_there = fetch_expat("c")
+    assert (done.returncode, is_there) == (0, True), done.stderr
+    cached.unlink()
+    done, is_there = fetch_expat("d")
+    assert (done.returncode, is_there) == (1, False) and "libexpat1-dev of s390x cannot be fetched" in done.stderr
