@@ -7,10 +7,10 @@
 #include <stdint.h>
 
 typedef enum {
-    FLOW_FRAMING_RAW,    ///< No frames: octets as they come. On datagrams and queues: one frame each.
+    FLOW_FRAMING_RAW,    ///< No frames: octets in any division. On datagrams and queues: one frame each.
     FLOW_FRAMING_LENGTH, ///< Length of 16 bits in the flow's order, then as many octets.
     FLOW_FRAMING_SLIP,   ///< RFC 1055: 0xC0 before and after, escapes inside.
-    FLOW_FRAMING_LINE, ///< Text; each frame ends with a line feed, before which a carriage return may stand.
+    FLOW_FRAMING_LINE, ///< Text; each frame ends with a line feed, or with a carriage return and a line feed.
     FLOW_FRAMINGS
 } flow_framing_t;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The version of the project, in one place: all programs print it with --version, run.json records it, and
-/// the ground segment reads it from here. CHANGELOG.md says what a version brings; `-dev`: not complete yet.
+/// the ground segment reads it from here. CHANGELOG.md lists the changes of each version; `-dev`: not
+/// complete yet.
 #ifndef BASE_VERSION_H
 #define BASE_VERSION_H
 

@@ -141,7 +141,7 @@ status_t can_socket_filter(const osal_can_t* can)
         const uint32_t mask   = can->filters[i].mask;
         const uint32_t wanted = can->filters[i].id & mask;
         // The kernel takes this bit for another meaning: in the mask "error frames only", in the identifier
-        // "all but these". No frame that is filtered has it.
+        // "all but these". No filtered frame has this bit.
         if ((wanted & OSAL_CAN_ERROR) == 0U) {
             filters[count] = (struct can_filter){.can_id = wanted, .can_mask = mask & ~OSAL_CAN_ERROR};
             count++;

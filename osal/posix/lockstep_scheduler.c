@@ -95,7 +95,7 @@ static void unlock_and_pass_on(osal_lockstep_t* scheduler)
     }
 }
 
-/// Sleep until the grant has come. False if the run is over or the participant was ended.
+/// Sleep until the grant is given. False if the run is over or the participant was ended.
 static bool sleep_until_granted(osal_lockstep_t* scheduler, uint32_t participant, uint32_t incarnation)
 {
     participant_t* const self = &scheduler->participants[participant];

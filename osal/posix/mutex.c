@@ -11,7 +11,8 @@
 
 #define NS_PER_S 1000000000ULL
 
-// In this C library zeros are a working lock, in others not: the last word says whether a lock was made.
+// In this C library zeros are a working lock, in others not: the last word records whether the lock was
+// initialized.
 #define MARK_WORD (OSAL_MUTEX_WORDS - 1U)
 #define MARK 0x6D757465782E2E2EULL // "mutex..."
 

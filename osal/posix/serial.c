@@ -40,7 +40,7 @@ static bool make_raw(int descriptor, speed_t speed)
     cfmakeraw(&line);
     line.c_cflag &= (tcflag_t) ~(PARENB | CSTOPB | CRTSCTS);
     line.c_cflag |= CLOCAL | CREAD | CS8;
-    line.c_cc[VMIN]  = 1U; // With 0, "no data" and "hung up" would look the same.
+    line.c_cc[VMIN]  = 1U; // With 0, "no data" and "hung up" could not be distinguished.
     line.c_cc[VTIME] = 0U;
     return (cfsetispeed(&line, speed) == 0) && (cfsetospeed(&line, speed) == 0) &&
            (tcsetattr(descriptor, TCSANOW, &line) == 0) && (tcflush(descriptor, TCIFLUSH) == 0);

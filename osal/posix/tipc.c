@@ -133,7 +133,7 @@ status_t osal_tipc_send(osal_socket_t* sock, osal_tipc_name_t to, const uint8_t*
     return (sent >= 0) ? STATUS_OK : status_of_send(errno);
 }
 
-/// True if the message is one of ours that came back.
+/// True if the message was sent by this socket and returned.
 static bool is_returned(struct msghdr* message)
 {
     for (struct cmsghdr* part = CMSG_FIRSTHDR(message); part != NULL; part = CMSG_NXTHDR(message, part)) {

@@ -149,7 +149,8 @@ status_t pus_app_process_flush(pus_app_process_t* process);
 bool pus_app_process_is_waiting(const pus_app_process_t* process);
 /// True if a report or notice of a HIGH event waits for the port.
 bool pus_app_process_keeps_event(const pus_app_process_t* process, uint16_t event_id);
-/// True if a request may be taken in: its verification and one answer have room, whatever was begun before.
+/// True if a request may be accepted: there is room for its verification and one answer, in addition to the
+/// reports of earlier requests.
 bool pus_app_process_may_answer(const pus_app_process_t* process);
 /// True if there is room for a dispensable FIRM report in addition to all reports that may still be due.
 bool pus_app_process_has_firm_room(const pus_app_process_t* process);

@@ -31,7 +31,7 @@ typedef struct {
 void pus_counts(const pus_app_process_t* process, const pus_requester_t* requester, pus_counts_t* out_counts);
 /// True if these can be counts.
 bool pus_counts_are_sound(const pus_counts_t* counts);
-/// Go on with sound counts.
+/// Continue with consistent counts.
 void pus_counts_resume(pus_app_process_t* process, pus_requester_t* requester, const pus_counts_t* counts);
 
 #endif // PUS_CORE_COUNTS_H

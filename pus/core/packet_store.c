@@ -284,7 +284,7 @@ uint64_t pus_packet_store_place(const pus_packet_store_t* const store, const uin
     return (cursor > store->tail) ? cursor : store->tail;
 }
 
-/// True if there is a record at an address or behind it; *address moves to the block that has it.
+/// True if there is a record at or after an address; *address moves to its block.
 static bool is_there(const pus_packet_store_t* const store, uint64_t* const address)
 {
     *address = pus_packet_store_place(store, *address);

@@ -69,7 +69,7 @@ typedef struct {
     void (*grant)(void* context, uint16_t slot, uint32_t budget);
     /// What a slot has really used since it was given its budget; it may be more.
     uint32_t (*used)(void* context, uint16_t slot);
-    /// Go on until the procedure calls. `answer` is that to its last call.
+    /// Continue until the procedure calls. `answer` is the answer to its last call.
     void (*run)(void* context, uint16_t slot, const pus_answer_t* answer, pus_call_t* out_call);
     /// Abort a procedure at its present place. The slot is free.
     void (*kill)(void* context, uint16_t slot);

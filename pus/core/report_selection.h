@@ -52,7 +52,7 @@ typedef struct {
     uint8_t table;                        ///< Of the lasting records.
 } pus_selection_editor_t;
 
-/// Perform the instructions of a request, whose reader stands on the count of processes, and put the whole
+/// Perform the instructions of a request, whose reader is at the count of processes, and put the whole
 /// selection as record `key`. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO, status): nothing changed.
 pus_reply_t pus_selection_add(const pus_selection_editor_t* editor, pus_selection_t* selection,
                               pus_selection_list_t list, uint32_t key, pus_request_t* request);

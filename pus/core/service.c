@@ -266,7 +266,7 @@ static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_
     } else if ((request->packets_lost > 0U) && (reply.kind == PUS_DONE)) {
         reply = pus_failed(PUS_FAILURE_SOME_FAILED, request->packets_lost);
     } else {
-        // As the service says.
+        // The reply of the service is final.
     }
     settle(request, &reply);
     return reply.kind;

@@ -43,7 +43,7 @@ pus_reply_t pus_started(void);
 pus_reply_t pus_refused(uint16_t code, uint32_t detail);
 pus_reply_t pus_failed(uint16_t code, uint32_t detail);
 
-/// A request under execution; lives during `execute` only.
+/// A request under execution; valid during `execute` only.
 typedef struct {
     pus_token_t token;     ///< Copy it to complete later.
     octet_reader_t reader; ///< Over the application data; its format has been checked.
@@ -166,7 +166,7 @@ void pus_dispatcher_persist(pus_dispatcher_t* dispatcher, const pus_persistence_
 /// process of the same APID, so that neither is shared with the dispatcher's loop.
 void pus_perform(pus_app_process_t* process, const pus_service_t* service, const pus_token_t* token,
                  const uint8_t* data, size_t size, uint64_t now_ns);
-/// Verify one packet and pass it on. STATUS_OK (accepted; verification tells the rest), STATUS_INVALID
+/// Verify one packet and pass it on. STATUS_OK (accepted; verification reports the rest), STATUS_INVALID
 /// (rejected with TM[1,2]), STATUS_TRUNCATED (too short to name its request: ignored, counted).
 status_t pus_dispatch(pus_dispatcher_t* dispatcher, const uint8_t* packet, size_t size, uint64_t now_ns);
 /// The same with a request that may be larger than a packet, as ST[13] has put it together.

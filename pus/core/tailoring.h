@@ -7,7 +7,7 @@
 
 /// Packet structure [octets].
 #define PUS_PACKET_MAX 4096U ///< Largest packet, headers and CRC included.
-#define PUS_LARGE_MAX 65542U ///< Largest that its length field can tell; more than a packet goes by ST[13].
+#define PUS_LARGE_MAX 65542U ///< Limit of the length field; packets longer than PUS_PACKET_MAX use ST[13].
 #define PUS_PRIMARY_HEADER_SIZE 6U
 #define PUS_TC_HEADER_SIZE 11U ///< Primary and secondary header of a request.
 #define PUS_TM_HEADER_SIZE 21U ///< Primary and secondary header of a report, time included.
@@ -20,7 +20,7 @@
 /// Header values.
 #define PUS_PACKET_VERSION 0U
 #define PUS_VERSION 2U     ///< PUS-C.
-#define PUS_UNSEGMENTED 3U ///< Sequence flags; packets always stand alone.
+#define PUS_UNSEGMENTED 3U ///< Sequence flags; every packet is unsegmented.
 #define PUS_SEQUENCE_COUNT 16384U
 #define PUS_APID_IDLE 2047U
 #define PUS_APID_MAX 2046U
@@ -100,7 +100,7 @@ enum {
     PUS_FAILURE_RESOURCES        = 0x0112, ///< what is missing, in the resource's unit
     PUS_FAILURE_MEMBER_ACTIVE    = 0x0113, ///< APID of a network member that is operational
     PUS_FAILURE_INTERFACE        = 0x0114, ///< APID whose interface hash is not the supervisor's
-    PUS_FAILURE_STATE_IN_DOUBT   = 0x0115, ///< APID that was silent and has not told its state since
+    PUS_FAILURE_STATE_IN_DOUBT   = 0x0115, ///< APID that was silent and has not reported its state since
     // Start of execution, TM[1,4].
     PUS_FAILURE_UNKNOWN_ID   = 0x0201, ///< identifier
     PUS_FAILURE_EXISTS       = 0x0202, ///< identifier

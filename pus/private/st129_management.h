@@ -3,7 +3,7 @@
 ///
 ///     TC 1 request state {target u8}        TC 3 select configuration {configuration u16}
 ///     TC 4 report status                    TC 6 reload descriptor
-///     TC 8 order state {target u8, cause u8}: TC 1 of the supervisor, with the cause that TM 2 tells; from
+///     TC 8 order state {target u8, cause u8}: TC 1 of the supervisor, with the cause that TM 2 reports; from
 ///          another source it is refused (PUS_FAILURE_SOURCE)
 ///     TM 2 state transition {previous u8, state u8, phase u8, configuration u16, cause u8, code u16,
 ///                            cycle u32}

@@ -23,7 +23,7 @@ static bool format_filter(void* const self, octet_reader_t* const reader)
     return true;
 }
 
-/// Entries of a list: writes entry `index` if it is there, with its id. False past the last.
+/// Entries of a list: writes entry `index` if it exists, with its id. False past the last.
 typedef bool (*entry_t)(const pus_rtlink_port_t* port, uint16_t index, uint16_t* out_id,
                         octet_writer_t* writer);
 

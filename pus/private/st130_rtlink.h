@@ -56,7 +56,7 @@ typedef enum {
     PUS_LINK_REASON_PORT     = 7,
     PUS_LINK_REASON_DEADLINE = 8, ///< Accepted, but not opened in time.
     PUS_LINK_REASON_STALE    = 9, ///< No sample within the largest age.
-    PUS_LINK_REASON_PEER     = 10 ///< The peer is gone or in error.
+    PUS_LINK_REASON_PEER     = 10 ///< The peer is lost or in error.
 } pus_link_reason_t;
 
 /// Offending field of TM[130,5].
@@ -180,8 +180,9 @@ typedef struct {
     void* context;
     /// Offer number `index` (0, 1, ...); false past the last. May not send reports.
     bool (*offer)(void* context, uint16_t index, pus_link_offer_t* out_offer);
-    /// Negotiate. PUS_DONE: *out_answer tells; the service sends TM[130,4] and completes, or sends TM[130,5]
-    /// and fails the request with PUS_FAILURE_LINK_REFUSED. PUS_LATER: the port reports and completes itself.
+    /// Negotiate. PUS_DONE: *out_answer is the result; the service sends TM[130,4] and completes, or sends
+    /// TM[130,5] and fails the request with PUS_FAILURE_LINK_REFUSED. PUS_LATER: the port reports and
+    /// completes itself.
     pus_reply_t (*request)(void* context, const pus_link_request_t* request, pus_link_answer_t* out_answer,
                            const pus_token_t* token, uint64_t now_ns);
     pus_reply_t (*open)(void* context, const pus_link_open_t* open, const pus_token_t* token,

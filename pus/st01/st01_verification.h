@@ -26,7 +26,7 @@ void pus_verify_progress_failed(pus_app_process_t* process, const pus_token_t* t
 void pus_verify_completed(pus_app_process_t* process, const pus_token_t* token, uint64_t now_ns);
 void pus_verify_failed(pus_app_process_t* process, const pus_token_t* token, const pus_failure_t* failure,
                        uint64_t now_ns);
-/// Completion, as `failure` tells: TM[1,7] if its code is PUS_FAILURE_NONE, else TM[1,8].
+/// Completion: TM[1,7] if the code of `failure` is PUS_FAILURE_NONE, else TM[1,8].
 void pus_verify_ended(pus_app_process_t* process, const pus_token_t* token, pus_failure_t failure,
                       uint64_t now_ns);
 /// Routing: TM[1,10], by a router only.

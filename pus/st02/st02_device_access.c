@@ -201,7 +201,7 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
     if (operation == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, access->config.operation_count);
     }
-    if (request->reader.size > sizeof operation->data) { // It came in parts.
+    if (request->reader.size > sizeof operation->data) { // The request was transferred in parts.
         return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
     }
     operation->refused = 0U;
@@ -258,7 +258,7 @@ static bool report_registers(const pus_device_access_t* const access,
     return pus_tm_send(access->config.process, &writer) == STATUS_OK;
 }
 
-/// An instruction has ended; an acquisition is to be reported, whatever came of it.
+/// An instruction has ended; an acquisition is reported, whether it succeeded or failed.
 static void settle(pus_device_access_t* const access, pus_device_operation_t* const operation,
                    const status_t status, const uint64_t now_ns)
 {
@@ -308,7 +308,7 @@ static void take_next(pus_device_access_t* const access, pus_device_operation_t*
     operation->deadline_ns = now_ns + access->config.timeout_ns;
 }
 
-/// Begin an instruction or look at it. False: it waits, or has ended.
+/// Begin an instruction or poll it. False: it waits, or has ended.
 static bool pursue(pus_device_access_t* const access, pus_device_operation_t* const operation,
                    const uint64_t now_ns)
 {

@@ -58,7 +58,7 @@ typedef struct {
     /// STATUS_FORBIDDEN (not now).
     status_t (*check)(void* context, const pus_device_action_t* action);
     /// Begin it as number `slot`, 0..operations - 1, which is free. STATUS_OK, STATUS_FULL (try again in the
-    /// next step), STATUS_IO (failed: *out_result says how).
+    /// next step), STATUS_IO (failed: *out_result is the reason).
     status_t (*begin)(void* context, uint8_t slot, const pus_device_action_t* action,
                       pus_device_result_t* out_result);
     /// Look at it. STATUS_BUSY, STATUS_OK (done, *out_result has the data), STATUS_IO (failed).
@@ -115,7 +115,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_device_access_init(pus_device_access_t* access, const pus_device_config_t* config);
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_device_access_service(pus_device_access_t* access);
-/// Go on with all requests.
+/// Continue all requests.
 void pus_device_access_step(pus_device_access_t* access, uint64_t now_ns);
 
 #endif // PUS_ST02_ST02_DEVICE_ACCESS_H

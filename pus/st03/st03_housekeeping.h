@@ -49,7 +49,7 @@ typedef struct { // Private.
 
 typedef struct { // Private.
     uint16_t repetitions;
-    uint16_t taken;  // Samples taken in this interval.
+    uint16_t taken;  // Samples of the present interval so far.
     uint16_t offset; // Of the set's first sample in the sample buffer.
     uint16_t size;   // Of one sample [octets].
     uint8_t first;   // Entry.
@@ -115,7 +115,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_hk_functional_t functional; // Being changed.
     struct {
         uint32_t reports; ///< TM[3,25] and [3,26] sent.
-        uint32_t dropped; ///< Those the port refused, or that did not come from their loop.
+        uint32_t dropped; ///< Reports that the port refused, or that did not arrive from their loop.
     } counters;
 } pus_hk_t;
 

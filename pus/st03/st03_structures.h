@@ -10,7 +10,7 @@
 
 /// Structure of a kind with this id, or null.
 pus_hk_structure_t* hk_structure_of(const pus_hk_t* hk, bool is_diagnostic, uint16_t id);
-/// Begin an empty candidate. Its verdict tells whether there may be such a structure; *out_place is where it
+/// Begin an empty candidate. Its verdict is whether there may be such a structure; *out_place is where it
 /// goes. After a failure nothing more is added, and the verdict stays.
 void hk_candidate_begin(pus_hk_t* hk, bool is_diagnostic, uint16_t id, uint32_t interval,
                         pus_hk_structure_t** out_place);

@@ -40,7 +40,7 @@ typedef struct {
 #define PUS_EVENT_BURST 20U        ///< Default: reports of an event at once.
 #define PUS_EVENT_INTERVAL_MS 100U ///< Default: time between further reports.
 #define PUS_SUPPRESSED_TELL_NS 1000000000ULL
-#define PUS_SUPPRESSED_AUX 6U ///< Auxiliary data of the event that tells: event u16, count u32.
+#define PUS_SUPPRESSED_AUX 6U ///< Auxiliary data of the event that reports them: event u16, count u32.
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_app_process_t* process;

@@ -21,7 +21,7 @@
     1024U                    ///< Moved by one operation in one step [octets], a multiple of any access width.
 #define PUS_MEMORY_ATOMIC 4U ///< Octets that TC[6,11] loads at once.
 
-/// A memory, or a device that looks like one.
+/// A memory, or a device that is accessed like one.
 typedef struct {
     uint8_t id;
     uint8_t access; ///< Width of an access: 1, 2, 4 or 8 [octets]; base and size are multiples.

@@ -514,7 +514,7 @@ pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* con
     if (operation == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, service->config.operation_count);
     }
-    if (request->reader.size > sizeof operation->data) { // It came in parts.
+    if (request->reader.size > sizeof operation->data) { // The request was transferred in parts.
         return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
     }
     if (has_file && (service->config.files == NULL)) {

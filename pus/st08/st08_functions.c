@@ -104,7 +104,7 @@ static bool decode_argument(const pus_functions_t* const functions, const pus_ar
     return true;
 }
 
-/// Decode every argument. False: refused, *out_reply tells why.
+/// Decode every argument. False: refused, *out_reply is the reason.
 static bool decode(const pus_functions_t* const functions, const pus_function_t* const function,
                    octet_reader_t* const reader, pus_reply_t* const out_reply)
 {

@@ -50,7 +50,7 @@ void monitoring_link(pus_monitoring_t* const self)
         pus_fmon_member_t* member    = members_of(self, fmon);
         for (uint8_t k = 0U; k < fmon->count; k++) {
             pus_pmon_t* const pmon = monitoring_pmon(self, member->pmon_id);
-            if (pmon != NULL) { // One whose record was lost is not there.
+            if (pmon != NULL) { // Its record may be lost.
                 member->next  = pmon->members;
                 pmon->members = (uint16_t)((member - self->config.members) + 1);
             }
@@ -306,7 +306,7 @@ status_t monitoring_restore_fmon(pus_monitoring_t* const self, octet_reader_t* c
     }
     const pus_failure_t failure = check_fmon(self, MONITORING_FROM_RECORD, &candidate, 0U);
     if (failure.code == PUS_FAILURE_NONE) {
-        // The records of its PMONs may come after it.
+        // The records of its PMONs may follow later.
         pus_fmon_member_t* const members = members_of(self, place);
         for (uint8_t i = 0U; i < candidate.fmon.count; i++) {
             members[i] = (pus_fmon_member_t){.pmon_id = octet_read_u16(&candidate.members)};
@@ -317,7 +317,7 @@ status_t monitoring_restore_fmon(pus_monitoring_t* const self, octet_reader_t* c
     return monitoring_status(&failure);
 }
 
-// Requests about definitions that are there.
+// Requests for existing definitions.
 
 static pus_failure_t remove_fmon(pus_monitoring_t* const self, const uint16_t id)
 {

@@ -16,7 +16,7 @@
 #define MONITORING_PMON_EVENT 16U ///< Auxiliary data of the event of a PMON [octets].
 #define MONITORING_FMON_EVENT 4U  ///< The same of an FMON.
 
-/// Where a definition comes from, which tells its fields: TC[12,5] and [12,23], TC[12,7], or a record.
+/// Source of a definition, which decides its fields: TC[12,5] and [12,23], TC[12,7], or a record.
 typedef enum {
     MONITORING_FROM_ADD,
     MONITORING_FROM_MODIFY,
@@ -59,8 +59,8 @@ void monitoring_settle(pus_monitoring_t* self, pus_request_t* request, uint16_t 
 /// Apply a function to each id of a request.
 typedef pus_failure_t (*monitoring_act_t)(pus_monitoring_t* self, uint16_t id);
 pus_reply_t monitoring_for_each(pus_monitoring_t* self, pus_request_t* request, monitoring_act_t act);
-/// Refuse each id of a request for reports that `look_up` does not know, and perform the rest; no id at all
-/// stands for all. False if nothing is to be reported.
+/// Refuse each id of a request for reports that `look_up` does not find, and perform the rest; a request
+/// without ids means all. False if nothing is to be reported.
 bool monitoring_accept_ids(pus_monitoring_t* self, pus_request_t* request, monitoring_act_t look_up);
 status_t monitoring_status(const pus_failure_t* failure);
 

@@ -29,7 +29,7 @@ void pus_monitoring_init(pus_monitoring_t* const self, const pus_monitoring_conf
 
 // Tables.
 
-/// Where an id stands in the order, or would.
+/// Position of an id in the order, or the position where it would be inserted.
 static uint16_t place_of(const pus_monitoring_t* const self, const uint16_t id)
 {
     uint16_t low  = 0U;

@@ -19,7 +19,7 @@ enum {
 #define SOURCE_OFFSET 9U // In a request [octets].
 #define SERVICE_OFFSET 7U
 #define LENGTH_OFFSET 4U
-#define LENGTH_EXCESS 7U // A packet is longer than its length field says.
+#define LENGTH_EXCESS 7U // Octets of a packet beyond the value of its length field.
 #define APID_MASK 0x7FFU
 
 void pus_large_init(pus_large_t* const large, const pus_large_config_t* const config)

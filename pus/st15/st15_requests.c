@@ -253,7 +253,7 @@ static uint16_t find_store(order_t* const order)
     return (order->number < count) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL;
 }
 
-/// Carry an instruction out for the store whose number it has.
+/// Perform an instruction for the store with its number.
 static uint16_t carry_out(order_t* const order)
 {
     pus_storage_t* const storage = order->storage;

@@ -28,7 +28,7 @@ typedef struct {
 } window_t;
 
 /// Read the next packet in a window. STATUS_OK; STATUS_BUSY (the packet read is not of the window, or what is
-/// there is damaged: go on); STATUS_EMPTY (no more); STATUS_IO.
+/// there is damaged: continue); STATUS_EMPTY (no more); STATUS_IO.
 static status_t next_in(pus_packet_store_t* const log, const window_t* const window, uint64_t* const cursor,
                         budget_t* const budget, pus_stored_packet_t* const out_packet)
 {
@@ -199,6 +199,6 @@ void st15_copy(pus_storage_t* const storage, const uint64_t now_ns)
     } else if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
         end_copy(storage, status, now_ns);
     } else {
-        // The rest comes in later steps.
+        // The rest follows in later steps.
     }
 }

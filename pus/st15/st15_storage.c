@@ -356,7 +356,7 @@ void pus_storage_step(pus_storage_t* const storage, const uint64_t now_ns)
     keep_places(storage, now_ns);
 }
 
-/// True if a store has a packet to send, or a medium to give back.
+/// True if a store has a packet to send, or a medium to release.
 static bool has_work(const pus_storage_t* const storage, const uint8_t number)
 {
     const pus_store_t* const store       = &storage->stores[number];

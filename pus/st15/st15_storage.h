@@ -75,7 +75,7 @@ typedef struct { // Private: what is kept of a store.
     uint32_t generation;
     uint64_t tail; // As of the last deletion.
     uint64_t open_tag_ns;
-    bool is_seeking;      // The open retrieval has not come to its tag yet.
+    bool is_seeking;      // The open retrieval has not reached its start time tag yet.
     uint64_t open_cursor; // Addresses.
     uint64_t range_cursor;
     uint64_t range_end;

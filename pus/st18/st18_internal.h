@@ -24,7 +24,7 @@ pus_reply_t procedures_activate(pus_procedures_t* self, const pus_request_t* req
                                 pus_procedure_t* procedure, const uint8_t* arguments, size_t size);
 /// The run of an active one.
 pus_procedure_run_t* procedures_run_of(const pus_procedures_t* self, const pus_procedure_t* procedure);
-/// End what is active: stopped or aborted, as `what` says.
+/// End an active procedure; `what` is PUS_OBSERVED_STOPPED or _ABORTED.
 void procedures_end(pus_procedures_t* self, pus_procedure_t* procedure, pus_observation_t what);
 /// Raise the observation event if the procedure's level is at least this one.
 void procedures_tell(const pus_procedures_t* self, const pus_procedure_t* procedure,

@@ -9,7 +9,7 @@
 #define PART_DATA (PUS_RECORD_MAX - PART_HEAD)
 #define PARTS 3U          // Of the largest code.
 #define KEYS_EACH 4U      // Keys of one procedure.
-#define ENGINE_KEY 65535U // Of the record that tells whether the engine is stopped.
+#define ENGINE_KEY 65535U // Of the record that contains whether the engine is stopped.
 
 uint32_t procedures_detail(const uint8_t* const id)
 {

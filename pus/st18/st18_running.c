@@ -308,7 +308,7 @@ static void look(pus_procedures_t* const self, const pus_procedure_t* const proc
     } else if (run->waiting == PUS_WAITS_PARAMETERS) {
         (void)take_parameters(self, procedure, run);
     } else {
-        // Time tells, or a report.
+        // It waits for a time or for a report.
     }
     const bool is_over = self->cycle >= run->until;
     if (is_over && (run->waiting == PUS_WAITS_VERIFICATION)) {

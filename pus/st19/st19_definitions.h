@@ -12,11 +12,11 @@ typedef pus_event_action_definition_t definition_t;
 
 /// Identifier of a definition in failures.
 uint32_t event_action_key(uint16_t apid, uint16_t event);
-/// The place in a list where the index of the definition stands, or NONE if there is no such definition.
+/// The place of the index of the definition in a list, or NONE if there is no such definition.
 uint16_t* event_action_place(const event_action_t* self, uint16_t apid, uint16_t event);
 /// A definition that was free gets this content.
 void event_action_enter(event_action_t* self, uint16_t slot, const definition_t* content);
-/// Forget the definition whose index stands at `place`.
+/// Forget the definition whose index is at `place`.
 void event_action_leave(event_action_t* self, uint16_t* place);
 /// Drop what waits for the port, and count it.
 void event_action_drop_waiting(event_action_t* self, definition_t* definition);

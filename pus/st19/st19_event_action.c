@@ -115,7 +115,7 @@ static pus_failure_t io_failure(const status_t status)
     return (status == STATUS_OK) ? no_failure() : pus_failure(PUS_FAILURE_IO, (uint32_t)status);
 }
 
-/// Another request for a definition that is there and disabled.
+/// Another request for an existing disabled definition.
 static pus_failure_t replace(event_action_t* const self, const uint16_t slot,
                              const pus_block_chain_t* const request)
 {

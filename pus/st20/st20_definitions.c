@@ -123,7 +123,7 @@ pus_parameter_port_t pus_parameter_definitions_port(pus_parameter_definitions_t*
 
 // Definitions.
 
-/// No other loop looks at a place that changes.
+/// No other loop reads an entry while it changes.
 static void put(const pus_parameter_definitions_t* const definitions, pus_parameter_place_t* const place,
                 const pus_parameter_place_t* const wanted)
 {

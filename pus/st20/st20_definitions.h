@@ -3,7 +3,7 @@
 /// offset), and the parameter port that provides them and those of the dictionary.
 ///
 /// Such a parameter has an id of its own APID that the dictionary does not have, whose layout bits are the
-/// scalar type that PTC and PFC say; its value is in memory in the machine's byte order. Defining it again
+/// scalar type of PTC and PFC; its value is in memory in the machine's byte order. Defining it again
 /// moves it. PTC, PFC: unsigned 3 and 4, 12, 14, 16 for 8 to 64 bits; signed 4 and the same; real 5 and 1, 2;
 /// boolean 1 and 0 (one octet). Definitions outlive a power cut by their records (key: parameter id).
 ///

@@ -3,7 +3,7 @@
 /// memory (st20_definitions.h, where that is configured; else TC[20,4] and [20,5] are refused with
 /// PUS_FAILURE_ACCESS), and report definitions.
 ///
-/// Each instruction stands on its own: an unknown, unreadable, read-only or out-of-range one is refused by
+/// Each instruction is independent: an unknown, unreadable, read-only or out-of-range one is refused by
 /// its own TM[1,4], the others are performed. TM[20,2] carries the values of all that are good; values beyond
 /// the longest report of the process are refused (PUS_FAILURE_TABLE_FULL). If the report is longer than a
 /// packet and there is no buffer, the request fails (PUS_FAILURE_IO, STATUS_FULL). In TC[20,3] the value of

@@ -166,7 +166,7 @@ status_t sequences_unload(sequences_t* const self, const uint16_t slot)
     return status;
 }
 
-/// A record as it comes back.
+/// Restore a sequence from a record.
 typedef struct {
     uint64_t id;
     uint32_t expected; // Octets of the whole content.

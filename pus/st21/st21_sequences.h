@@ -72,7 +72,7 @@ void pus_sequences_init(pus_sequences_t* self, const pus_sequences_config_t* con
 /// The service's entry for a dispatcher, without a step.
 pus_service_t pus_sequences_service(pus_sequences_t* self);
 /// Take a lasting record back; before the first request. STATUS_OK, STATUS_INVALID (malformed, or not the
-/// next of its sequence), STATUS_EXISTS (such a sequence is there), STATUS_EXHAUSTED (no room for it).
+/// next of its sequence), STATUS_EXISTS (there is such a sequence), STATUS_EXHAUSTED (no room for it).
 MUST_USE status_t pus_sequences_restore(pus_sequences_t* self, uint32_t key, const uint8_t* octets,
                                         size_t size);
 /// Release due requests, and continue a report. uptime_ns: counts of cycles since the start, as a time; never

@@ -315,7 +315,7 @@ static void report_status(pus_files_t* const files, const uint64_t now_ns)
     (void)pus_tm_post(files->config.process, &writer); // What is lost here the process counts.
 }
 
-/// The first report comes one interval after the first step that knows of it.
+/// The first report is sent one interval after the first step with reports enabled.
 static void report_if_due(pus_files_t* const files, const uint64_t now_ns, const uint32_t cycle)
 {
     if (files->interval == 0U) {
@@ -334,7 +334,7 @@ static void report_if_due(pus_files_t* const files, const uint64_t now_ns, const
 
 // --- copying -----------------------------------------------------------------------------------------------
 
-/// Make the part. STATUS_OK, or what the store says.
+/// Create the partial file. STATUS_OK, or the status of the store.
 static status_t begin_copy(const pus_files_t* const files, pus_file_copy_t* const copy)
 {
     const pus_file_store_t* const store = &files->config.store;
@@ -348,7 +348,7 @@ static status_t begin_copy(const pus_files_t* const files, pus_file_copy_t* cons
     return status;
 }
 
-/// Copy one slice. STATUS_OK; STATUS_TRUNCATED (the source has become shorter), or what the store says.
+/// Copy one slice. STATUS_OK; STATUS_TRUNCATED (the source has become shorter), or the status of the store.
 static status_t copy_slice(pus_files_t* const files, pus_file_copy_t* const copy)
 {
     const pus_file_store_t* const store = &files->config.store;
@@ -366,7 +366,7 @@ static status_t copy_slice(pus_files_t* const files, pus_file_copy_t* const copy
     return status;
 }
 
-/// Give the whole part its name. STATUS_OK, or what the store says.
+/// Rename the complete file to its target. STATUS_OK, or the status of the store.
 static status_t finish_copy(const pus_files_t* const files, const pus_file_copy_t* const copy)
 {
     const pus_file_store_t* const store = &files->config.store;
@@ -417,7 +417,7 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
         end_copy(files, copy, pus_failure(PUS_FAILURE_NONE, 0U), files->config.process, now_ns);
         (void)st23_commit(files); // If this fails, the record has no effect.
     } else {
-        // More is to come.
+        // The copy is not complete.
     }
 }
 

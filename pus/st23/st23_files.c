@@ -210,7 +210,7 @@ static pus_reply_t unlock_file(void* const self, pus_request_t* const request)
 // --- files -------------------------------------------------------------------------------------------------
 
 /// Make a file under a free lock, which lasts first: a power cut leaves both, none, or a lock without a file.
-/// STATUS_OK, or what the store or the records say.
+/// STATUS_OK, or the status of the store or of the records.
 static status_t make_locked_file(const pus_files_t* const files, const pus_file_path_t* const path,
                                  const uint32_t room, pus_file_lock_t* const lock)
 {

@@ -75,7 +75,7 @@ typedef struct {
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_files_config_t config;
-    size_t next_copy; // Whose turn it is.
+    size_t next_copy; // Copy that is served next.
     size_t next_search;
     uint32_t interval; // Of the status report [cycles]; 0: none.
     uint32_t reported_cycle;

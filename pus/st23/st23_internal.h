@@ -20,7 +20,7 @@ status_t st23_keep(const pus_files_t* files, uint32_t key, const uint8_t* octets
 /// Forget one. Statuses of `erase`.
 status_t st23_forget(const pus_files_t* files, uint32_t key);
 
-/// A file named by a repository path and a name, and where they stand in the application data.
+/// A file named by a repository path and a name, and their offsets in the application data.
 typedef struct {
     pus_file_path_t path;
     uint32_t folder_offset;

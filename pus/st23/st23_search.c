@@ -93,7 +93,7 @@ static size_t room_of(const pus_file_search_t* const search)
     return PUS_TM_DATA_MAX - (TEXT_SIZE_FIELD + 1U + strlen(search->root.text)) - pattern - sizeof(uint16_t);
 }
 
-/// Add an entry; send what is there before if it does not fit. False: not taken, try again later.
+/// Add an entry; send the earlier entries first if it does not fit. False: not taken, try again later.
 static bool add(const pus_files_t* const files, pus_file_search_t* const search,
                 const pus_file_entry_t* const entry, const pus_file_path_t* const path, const uint64_t now_ns)
 {

@@ -17,13 +17,13 @@
 /// A list that is being walked.
 typedef struct {
     const char* body;
-    unsigned left; ///< Entries still to come, the present one included.
+    unsigned left; ///< Remaining entries, the present one included.
 } list_t;
 
 typedef struct {
     octet_reader_t reader;
     bool as_json;
-    bool needs_glue; ///< Something stands before in this list or object.
+    bool needs_glue; ///< There is an earlier item in this list or object.
     char* text;
     size_t capacity;
     size_t length;

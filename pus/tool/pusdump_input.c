@@ -7,14 +7,14 @@
 
 #define PACKET_MAX 65542U // Largest space packet there is [octets].
 #define LINE_MAX 262144U  // Characters of a line, a packet with a space after each digit included.
-#define PEEK_MAX 16U      // Octets looked at to tell the format.
+#define PEEK_MAX 16U      // Octets that are read to recognize the format.
 #define PLACE_MAX 32U
 
 /// What is known of a stream while it is read.
 typedef struct {
     FILE* stream;
     const dump_style_t* style;
-    uint8_t peeked[PEEK_MAX]; // Octets read to tell the format, to be read again.
+    uint8_t peeked[PEEK_MAX]; // These octets, to be read again.
     size_t peeked_count;
     size_t peeked_next;
     unsigned long malformed;
@@ -128,7 +128,7 @@ static void dump_line(input_t* const input, char* const line, const bool is_cut,
     const char* const wrong = read_hex((rest != NULL) ? rest : line, octets, &size);
     dump_packet_read(octets, size, &packet);
     if ((wrong != NULL) || is_cut) {
-        packet.problem[0] = '\0'; // What the octets say is beside the point.
+        packet.problem[0] = '\0'; // The content of the octets does not matter here.
         dump_packet_add_problem(&packet, "%s", is_cut ? "line too long" : wrong);
     }
     if ((format == DUMP_LOG) && (rest == NULL)) {

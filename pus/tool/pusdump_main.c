@@ -109,7 +109,7 @@ static int dump_file(const char* const name, const options_t* const options)
         return EXIT_USAGE;
     }
     if (is_input) {
-        (void)setvbuf(stdout, NULL, _IOLBF, BUFSIZ); // Packets show as they come.
+        (void)setvbuf(stdout, NULL, _IOLBF, BUFSIZ); // Print each packet as soon as it is read.
     }
     errno                         = 0;
     const unsigned long malformed = dump_stream(stream, options->format, &options->style);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What pusdump knows of messages: names, layouts of their fields, words for failure codes.
+/// The messages known to pusdump: names, layouts of their fields, words for failure codes.
 #ifndef PUS_TOOL_PUSDUMP_MESSAGES_H
 #define PUS_TOOL_PUSDUMP_MESSAGES_H
 
@@ -13,7 +13,7 @@ const char* message_name(uint8_t service, uint8_t subtype);
 /// space:
 ///     name:u8 u16 u32 u64    unsigned, decimal
 ///     name:x16 x32 x64       unsigned, hexadecimal
-///     name:code              failure code, told in words
+///     name:code              failure code, printed in words
 ///     name:id                request id, as APID/sequence
 ///     name:time              absolute time, 8 octets
 ///     name:text              function name, 8 octets

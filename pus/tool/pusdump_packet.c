@@ -145,7 +145,7 @@ static void read_secondary(dump_packet_t* const packet, octet_reader_t* const re
         } else if (status == STATUS_TRUNCATED) {
             dump_packet_add_problem(packet, "ends within the time");
         } else {
-            // The time is there.
+            // There is a time.
         }
     }
 }

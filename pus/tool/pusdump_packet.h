@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Lenient reading of one packet: takes out what is there and says all that is wrong with it.
+/// Lenient reading of one packet: decodes all present fields and lists all errors.
 #ifndef PUS_TOOL_PUSDUMP_PACKET_H
 #define PUS_TOOL_PUSDUMP_PACKET_H
 
@@ -15,10 +15,10 @@
 typedef struct {
     const uint8_t* octets;
     size_t size;
-    bool has_primary;   ///< The fields of the primary header are there.
+    bool has_primary;   ///< The packet has a primary header.
     bool has_secondary; ///< Those of the secondary header too.
-    bool has_time;      ///< time_ns is there.
-    bool has_crc;       ///< crc_is_good is there.
+    bool has_time;      ///< The packet has a time, time_ns.
+    bool has_crc;       ///< The packet has a checksum; crc_is_good is its result.
     bool crc_is_good;
     bool is_tc;
     uint16_t apid;

@@ -87,7 +87,7 @@ typedef struct { // All fields are private, except the last four: read-only.
 typedef struct {      // Of a counted hand-over, both directions [frames, wrap].
     uint32_t frames;  ///< Handed over.
     uint32_t late;    ///< Of these, received late, but within OSAL_CAN_PATIENCE_MS.
-    uint32_t lost;    ///< Announced and not come.
+    uint32_t lost;    ///< Announced but never received.
     uint32_t foreign; ///< Received but not announced: another program sends on the interface.
     uint32_t cuts;    ///< Times that an end found its interface down or away [calls].
 } osal_can_hand_over_t;

@@ -8,7 +8,7 @@
 /// In stepped time only osal_clock_wait waits for simulated time. Other calls of this layer that may wait
 /// (osal_event_wait, osal_doorbell_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable,
 /// osal_process_start, osal_process_wait_any, connects, files, directories, console, network namespaces, CAN
-/// interfaces, a counted CAN bus) keep the grant: simulated time stands still, and their time-outs are
+/// interfaces, a counted CAN bus) keep the grant: simulated time does not advance, and their time-outs are
 /// wall-clock time. Such a wait for a participant that needs a grant is a deadlock.
 ///
 /// Ownership  The caller places osal_clock_t.
@@ -25,7 +25,7 @@
 #include <stdint.h>
 
 #define OSAL_CLOCK_NEVER UINT64_MAX
-#define OSAL_CLOCK_SOCKETS_MAX 24U ///< Sockets one wait can watch.
+#define OSAL_CLOCK_SOCKETS_MAX 24U ///< Sockets that one wait can poll.
 
 typedef enum {
     OSAL_CLOCK_REAL,
@@ -74,8 +74,8 @@ uint64_t osal_clock_now_ns(const osal_clock_t* clock);
 
 /// Wait until `wake_ns` or until one of `sockets` (0..8 of them, open) has something to read, or, stepped,
 /// until a delivery. Stepped: the present grant ends. Real: a caught stop signal (osal_process_catch_stop)
-/// ends the wait early too; a wake time that has passed still looks at the sockets. A granted clock cannot
-/// wait: that is a coding error. Returns STATUS_OK, STATUS_CLOSED (the run ended).
+/// ends the wait early, too; if the wake time has passed, the sockets are still polled. A granted clock
+/// cannot wait: that is a coding error. Returns STATUS_OK, STATUS_CLOSED (the run ended).
 MUST_USE status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
                                   size_t socket_count);
 

@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define OSAL_PROCESS_WAIT_MAX 64U ///< Processes one osal_process_wait_any looks after.
+#define OSAL_PROCESS_WAIT_MAX 64U ///< Processes for which one osal_process_wait_any waits.
 
 typedef struct {    // Private, except id.
     int32_t id;     ///< Process id; for messages to people, never in a packet.
@@ -67,7 +67,8 @@ status_t osal_process_stop(osal_process_t* process, bool by_force);
 status_t osal_process_suspend(osal_process_t* process);
 /// State of the process now. STATUS_OK, STATUS_NOT_FOUND (has ended).
 MUST_USE status_t osal_process_look(const osal_process_t* process, osal_process_look_t* out_look);
-/// Watch a process that is not our child by its id. STATUS_OK, STATUS_NOT_FOUND, STATUS_UNSUPPORTED.
+/// Watch a process that is not a child of this one, by its id. STATUS_OK, STATUS_NOT_FOUND,
+/// STATUS_UNSUPPORTED.
 MUST_USE status_t osal_process_watch(osal_process_t* process, int32_t id);
 /// Stop watching; the process itself continues. Not necessary for a child whose end was reported.
 void osal_process_release(osal_process_t* process);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sockets: UDP datagrams and TCP streams over IPv4. Listens on loopback unless told otherwise. Non-blocking,
-/// except the one function that says it waits. Interrupted calls are repeated inside.
+/// Sockets: UDP datagrams and TCP streams over IPv4. Listens on loopback unless the caller names another
+/// address. Non-blocking, except the one function that says it waits. Interrupted calls are repeated inside.
 ///
 /// Ownership  The caller places osal_socket_t; closed by osal_socket_close.
 /// Errors     Each lists its own.

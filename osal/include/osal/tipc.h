@@ -31,11 +31,11 @@ typedef enum {
 } osal_tipc_scope_t;
 
 typedef enum {
-    OSAL_TIPC_MESSAGE, ///< What cannot be delivered comes back.
+    OSAL_TIPC_MESSAGE, ///< Messages that cannot be delivered are returned to the sender.
     OSAL_TIPC_SAMPLE   ///< Datagrams that cannot be delivered at once are dropped.
 } osal_tipc_kind_t;
 
-typedef struct { // What the kernel's topology service tells: a hint, which may be late.
+typedef struct { // Event of the kernel's topology service: a hint, which may be late.
     bool is_published;
     uint32_t instance;
 } osal_tipc_event_t;
@@ -50,8 +50,8 @@ MUST_USE status_t osal_tipc_open(osal_socket_t* socket, osal_tipc_kind_t kind, c
 MUST_USE status_t osal_tipc_send(osal_socket_t* socket, osal_tipc_name_t to, const uint8_t* octets,
                                  size_t size);
 /// *out_from: the sender's identity (osal_tipc_identity). STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (longer
-/// than capacity, dropped), STATUS_FORBIDDEN (a message of ours has come back: its receiver had no room, or
-/// is gone; its content is lost), STATUS_IO.
+/// than capacity, dropped), STATUS_FORBIDDEN (a message sent earlier was returned: its receiver had no room,
+/// or is gone; its content is lost), STATUS_IO.
 MUST_USE status_t osal_tipc_receive(osal_socket_t* socket, uint64_t* out_from, uint8_t* octets,
                                     size_t capacity, size_t* out_size);
 /// Number of a socket that no other in the cluster has. Stays the same as long as the socket and the address
