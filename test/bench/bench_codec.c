@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Checksum, octet codec and packets. Baselines: the checksum octet by octet; shifts without bounds; the
 /// checksum of the packet. Three packets, encoded and decoded, against the same by spacepackets
-/// (test/bench/peers/spacepackets), where that is built: both must give the same octets.
+/// (test/bench/peers/spacepackets), if that is built: both must give the same octets.
 #include "base/crc.h"
 #include "base/octets.h"
 #include "pus/core/packet.h"
@@ -186,7 +186,7 @@ static void encode_and_decode_schedule(void)
     sink = ids + (uint32_t)time_ns;
 }
 
-// What the library of the peer has, see there.
+// Functions of the peer's library, documented there.
 typedef size_t tm_codec_t(const uint8_t* data, size_t size, uint64_t time_ns, uint8_t* octets,
                           size_t capacity);
 typedef size_t tc_codec_t(const uint8_t* data, size_t size, uint8_t* octets, size_t capacity);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events: what a reported one takes beyond the same report without a table of events and their limits, and
-// what an event of a storm takes that its limit does not let pass, against one that is reported.
+// Events: additional cost of a reported event over the same report without a table of events and their
+// limits, and cost of an event of a storm that its limit suppresses, against one that is reported.
 #include "pus/st05/st05_events.h"
 #include "pus/core/tailoring.h"
 #include "test/bench/measure.h"

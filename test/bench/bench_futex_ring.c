@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What handing over costs: five processes on one processor pass a token round, once by nothing but a futex in
-// shared memory (the baseline), once as participants of the scheduler, each asking for the next slot.
+// Cost of a hand-over: five processes on one processor pass a token round, once with only a futex in shared
+// memory (the baseline), once as participants of the scheduler, each requesting the next slot.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/clock.h"
@@ -23,7 +23,7 @@
 
 typedef struct {
     struct {
-        uint32_t turn; ///< Rounds this member may have done.
+        uint32_t turn; ///< Number of rounds that this member may do.
         uint32_t line[15];
     } members[MEMBERS];
     uint64_t begin_ns;
@@ -130,7 +130,8 @@ int main(void)
     if (shared == MAP_FAILED) {
         return EXIT_FAILURE;
     }
-    for (unsigned i = 0U; i < (unsigned)REPEATS; i++) { // Alternating: both see the same other load.
+    for (unsigned i = 0U; i < (unsigned)REPEATS; i++) {
+        // In alternation, so that both see the same other load.
         bare_us[i]                       = measure(pass_token, begin_token);
         osal_lockstep_t* const scheduler = osal_lockstep_create(shared->scheduler, SLOT_NS, true);
         for (unsigned k = 0U; k < MEMBERS; k++) {

@@ -14,15 +14,16 @@ import time
 ROUNDS, TRIPS, LIMIT_S = 9, 3000, 60
 PROGRAMS = pathlib.Path("build/bench/transport")
 ICEORYX2 = pathlib.Path("build/peers/iceoryx2/target/release/round-trip-iceoryx2")
-# LCM needs a multicast route on the loopback interface: a network of its own has one and leaves nothing behind.
+# LCM needs a multicast route on the loopback interface: a network namespace of its own has one and leaves
+# nothing behind.
 OWN_NETWORK = ["unshare", "--net", "sh", "-c",
                'ip link set lo up multicast on && ip route add 239.255.76.67/32 dev lo && exec "$@"', "sh"]
-# What peers leave behind when they die (names of shared memory, files that describe services) goes with a place of their
-# own; a checkout below /tmp keeps its /tmp.
+# Remains of peers that die (names of shared memory, files that describe services) disappear with a namespace
+# of its own; a checkout below /tmp keeps its /tmp.
 OWN_PLACE = ["unshare", "--mount", "sh", "-c",
              'mount -t tmpfs bench /dev/shm && case "$PWD" in /tmp/*) ;; *) mount -t tmpfs bench /tmp ;; esac && exec "$@"',
              "sh"]
-# (row, mode, payload, ours, what it is compared with)
+# (row, mode, payload, our transport, the transports compared with it)
 ROWS = [
     ("link_poll_64", "poll", 64, "link_shm", "seqlock"),
     ("link_poll_1024", "poll", 1024, "link_shm", "seqlock"),
@@ -46,7 +47,7 @@ def is_permitted(place):
 
 
 def move_to_own_place():
-    """Go on in a place of our own, once; where that is not permitted, stay and say so."""
+    """Continue in namespaces of our own, once; without the permission, continue here and report it."""
     if "BENCH_OWN_PLACE" in os.environ:
         return
     os.environ["BENCH_OWN_PLACE"] = "1"
@@ -74,7 +75,7 @@ def command_of(transport, mode, size, own_network):
 
 
 def start_daemon():
-    """iceoryx's daemon, if iceoryx is here."""
+    """iceoryx's daemon, if iceoryx is installed."""
     if not (PROGRAMS / "iceoryx").exists():
         return None
     try:

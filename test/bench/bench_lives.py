@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deaths and hangs on the clock on the wall: how soon they are found and over, and how long the others wait.
+"""Deaths and hangs in wall-clock time: how fast they are detected and repaired, and how long the others wait.
 
     hang_found_*          a stopped joystick, until the supervisor raises PROCESS_HUNG; baseline: 40 ms
     hang_others_wait_*    the longest round trip of a ping of the manipulator around it; baseline: 50 ms
     supervisor_back       a killed supervisor, until its successor reports that it has taken over; baseline: 200 ms
     restart_to_ready      a killed joystick, until its next life answers a ping; baseline: 200 ms
 
-Baselines are what is demanded. Medians of the rounds; each round is a flight of processes, with TIME=real (`_real`) or on
-clocks of their own (`_free` and the deaths). A free supervisor allows each process 200 ms more, because of the machine's
-other work. The instant of the fault is told on the machine's clock; what it is on the run's, the quickest ping tells."""
+Baselines are the required values. Medians of the rounds; each round is a flight of processes, with TIME=real
+(`_real`) or on clocks of their own (`_free` and the deaths). A free supervisor allows each process 200 ms more,
+because of the machine's other work. The instant of the fault is on the machine's clock; the fastest ping gives
+its offset to the run's clock."""
 
 import os
 import pathlib
@@ -59,7 +60,7 @@ class Round:
             self.heard.append(time.monotonic_ns())
 
     def ping(self, count):
-        """Pings of the manipulator, one each 5 ms or less, nobody waits for the answers."""
+        """Pings of the manipulator, at most 5 ms apart, without waiting for the answers."""
         for _ in range(count):
             self.sent.append(time.monotonic_ns())
             self.pings.append(self.station.send("MANIPULATOR", 17, 1))
@@ -74,7 +75,7 @@ class Round:
         return at_ns
 
     def wait_for(self, name):
-        """Ping it until an answer comes."""
+        """Ping the joystick until an answer comes."""
         while True:
             ping = self.station.send(name, 17, 1)
             self.station.pump(0.005)
@@ -105,7 +106,7 @@ def first(told, since_ns, apid, what):
 
 
 def is_event(identity, subject=b""):
-    """Whether a packet reports that event, about that subject."""
+    """True if a packet reports that event about that subject."""
     return lambda p: p.service == 5 and p.data[:2] == identity and p.data[2:].startswith(subject)
 
 
@@ -128,7 +129,7 @@ def death(name, apid, what):
 
 
 def rounds(measure, *words):
-    """Its values; a round that a machine with other work has spoilt is told and flown again, a few times."""
+    """Its values; a round disturbed by other work of the machine is reported and flown again, a few times."""
     values, spoilt = [], 0
     while len(values) < ROUNDS:
         try:
@@ -142,7 +143,7 @@ def rounds(measure, *words):
 
 
 def tell(name, values, bound):
-    """A row: the bound is the baseline."""
+    """A row whose bound is the baseline."""
     ratios = [value / bound for value in values]
     print(f"BENCH {name} {statistics.median(values):.3f} ms {bound} {statistics.median(ratios):.3f} {min(ratios):.3f} {max(ratios):.3f}")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Speed of whole flights, against what it is made of, in the same rounds: the bare plant loop, a bare futex ring.
+"""Speed of whole flights against their parts, in the same rounds: the bare plant loop, a bare futex ring.
 
     image       simulator, all flight components and all logs in one program, per step of 0.5 ms;
                 baseline: the bare ODE plant loop (bound 4)

@@ -85,7 +85,7 @@ static void compare_plainly(void)
     sink = within;
 }
 
-/// Enabled monitors of UINT32 within 10..20, each of this interval, taken back like records.
+/// Enabled monitors of UINT32 within 10..20, each of this interval, restored like records.
 static void monitors_added(const uint32_t interval)
 {
     static const uint8_t enabled[] = {1, 0, 0, 0, 0, 10};

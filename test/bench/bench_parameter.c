@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reading a parameter of 64 octets onto the wire. Baseline: a bare mutex that promises as much
-/// (priority inheritance, robust, errors told), and a copy.
+/// Encoding a parameter of 64 octets. Baseline: a bare mutex with the same guarantees (priority inheritance,
+/// robust, errors reported), and a copy.
 #define _GNU_SOURCE
 #include "fsw/framework/parameter/parameter.h"
 #include "test/bench/measure.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bare plant loop that the flight image is compared with: arm, hand and simple regulators through the
-// free space, contact and spring part of the mission, no bus, no software.
+// The bare plant loop, baseline of the flight image: arm, hand and simple regulators through the free space,
+// contact and spring part of the mission, no bus, no software.
 #include "sim/operator/hand.h"
 #include "sim/parameters/rokviss.h"
 #include "sim/plant/plant.h"
@@ -13,7 +13,7 @@
 #define STEPS 128000U     // 64 s: up to the first fault.
 #define REPEATS 3U
 
-/// Joint targets of one step, and what the arm weighs at home.
+/// Joint targets of one step, and the gravity torques at home.
 typedef struct {
     double wanted_rad[PLANT_JOINTS];
     double weight_nm[PLANT_JOINTS];
@@ -38,7 +38,8 @@ static double microseconds(void)
     return (double)now.tv_sec * 1.0e6 + (double)now.tv_nsec * 1.0e-3;
 }
 
-/// One flight; returns microseconds per step. Contact and spring must have been met, or it measured nothing.
+/// One flight; returns microseconds per step. Contact and spring must have occurred, or the measurement is
+/// void.
 static double fly(unsigned* out_contact, unsigned* out_hooked)
 {
     static const char* const scenario = "sim/scenarios/telepresence.scn";

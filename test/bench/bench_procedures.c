@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What eight procedures that try to cost more than they pay take of a cycle, for the most expensive of the
-/// known ones (test/support/hostile_procedures.h). The value is microseconds a cycle of 10 ms. Baseline: the
-/// same units spent on plain additions.
+/// Time per cycle of eight procedures that try to use more than they are charged, for the most expensive of
+/// the known ones (test/support/hostile_procedures.h). The value is microseconds a cycle of 10 ms. Baseline:
+/// the same units spent on plain additions.
 #include "fsw/procedures/procedure_engine.h"
 #include "fsw/supervisor/services/procedures.h"
 #include "test/bench/measure.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Housekeeping of a subsystem through the supervisor, which logs each packet and carries it to communication:
+// Housekeeping of a subsystem through the supervisor, which logs each packet and passes it to communication:
 // against the same octets through message alone, from one component to another. The log goes to /dev/null.
 #include "fsw/framework/message/ring_carrier.h"
 #include "fsw/supervisor/supervisor.h"
@@ -95,7 +95,7 @@ static status_t send_up(void* context, const uint8_t* octets, size_t size)
 {
     (void)context;
     packet_size = size;
-    (void)memcpy(packet, octets, size); // What by_message carries.
+    (void)memcpy(packet, octets, size); // Octets that by_message carries.
     return message_send(&members[SOURCE].endpoint, DESCRIPTOR_SUPERVISOR_APID, octets, size);
 }
 
@@ -106,7 +106,7 @@ static void must(bool is_right)
     }
 }
 
-/// Take in all that a member was sent; count what is housekeeping of the source.
+/// Take in all packets of a member; count the housekeeping reports of the source.
 static void read_mailbox(unsigned at)
 {
     static uint8_t taken[PUS_PACKET_MAX];
@@ -145,7 +145,7 @@ static void by_supervisor(void)
         }
         step();
     }
-    step(); // What came late.
+    step(); // Packets that arrived late.
     must(routed >= (STEPS * PACKETS));
 }
 
@@ -157,7 +157,7 @@ static void by_message(void)
     for (unsigned i = 0U; i < (STEPS * PACKETS); i++) {
         must(message_send(&ends[0], FAR, packet, packet_size) == STATUS_OK);
         must(message_receive(&ends[1], &from, taken, sizeof taken, &size) == STATUS_OK);
-        if ((i % PACKETS) == (PACKETS - 1U)) { // Credits come into its own inbox.
+        if ((i % PACKETS) == (PACKETS - 1U)) { // Credits arrive in its own inbox.
             (void)!message_receive(&ends[0], &from, taken, sizeof taken, &size);
         }
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A time schedule that holds 10 000 activities: one request inserts an activity and a step releases one; a
-/// step with nothing due. Baselines: a sorted array that is moved to make room, with the same packets checked
-/// and copied; one comparison of times. The last row is the first with 100 activities as its baseline: the
-/// price of many.
+/// A time schedule with 10 000 activities: one request inserts an activity and a step releases one; a step
+/// with nothing due. Baselines: a sorted array that is moved to make room, with the same packets checked and
+/// copied; one comparison of times. The baseline of the last row is the first row with 100 activities: the
+/// additional cost of many.
 #include "pus/st11/st11_time_schedule.h"
 #include "test/bench/measure.h"
 
@@ -19,7 +19,7 @@
 #define REQUEST_SIZE 33U
 #define HEAD 11U // Sub-schedule, count, group and time before the request.
 
-typedef struct { // A schedule, and what it needs.
+typedef struct { // A schedule and its environment.
     pus_time_schedule_t schedule;
     pus_app_process_t process;
     pus_dispatcher_t dispatcher;
@@ -32,7 +32,7 @@ typedef struct { // A schedule, and what it needs.
     pus_block_chains_t chains;
     uint64_t now_ns;
     uint32_t state;
-    uint64_t horizon_ms; // Tags lie that far ahead at most.
+    uint64_t horizon_ms; // Range of the tags.
 } held_t;
 
 typedef struct {
@@ -149,7 +149,7 @@ static void fill(held_t* const held, const uint16_t count)
     dispatch(held, packet, make(packet, PUS_SERVICE_TIME_SCHEDULE, 20U, 0U, all, sizeof all));
 }
 
-/// Insert one and go on to when the first is due, so that the number stays.
+/// Insert one and advance to the time of the first, so that the number stays the same.
 static void insert_and_release(held_t* const held)
 {
     for (unsigned i = 0U; i < WORK; i++) {
@@ -159,7 +159,7 @@ static void insert_and_release(held_t* const held)
             held->now_ns = pus_time_schedule_next_ns(&held->schedule);
             pus_time_schedule_step(&held->schedule, held->now_ns);
         }
-        for (unsigned more = released - before; more > 1U; more--) { // Some were due together.
+        for (unsigned more = released - before; more > 1U; more--) { // Several were due together.
             insert(held);
         }
     }

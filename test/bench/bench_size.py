@@ -37,8 +37,8 @@ uint8_t queues[sizeof((const communication_t*)0)->queues];
 """
 PUS = sorted(path for path in pathlib.Path("pus").glob("*/*.c") if path.parent.name != "tool")
 SERVICE = re.compile(r"pus/(?:st\d+|private)/st(\d+)_")
-EVERYWHERE = {1, 3, 5, 8, 17, 20, 129, 130} # Services that every subsystem has.
-# What is there only where it is used: a row's name, and its sources.
+EVERYWHERE = {1, 3, 5, 8, 17, 20, 129, 130} # Services of every subsystem.
+# Options, present only in programs that use them: a row's name, and its sources.
 OPTIONAL = {
     **{f"endnode_{way}": re.compile(rf"fsw/framework/dataflow/flow_{way}\.c") for way in ("mqueue", "shm", "stream", "tcp", "udp")},
     "control": re.compile(r"fsw/framework/control/"),
@@ -48,9 +48,11 @@ OPTIONAL = {
     "takeover_of_channels": re.compile(r"fsw/framework/message/(message_positions|message_ring_refill)\.c"),
     "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(checks|lookup|rules|whole)\.c"),
 }
-# Only with what needs them: connection of an optional service to a component, what is kept; framing and records of flows.
+# Present only with what needs them: connection of an optional service to a component, its records; framing
+# and records of flows.
 NEEDED = re.compile(r"fsw/framework/(subsystem/(\w+_service|subsystem_endnode_name)\.c|journal/|dataflow/(framing|record)\.c)")
-# Programs by which it is seen that what counts as everywhere is; what has a device holds the CAN endnode, another may not.
+# Programs that show that sources of the common part are in all programs; a program with a device has the CAN
+# endnode, another may not.
 PROGRAMS = ("communication", "joystick", "manipulator")
 WITH_DEVICES = re.compile(r"fsw/framework/dataflow/(flow_can|reconnect)\.c")
 
@@ -70,7 +72,8 @@ def text_of(target):
 
 
 def linked(objects, archive):
-    """Text of the objects in one, with what they need of the archive; what they need of others is left out."""
+    """Text of the objects in one program, with what they need of the archive; what they need of others is
+    left out."""
     target = OUT / "linked"
     subprocess.run(["ld", "--entry=0", "--unresolved-symbols=ignore-all", "-o", str(target), *map(str, objects), str(archive)],
                    check=True)
@@ -84,7 +87,7 @@ def service_of(source):
 
 
 def option_of(source):
-    """Name of what the source is there for where that is used; None: it is everywhere, or comes with what needs it."""
+    """Name of the option to which the source belongs; None: it is in all programs, or comes with what needs it."""
     service = service_of(source)
     if service is not None and service not in EVERYWHERE:
         return f"st{service:02}"
@@ -103,7 +106,7 @@ def functions(target):
 
 
 def check_everywhere(objects):
-    """Each program of a subsystem holds something of each source that counts as everywhere, and so the row is true."""
+    """Each program of a subsystem has something of each source of the common part, so the row is correct."""
     programs = {name: functions(f"build/bin/{name}") for name in PROGRAMS if pathlib.Path("build/bin", name).is_file()}
     for source in filter(is_everywhere, objects):
         named = functions(objects[source])
@@ -113,7 +116,7 @@ def check_everywhere(objects):
 
 
 def report_options(objects):
-    """The framework with the services that are everywhere, and what each option adds."""
+    """The framework with the common services, and the addition of each option."""
     archive = OUT / "all.a"
     subprocess.run(["ar", "rcs", str(archive), *map(str, objects.values())], check=True)
     core = [target for source, target in objects.items() if is_everywhere(source)]
@@ -140,7 +143,7 @@ def symbols(target):
 
 
 def report_ram():
-    """What each program of a subsystem places in memory for it, with what its host places for each subsystem."""
+    """Memory that each program of a subsystem reserves for it, with that of its host for each subsystem."""
     source = OUT / "sizes.c"
     source.write_text(SIZES)
     sizes = symbols(compiled(source))

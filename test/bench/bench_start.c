@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Start of the mission's subsystems: from the first start of a program until all have parsed the
-/// descriptors, opened what they need and asked for their first turn. Baseline: the same programs started the
-/// same way, ending at once.
+/// descriptors, opened their resources and requested their first turn. Baseline: the same programs started
+/// the same way, ending at once.
 #define _GNU_SOURCE
 #include "launcher/launcher_internal.h"
 #include "osal/include/osal/clock.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How late a loop of 2 kHz wakes up: the executive's wait (real clock, one socket to look at) against a bare
-// absolute sleep, and beside them cyclictest, second by second in turns. All under SCHED_FIFO, on processor
-// 0.
+// Delay of the wake-ups of a loop of 2 kHz: the executive's wait (real clock, one socket to check) against a
+// bare absolute sleep, and beside them cyclictest, second by second in turns. All under SCHED_FIFO, on
+// processor 0.
 #define _GNU_SOURCE
 #include "osal/include/osal/clock.h"
 #include "test/bench/measure.h"
@@ -63,7 +63,7 @@ static void loop(void (*wait)(uint64_t wake_ns), lateness_t* lateness, unsigned 
     lateness->p99_us[round] = late_us[(CYCLES * 99U) / 100U];
 }
 
-/// From cyclictest's histogram of whole microseconds. False if it is not there.
+/// From cyclictest's histogram of whole microseconds. False if it is not installed.
 static bool cyclictest(lateness_t* lateness, unsigned round)
 {
     FILE* const pipe = popen(COMMAND, "r");
@@ -83,7 +83,7 @@ static bool cyclictest(lateness_t* lateness, unsigned round)
     }
     unsigned passed = 0U;
     for (unsigned at = HISTOGRAM; at > 0U;
-         at--) { // From above: the smallest bin that reaches the share is last.
+         at--) { // From above: the smallest bin that reaches the share is found last.
         lateness->p50_us[round] = (passed <= (total / 2U)) ? at - 1U : lateness->p50_us[round];
         lateness->p99_us[round] = (passed <= (total / 100U)) ? at - 1U : lateness->p99_us[round];
         passed += counts[at - 1U];

@@ -13,9 +13,11 @@
 #define ROUND_NS 1000000.0
 #define PRIORITY 50
 #define PAUSE_US                                                                                             \
-    500000U ///< For others, since a comparison holds its processor for about a quarter of a second.
+/// Pause for other processes, since a comparison holds its processor for about a quarter of a second.
+500000U
 
-static double now_ns(void)
+    static double
+    now_ns(void)
 {
     struct timespec now;
     (void)clock_gettime(CLOCK_MONOTONIC, &now);
@@ -70,7 +72,7 @@ void measure_report(const char* const name, const double* const values, const do
                  ratios[rounds - 1U - (rounds / 10U)]);
 }
 
-/// Before all others where permitted, so that their turns do not count; with a pause, or back again.
+/// Run before all others if permitted, so that their turns do not count; with a pause, or return to normal.
 static void claim_processor(const bool is_claimed)
 {
     const struct sched_param parameters = {.sched_priority = is_claimed ? PRIORITY : 0};

@@ -61,7 +61,7 @@ def table(measured):
 
 
 def verdict(row, relation, limit):
-    """(True or False, or None if there is nothing to judge; words for it)."""
+    """(True or False, or None if there is nothing to compare; text about it)."""
     if row is None:
         return None, "not measured"
     if "skipped" in row:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Records that are CAN frames: identifier u16, 0..8 octets; the record's argument tells what is special.
+/// Records that are CAN frames: identifier u16, 0..8 octets; the record's argument gives the kind of frame.
 #ifndef TEST_FUZZ_CAN_RECORDS_H
 #define TEST_FUZZ_CAN_RECORDS_H
 

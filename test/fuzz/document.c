@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mutation of XML documents by what they are made of: elements with all they hold, and attribute values.
+// Mutation of XML documents by their parts: elements with all their content, and attribute values.
 #include "test/fuzz/fuzz.h"
 
 #include <string.h>
@@ -8,7 +8,7 @@
 #define VALUES_MAX 1024U
 #define PIECE_MAX 16384U
 
-typedef struct { // Half open, in octets of the document.
+typedef struct { // Half-open interval of octets in the document.
     size_t begin;
     size_t end;
 } span_t;
@@ -104,7 +104,7 @@ static void read_outline(const uint8_t* const data, const size_t size, outline_t
     }
 }
 
-/// The element that begins with this tag, with all it holds; the tag alone if it does not begin one.
+/// The element that begins with this tag, with all its content; the tag alone if it does not begin one.
 static span_t element_of(const uint8_t* const data, const outline_t* const outline, const size_t first)
 {
     int depth = 0;
@@ -117,7 +117,7 @@ static span_t element_of(const uint8_t* const data, const outline_t* const outli
         } else if (is_plain && (data[tag.end - 2U] != (uint8_t)'/')) {
             depth++;
         } else {
-            // Begins nothing.
+            // It begins no element.
         }
         if (depth <= 0) {
             return (span_t){outline->tags[first].begin, tag.end};
@@ -126,7 +126,7 @@ static span_t element_of(const uint8_t* const data, const outline_t* const outli
     return outline->tags[first];
 }
 
-/// Put `count` octets in the place of a span. Returns the new size, or the old one if it does not fit.
+/// Replace a span by `count` octets. Returns the new size, or the old one if it does not fit.
 static size_t splice(uint8_t* const data, const size_t size, const size_t max_size, const span_t at,
                      const uint8_t* const octets, const size_t count)
 {
@@ -168,7 +168,7 @@ static size_t change_value(uint8_t* const data, const size_t size, const size_t 
         break;
     default:
         count = LLVMFuzzerMutate(piece, keep(data, value, piece), 256U);
-        for (size_t i = 0U; i < count; i++) { // Nothing that ends the value, and no octet that is no UTF-8.
+        for (size_t i = 0U; i < count; i++) { // No octet that ends the value or is not UTF-8.
             const bool is_plain = (piece[i] >= 0x20U) && (piece[i] < 0x7FU) && (piece[i] != (uint8_t)'<') &&
                                   (piece[i] != (uint8_t)'&') && (piece[i] != (uint8_t)'"');
             piece[i] = is_plain ? piece[i] : (uint8_t)'7';
@@ -189,9 +189,9 @@ static size_t change_element(uint8_t* const data, const size_t size, const size_
     }
     const size_t count = keep(data, one, piece);
     switch (fuzz_random(random) % 3U) {
-    case 0: // Once more, elsewhere.
+    case 0: // A copy of it elsewhere.
         return splice(data, size, max_size, (span_t){other.begin, other.begin}, piece, count);
-    case 1: // In the place of another.
+    case 1: // In place of another element.
         return (data[other.begin + 1U] != (uint8_t)'/') ? splice(data, size, max_size, other, piece, count)
                                                         : size;
     default:
@@ -199,7 +199,7 @@ static size_t change_element(uint8_t* const data, const size_t size, const size_
     }
 }
 
-/// One attribute less, or two on one element.
+/// Remove an attribute, or copy it to another element.
 static size_t change_attribute(uint8_t* const data, const size_t size, const size_t max_size,
                                const outline_t* const outline, uint32_t* const random)
 {

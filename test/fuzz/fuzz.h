@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the fuzz targets share: checks that end the program, inputs that are a sequence of records, mutators
-/// that keep lengths, checksums and nesting right, and files in memory.
-///
-/// A target is `fuzz_<name>.c` with LLVMFuzzerTestOneInput and, where a protocol has lengths or checksums,
-/// LLVMFuzzerCustomMutator. Every input starts from the same state: what it shows, it shows again.
+/// Common parts of the fuzz targets: checks that end the program, inputs that are a sequence of records,
+/// mutators that keep lengths, checksums and nesting correct, and files in memory. A target is
+/// `fuzz_<name>.c` with LLVMFuzzerTestOneInput and, if a protocol has lengths or checksums,
+/// LLVMFuzzerCustomMutator. Every input starts from the same state, so that a failure can be repeated.
 #ifndef TEST_FUZZ_FUZZ_H
 #define TEST_FUZZ_FUZZ_H
 
@@ -26,7 +25,7 @@ int LLVMFuzzerInitialize(int* argc, char*** argv);
 size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed);
 size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
-/// Next number of a sequence; moves `state` on.
+/// Next number of a sequence; advances `state`.
 uint32_t fuzz_random(uint32_t* state);
 
 // ---- Inputs that are a sequence of records: kind u8 | argument u8 | size u16 | octets ----
@@ -37,7 +36,8 @@ typedef struct {
     uint8_t kind;
     uint8_t argument;
     size_t size;
-    const uint8_t* octets; ///< A copy of its own: reading past its end is found. Valid until the next.
+    /// A copy of its own, so that a read past its end is detected. Valid until the next record.
+    const uint8_t* octets;
 } fuzz_record_t;
 
 typedef struct { // Private.
@@ -48,7 +48,7 @@ typedef struct { // Private.
 } fuzz_input_t;
 
 fuzz_input_t fuzz_input(const uint8_t* data, size_t size);
-/// False at the end, when the last copy is given back. A size beyond the end of the input is cut.
+/// False at the end, when the last copy is released. A size beyond the end of the input is cut.
 bool fuzz_next(fuzz_input_t* input, fuzz_record_t* out_record);
 
 /// Repairs the octets of one record in place.
@@ -61,14 +61,14 @@ size_t fuzz_mutate_message(uint8_t* data, size_t size, size_t max_size, unsigned
 /// Mutate an XML document by elements and attributes, so that 7 of 8 stay well-formed.
 size_t fuzz_mutate_document(uint8_t* data, size_t size, size_t max_size, unsigned seed);
 
-/// A space packet: versions, flags, length field and CRC are made right; time of a report too.
+/// A space packet: corrects versions, flags, length field and CRC, and the time of a report.
 void fuzz_repair_packet(uint8_t kind, uint8_t* octets, size_t size, uint32_t* random);
 
 // ---- Files ----
 
 /// Path of a file in memory with these octets; the same path each time.
 const char* fuzz_file(const uint8_t* data, size_t size);
-/// A folder for this target under build/fuzz/place, made if it is not there.
+/// A folder for this target under build/fuzz/place, made if it does not exist.
 const char* fuzz_place(const char* name);
 /// Make `link` in the target's folder point to `target`.
 void fuzz_link(const char* place, const char* link, const char* target);

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CANopen master with two drives: any frame at any time of their life, between true answers. Whatever
-// they say, the axes stay in range, queues stay within bounds, and the network can be secured in bounded
-// time.
-//
-// Records: kind 0 a frame to flight; 1 argument cycles of the present step; 2 the next step of the life; 3
-// misbehaviour of a drive by the bits of its argument; 4 goal.
+// The CANopen master with two drives: any frame at any time of their life, between correct answers. Whatever
+// the frames, the axes stay in range, queues stay within bounds, and the network can be secured in bounded
+// time. Records: kind 0 a frame to flight; 1 argument cycles of the present step; 2 the next step of the
+// life; 3 misbehaviour of a drive by the bits of its argument; 4 goal.
 #include "fsw/canopen/network.h"
 #include "test/fuzz/can_records.h"
 #include "test/support/scripted_bus.h"
@@ -135,7 +133,8 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
     while (fuzz_next(&input, &record)) {
         act(&record, &step);
     }
-    joints[0]->is_stuck = false; // A drive that obeys nothing cannot be secured; it is for others to notice.
+    // A drive that ignores commands cannot be secured; other tests check that this is detected.
+    joints[0]->is_stuck = false;
     joints[1]->is_stuck = false;
     status_t status     = STATUS_BUSY;
     for (unsigned i = 0U; (status == STATUS_BUSY) && (i < SECURE_CYCLES); i++) {

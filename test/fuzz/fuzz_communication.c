@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The ground port: octets of up to four clients in pieces of any size, a supervisor that refuses at times,
-// and reports for slow readers. What goes up is exactly the requests of each stream, in order, whole, and
-// nothing else; a client reads only whole packets, in the order they were queued.
-//
-// Records: kind 0..3 octets of client kind; 4 the client of the argument hangs up; 5 the next (argument)
-// requests are refused; 6 a report to everybody; 7 the clients read; 8 clients take argument octets at a
-// time.
+// and reports for slow readers. Exactly the requests of each stream go up, in order, complete, and nothing
+// else; a client reads only complete packets, in the order in which they were queued. Records: kind 0..3
+// octets of client kind; 4 the client of the argument closes its connection; 5 the next (argument) requests
+// are refused; 6 a report to all; 7 the clients read; 8 clients take argument octets at a time.
 #include "fsw/subsystems/communication/communication.h"
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"
@@ -24,7 +22,7 @@ static subsystem_t component;
 static communication_t communication;
 static unsigned refusals;
 
-typedef struct { // What was said on one connection; it may go up when its client has long hung up.
+typedef struct { // Octets sent on one connection; they may go up long after the client has closed it.
     uint16_t port;
     uint8_t sent[STREAM_MAX];
     size_t sent_size;
@@ -41,7 +39,7 @@ static struct {
     size_t read_size;
 } clients[COMMUNICATION_CLIENTS];
 
-/// The next request in what a client sent is this packet. Reports in between are passed over.
+/// The next request in the octets of a client must be this packet. Reports in between are skipped.
 static bool is_next_of(stream_t* const stream, const uint8_t* const packet, const size_t size)
 {
     size_t at = stream->judged;
@@ -78,7 +76,7 @@ static status_t take_request(void* const context, const uint8_t* const packet, c
         refusals--;
         return STATUS_FULL;
     }
-    // The place it lies in tells the connection, and that the port of the client.
+    // The index determines the connection, and this the port of the client.
     const unsigned place = (unsigned)((size_t)(packet - communication.buffers) / COMMUNICATION_BUFFER);
     osal_address_t peer  = {0U, 0U};
     bool is_known        = false;
@@ -173,7 +171,7 @@ static void speak(const unsigned client, const uint8_t* const octets, const size
     }
 }
 
-/// Read what has come: whole packets, but for the last.
+/// Read what has arrived: complete packets, except the last.
 static void listen_to(const unsigned client)
 {
     size_t size     = 0U;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated joint drive: any frame on its bus at any time, from a master and from a stranger. What it
-// sends are frames of its own identifiers, its torque stays finite, and after a reset it boots again.
-//
-// Records: kind 0..2 a frame of the master; 3 the bus runs argument x 100 us, then the plant steps; 4
-// unplugged and plugged in.
+// The simulated joint drive: any frame on its bus at any time, from a master and from another node. It sends
+// frames with its own identifiers only, its torque stays finite, and after a reset it boots again. Records:
+// kind 0..2 a frame of the master; 3 the bus runs argument x 100 us, then the plant steps; 4 unplugged and
+// plugged in.
 #include "sim/devices/drive.h"
 #include "sim/parameters/rokviss.h"
 #include "test/fuzz/can_records.h"
@@ -19,7 +18,7 @@
 static bus_t* bus;
 static drive_t* drive;
 static unsigned master;
-static unsigned listener; // Acknowledges what master and drive send as one.
+static unsigned listener; // A node that acknowledges when master and drive send at the same time.
 static unsigned boots;
 
 static void hear(void* const context, const osal_can_frame_t* const frame)
@@ -90,8 +89,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
     const osal_can_frame_t reset = {.id = 0U, .length = 2U, .data = {129U, NODE}};
     boots                        = 0U;
     if (bus_submit(bus, master, &reset, bus_now_ns(bus)) == STATUS_OK) {
-        for (unsigned i = 0U; (i < RESET_TRIES) && (boots == 0U);
-             i++) { // Frames that collide take their time.
+        for (unsigned i = 0U; (i < RESET_TRIES) && (boots == 0U); i++) { // Colliding frames need time.
             bus_run_until(bus, bus_now_ns(bus) + 10000000U);
         }
         FUZZ_CHECK(boots >= 1U);

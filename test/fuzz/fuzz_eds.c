@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Electronic data sheets: refused with the file's name, or a dictionary in order, whose every object can be
+// Electronic data sheets: refused with the file's name, or a consistent dictionary, whose every object can be
 // found, read and reset.
 #include "sim/devices/eds.h"
 #include "test/fuzz/fuzz.h"

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Octet streams: a flow that is client of a peer in memory. Whatever the peer sends, and in whatever pieces,
-// the same frames come out; the outbox and the frame keep within their buffers; a flow that lost its peer
-// calls it again. What is encoded is decoded to the same payload.
-//
-// The first octet of the input chooses framing and order. Records: kind 0 the peer sends the octets; 1 the
-// flow sends them; 2 the flow receives; 3 the peer closes; 4 a send takes argument octets at most; 5 the peer
-// reads.
+// the same frames result; the outbox and the frame stay within their buffers; a flow that lost its peer
+// connects again. Encoded payloads are decoded to the same octets. The first octet of the input selects
+// framing and order. Records: kind 0 the peer sends the octets; 1 the flow sends them; 2 the flow receives; 3
+// the peer closes; 4 a send takes argument octets at most; 5 the peer reads.
 #include "fsw/framework/dataflow/flow_stream.h"
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"
@@ -35,7 +33,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
     return STATUS_OK;
 }
 
-/// Frames of one stream; which they are is told by their number and a sum over lengths and octets.
+/// Frames of one stream, compared by their number and a sum over lengths and octets.
 typedef struct {
     uint8_t buffer[FRAME];
     flow_frame_assembler_t assembler;
@@ -113,7 +111,7 @@ static void check_there_and_back(const flow_format_t* const format, const uint8_
     }
 }
 
-/// The peer takes a call that waits; a flow without a peer calls again within its longest delay.
+/// The peer accepts a waiting connection; a flow without a peer connects again within its longest delay.
 static void step(void)
 {
     osal_address_t from = {0U, 0U};
@@ -210,7 +208,8 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 static void repair(const uint8_t kind, uint8_t* const octets, const size_t size, uint32_t* const random)
 {
     (void)kind;
-    if ((size >= 3U) && ((fuzz_random(random) % 2U) == 0U)) { // A length that fits, in one of the orders.
+    if ((size >= 3U) && ((fuzz_random(random) % 2U) == 0U)) {
+        // A length that fits, in one of the byte orders.
         const size_t length = fuzz_random(random) % (size - 1U);
         const size_t low    = fuzz_random(random) % 2U;
         octets[low]         = (uint8_t)length;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Message frames: an endpoint with two peers hears true frames of one and anything in the name of both. Its
-// inbox stays consistent, a credit never exceeds the window, what it sends is well-made.
-//
-// Records: kind 0 a raw frame into the inbox; 1 the true peer sends the octets; 2 the endpoint sends them to
-// peer argument % 3; 3 receive; 4 the true peer starts anew.
+// Message frames: an endpoint with two peers gets correct frames of one and anything in the name of both. Its
+// inbox stays consistent, a credit never exceeds the window, its own frames are well-formed. Records: kind 0
+// a raw frame into the inbox; 1 the real peer sends the octets; 2 the endpoint sends them to peer argument %
+// 3; 3 receive; 4 the real peer starts again.
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
 #include "test/fuzz/fuzz.h"
@@ -109,7 +108,7 @@ static void repair(const uint8_t kind, uint8_t* const octets, const size_t size,
     octets[5]  = (uint8_t)(TRUE_PEER + (fuzz_random(random) % 2U));
     octets[11] = (uint8_t)(1U + (fuzz_random(random) % 3U));
     octets[15] = (uint8_t)(fuzz_random(random) % 3U);
-    if ((fuzz_random(random) % 4U) != 0U) { // Numbers that are near.
+    if ((fuzz_random(random) % 4U) != 0U) { // Numbers close to the expected ones.
         (void)memset(&octets[16], 0, 3U);
         (void)memset(&octets[20], 0, 3U);
         octets[19] = (uint8_t)(octets[19] % 48U);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Space packets: what is accepted, encoded again, gives the same octets; each report of services 1, 129, 130
-// and 131 that can be read, written again, gives the same source data; readers end on the last octet.
+// Space packets: an accepted packet, encoded again, gives the same octets; each report of services 1, 129,
+// 130 and 131 that can be read, written again, gives the same source data; readers end on the last octet.
 #include "base/octets.h"
 #include "pus/core/packet.h"
 #include "pus/st01/st01_verification.h"
@@ -27,7 +27,7 @@ static status_t keep(void* const context, const uint8_t* const packet, const siz
     return STATUS_OK;
 }
 
-/// The report just sent has this source data.
+/// The last report must have this source data.
 static void expect_data(const pus_tm_t* const tm)
 {
     pus_tm_t again;

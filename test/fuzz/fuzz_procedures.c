@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any on-board procedure: what it uses of each cycle is bounded, and so is the processor time that its units
-// take. An even first octet: the rest is the code. An odd one: each octet is a piece of code that alone is
+// Any on-board procedure: its use of each cycle is bounded, and so is the processor time that its units take.
+// An even first octet: the rest is the code. An odd one: each octet selects a piece of code that alone is
 // expensive.
 #include "fsw/procedures/procedure_cost.h"
 #include "test/fuzz/fuzz.h"
@@ -12,9 +12,9 @@
 #define BUDGET 2048U
 #define CYCLES 40U
 #define CODE_MAX 16384U
-/// Memory that is taken, refused and collected is paid for afterwards.
+/// Memory that is requested, refused and collected is charged afterwards.
 #define OVERSHOOT ((4U * PROCEDURE_ACT_MAX) + PROCEDURE_GRACE)
-/// Of a cycle; the worst known takes 0.1 ms. Functions that cost nothing took 236 ms.
+/// Of a cycle; the most expensive known program takes 0.1 ms. Before functions were charged, one took 236 ms.
 #define CYCLE_NS_MAX 20000000.0
 #define NS_PER_S 1e9
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The packet dump tool: any file in each of its formats. The first octet chooses format and style. It prints
+// The packet dump tool: any file in each of its formats. The first octet selects format and style. It prints
 // to /dev/null, one line for each packet.
 #include "pus/tool/pusdump_input.h"
 #include "test/fuzz/fuzz.h"

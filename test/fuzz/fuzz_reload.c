@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// TC[129,6] with any configurations: the manipulator's interface stays, what follows it in the document is
-// the input. A document that is refused leaves the old one in force, down to the configuration hash; one that
-// is taken is flown: each of its configurations is selected and brought up as far as it comes, with drives on
-// the bus, and the subsystem goes back to OFFLINE, where it takes the next.
+// TC[129,6] with any configurations: the manipulator's interface is fixed, the input is the rest of the
+// document. A refused document leaves the old one in force, including the configuration hash; an accepted one
+// is flown: each of its configurations is selected and brought up as far as possible, with drives on the bus,
+// and the subsystem returns to OFFLINE, where it takes the next.
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
 #include "generated/manipulator_descriptor.h"
@@ -32,7 +32,7 @@ static scripted_bus_t bus;
 static uint64_t now_ns;
 static uint16_t sequence;
 static char document[DOCUMENT_MAX];
-static size_t interface_size; // Of the document: what stands before its first configuration.
+static size_t interface_size; // Part of the document before its first configuration.
 static size_t document_size;
 
 static status_t take_report(void* const context, const uint8_t* const packet, const size_t size)
@@ -55,7 +55,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
     return STATUS_OK;
 }
 
-/// As a program does it: the model that is not in force is read anew.
+/// As a program does: the model that is not in force is read again.
 static status_t reload(void* const context, const subsystem_descriptor_t** const out_descriptor)
 {
     (void)context;
@@ -144,7 +144,7 @@ static void fly(const uint16_t configuration)
     request(PUS_MANAGEMENT_SELECT, data, sizeof data);
     step(STEPS_OF_A_STATE);
     go(STATE_SAFE_OPERATIONAL, STEPS_OF_A_STATE);
-    request(PUS_MANAGEMENT_RELOAD, NULL, 0U); // Waits for a rest.
+    request(PUS_MANAGEMENT_RELOAD, NULL, 0U); // Waits for a rest state.
     step(20U);
     go_offline();
 }

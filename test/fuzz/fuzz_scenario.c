@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenario files, read by the hand, by the faults and for the operator: refused with file and line, or
-// played: the hand's torques stay finite for two seconds of whatever it was told.
+// played: the hand's torques stay finite for two seconds of any script.
 #include "sim/app/faults.h"
 #include "sim/operator/hand.h"
 #include "sim/operator/scenario.h"

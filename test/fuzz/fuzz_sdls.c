@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of the authenticated ground link. Octets of the input are never accepted as they are: nobody has the
-// key. Frames that the target seals with the key are accepted exactly if their number is the next one, over
-// connections, restarts and disks that refuse. Each record is a frame, or what is to be sealed.
+// Frames of the authenticated ground link. Octets of the input are never accepted unchanged: they are made
+// without the key. Frames that the target seals with the key are accepted exactly if their number is the next
+// one, over connections, restarts and disks that refuse. Each record is a frame, or content to be sealed.
 #include "base/crc.h"
 #include "base/octets.h"
 #include "fsw/framework/sdls/sdls.h"
@@ -14,10 +14,10 @@
 
 // Bits of a record's kind.
 #define SEALED 0x01U  ///< session u8, count u8, segment header u8, content.
-#define HANG_UP 0x02U ///< Before it, the connection ends and begins anew.
-#define RESTART 0x04U ///< Before it, all do, and the receiver is opened again.
+#define HANG_UP 0x02U ///< Before it, the connection ends and a new one begins.
+#define RESTART 0x04U ///< Before it, all connections do, and the receiver is opened again.
 #define REFUSE 0x08U  ///< The disk refuses meanwhile.
-#define LEAVE 0x10U   ///< What is shown is not taken.
+#define LEAVE 0x10U   ///< The caller does not accept the frame.
 
 static const uint8_t secret[SDLS_KEY_OCTETS] = {0x77U, 0x13U};
 
@@ -26,7 +26,7 @@ typedef struct {
     bool refuses;
 } disk_t;
 
-typedef struct { // What must be.
+typedef struct { // The frame must be accepted.
     bool is_bound;
     uint32_t session;
     uint32_t next;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The socketcand port: octets of two clients, and frames on the bus. What is submitted is a frame the bus can
-// carry; each answer is in brackets; when the clients are gone, their nodes are too.
-//
-// Records: kind 0, 1 octets of that client; 2 a frame of another node; 3 the bus runs argument x 100 us; 4
-// the client of the argument hangs up.
+// The socketcand port: octets of two clients, and frames on the bus. Each submitted frame can be carried by
+// the bus; each answer is in brackets; when the clients have gone, so have their nodes. Records: kind 0, 1
+// octets of that client; 2 a frame of another node; 3 the bus runs argument x 100 us; 4 the client of the
+// argument closes its connection.
 #include "sim/socketcand/socketcand.h"
 #include "test/fuzz/can_records.h"
 #include "test/fuzz/memory_socket.h"
@@ -92,7 +91,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
     }
     for (unsigned i = 0U; (i < ROUNDS) && ((i == 0U) || (socketcand_clients(server) > 0U)); i++) {
         bus_run_until(bus, bus_now_ns(bus) + 1000000U);
-        socketcand_wait(server, 0U); // Lets in who still waits at the door.
+        socketcand_wait(server, 0U); // Accepts a client that still waits.
         (void)socketcand_receive(server);
     }
     FUZZ_CHECK(socketcand_clients(server) == 0U);

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole subsystem, the manipulator with its drives: packets, link frames and CAN frames in any order,
 // through dispatcher, every service of a subsystem, state machine, parameters and devices. Every report is
-// well-formed, the state told is the state it is in, no request is ended twice; afterwards the subsystem can
-// go to OFFLINE, where every pool is full again.
-//
-// Records: kind 0..4 a packet, then argument cycles; 5 a CAN frame; 6 a link frame; 7 misbehaviour of a
-// drive.
+// well-formed, the reported state is the present one, no request ends twice; afterwards the subsystem can go
+// to OFFLINE, where every pool is full again. Records: kind 0..4 a packet, then argument cycles; 5 a CAN
+// frame; 6 a link frame; 7 misbehaviour of a drive.
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
 #include "pus/st01/st01_verification.h"
@@ -28,7 +26,7 @@ static scripted_bus_t bus;
 static scripted_node_t* joints[2];
 static uint64_t now_ns;
 static unsigned steps_left;
-static unsigned refusals; // Reports that the port refuses before it takes one.
+static unsigned refusals; // Number of reports that the port refuses before it takes one.
 
 // Requests accepted and not ended: an end without one, or a second end, is an error. Only while the numbers
 // of requests under way differ.
@@ -188,7 +186,7 @@ static void act(const fuzz_record_t* const record)
     }
 }
 
-/// Whatever has happened, OFFLINE is reached, and everything is given back.
+/// After any input OFFLINE is reached, and all resources are returned.
 static void end(void)
 {
     for (unsigned i = 0U; (i < STEPS_TO_OFFLINE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {
@@ -227,7 +225,7 @@ static void repair(const uint8_t kind, uint8_t* const octets, const size_t size,
     } else if ((kind % 8U) == 5U) {
         fuzz_repair_can(kind, octets, size, random);
     } else {
-        // Link frames have a target of their own.
+        // Another target is for link frames.
     }
 }
 

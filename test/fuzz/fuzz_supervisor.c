@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The supervisor with the real mission: members say anything, as blocks of a true channel or as raw frames.
-// Whatever it passes on is a well-formed packet for that member; every packet it logs has a number; its rings
-// and pools stay consistent; a shutdown comes to its end.
-//
-// Records: kind 0..5 a packet of the member chosen by the argument; 6 time passes, argument x 10 ms; 7 a raw
-// frame; 8 a process dies or comes back; 9 a member reads its mailbox.
+// The supervisor with the real mission: members send anything, as blocks of a correct channel or as raw
+// frames. It passes on only well-formed packets for the right member; every packet it logs has a number; its
+// rings and pools stay consistent; a shutdown ends. Records: kind 0..5 a packet of the member chosen by the
+// argument; 6 time passes, argument x 10 ms; 7 a raw frame; 8 a process dies or is started again; 9 a member
+// reads its mailbox.
 #include "fsw/supervisor/supervisor.h"
 #include "test/fuzz/fuzz.h"
 #include "test/support/consistent_message.h"
@@ -36,7 +35,7 @@ static struct {
     bool is_running;
 } members[MEMBERS];
 
-// ---- Around it ----
+// ---- Its environment ----
 
 static unsigned member_of(const uint16_t apid)
 {
@@ -165,7 +164,7 @@ static void begin(void)
     FUZZ_CHECK(supervisor_init(&supervisor, &config) == STATUS_OK);
 }
 
-/// All a member has been sent: whole packets, requests for itself, reports for the ground.
+/// All frames to a member: complete packets, requests for itself, reports for the ground.
 static void read_mailbox(const unsigned at)
 {
     static uint8_t packet[PUS_PACKET_MAX];
@@ -185,7 +184,7 @@ static void read_mailbox(const unsigned at)
     FUZZ_CHECK(members[at].endpoint.counters.malformed == 0U);
 }
 
-/// No more waits than each class may, and each block that waits has a holder.
+/// At most the permitted number waits of each class, and each waiting block has a holder.
 static bool ground_is_consistent(void)
 {
     const ground_backlog_t* const backlog = &supervisor.ground_backlog;
@@ -266,7 +265,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 static void repair(const uint8_t kind, uint8_t* const octets, const size_t size, uint32_t* const random)
 {
     if ((kind % 10U) == 7U) {
-        return; // Raw frames have a target of their own.
+        return; // Another target is for raw frames.
     }
     if ((size > 12U) && ((fuzz_random(random) % 4U) != 0U)) { // A request of the ground, or a report.
         const bool is_tc = ((octets[0] & 0x10U) != 0U);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Short texts from files: addresses of end nodes, and numbers of every type. The first octet chooses.
+// Short texts from files: addresses of end nodes, and numbers of every type. The first octet selects the
+// kind.
 #include "base/number.h"
 #include "base/text.h"
 #include "base/value.h"
@@ -15,7 +16,7 @@ static void check_address(const char* const words)
     if (flow_endnode_socket_address(words, &address) != STATUS_OK) {
         return;
     }
-    char canonical[32]; // Written again and read again, it is the same.
+    char canonical[32]; // Written and read again, it is the same.
     text_t text = text_in(canonical, sizeof canonical);
     for (unsigned i = 0U; i < 4U; i++) {
         text_add_unsigned(&text, (address.ipv4 >> (24U - (8U * i))) & 0xFFU);
@@ -37,7 +38,7 @@ static void check_number(const value_type_t type, const char* const words)
         status                   = number_read_value(&rest, type, &memory);
         FUZZ_CHECK((status == STATUS_OK) ? (rest > before) : (rest == before));
         FUZZ_CHECK((size_t)(rest - words) <= strlen(words));
-        if ((status == STATUS_OK) && (type == VALUE_DOUBLE)) { // The C library says the same.
+        if ((status == STATUS_OK) && (type == VALUE_DOUBLE)) { // The C library reads the same value.
             double value = 0.0;
             (void)memcpy(&value, &memory, sizeof value);
             FUZZ_CHECK(value == strtod(before, NULL));

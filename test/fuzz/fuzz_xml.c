@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The XML parser: any octets. Whether a document comes in one piece or in many makes no difference; elements
-// that begin also end if the document is good; the arena is never exceeded.
+// The XML parser: any octets. A document in one piece and in many gives the same result; elements that begin
+// also end if the document is well-formed; the arena is never exceeded.
 #include "fsw/framework/xml/xml.h"
 #include "test/fuzz/fuzz.h"
 
 #include <string.h>
 
-typedef struct { // What the handler saw.
+typedef struct { // Calls of the handlers.
     uint64_t hash;
     uint32_t started;
     uint32_t ended;

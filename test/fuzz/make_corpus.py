@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Make the kept corpus of fuzz targets: seeds from our own vectors, what is kept, and what runs have found, reduced to
-what adds coverage (-merge=1), the smallest inputs first, within a share of 300 KiB."""
+"""Make the kept corpus of fuzz targets: seeds from our own vectors, the present corpus, and inputs that runs
+have found, reduced to those that add coverage (-merge=1), the smallest inputs first, within a share of 300
+KiB."""
 
 import pathlib
 import shutil
@@ -45,7 +46,7 @@ def name(text):
 
 ENDS = struct.pack(">HHHH", 16, 1, 17, 2)
 PROPERTIES = struct.pack(">IIBIHBBI", 1, 16, 1, 500, 100, 2, 1, 5000)
-# Requests of each service that a subsystem has.
+# Requests of each service of a subsystem.
 REQUESTS = [
     (17, 1, b""), (17, 3, b"\0\x01"),
     (129, 1, b"\x03"), (129, 3, b"\0\x01"), (129, 3, b"\0\x02"), (129, 1, b"\x04"), (129, 1, b"\x05"), (129, 1, b"\x06"),
@@ -183,7 +184,7 @@ def seeds_of_ground():
 
 
 def seeds_of_sdls():
-    """What the target seals: session, count, segment header, content. A frame as it is has to be refused."""
+    """Content that the target seals: session, count, segment header, content. An unchanged frame must be refused."""
     def sealed(session, count, part, kind=1, connection=0):
         return record(kind, bytes([session, count, part]) + b"content", connection)
 
@@ -252,7 +253,7 @@ def write_seeds(target):
 
 
 def merge(target):
-    """Keep what adds coverage; of that, the smallest inputs, up to this target's share."""
+    """Keep the inputs that add coverage; of those, the smallest, up to this target's share."""
     merged = pathlib.Path("build/fuzz/merged", target)
     shutil.rmtree(merged, ignore_errors=True)
     merged.mkdir(parents=True)

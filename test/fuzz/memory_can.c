@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// osal/can.h in memory, one bus: takes the place of the port's own in the fuzz targets. What the flight side
-// sends must be a frame that a bus can carry.
+// osal/can.h in memory, one bus: replaces the port's own in the fuzz targets. The flight side must send only
+// frames that a bus can carry.
 #include "osal/include/osal/can.h"
 #include "test/fuzz/fuzz.h"
 

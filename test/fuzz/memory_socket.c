@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// osal/socket.h in memory: takes the place of the port's own in the fuzz targets. A datagram that is
-// sent is gone, and one arrives only if the target says so. Nothing waits.
+// osal/socket.h in memory: replaces the port's own in the fuzz targets. A sent datagram is discarded, and one
+// arrives only if the target says so. No call waits.
 #include "test/fuzz/memory_socket.h"
 
 #include "test/fuzz/fuzz.h"
@@ -16,7 +16,7 @@
 typedef struct {
     bool is_used;
     bool is_listener;
-    int peer; // -1: gone.
+    int peer; // -1: closed.
     uint16_t port;
     int waiting[BACKLOG]; // Of a listener: ends to be accepted.
     unsigned waiting_count;
@@ -27,7 +27,7 @@ typedef struct {
 
 static end_t ends[ENDS];
 static size_t send_limit  = SIZE_MAX;
-static uint16_t next_port = FIRST_PORT; // A port is used once, so that it names a connection.
+static uint16_t next_port = FIRST_PORT; // A port is used once, so that it identifies a connection.
 
 static struct {
     bool is_there;
@@ -166,7 +166,7 @@ status_t osal_udp_receive(osal_socket_t* const socket, osal_address_t* const out
 
 void osal_socket_defer(osal_socket_t* const socket)
 {
-    (void)socket; // No process dies here that a successor could follow.
+    (void)socket; // In this target no process dies, so there is no successor.
 }
 
 status_t osal_tcp_listen(osal_socket_t* const socket, const osal_address_t local)

@@ -8,9 +8,9 @@
 
 /// Close everything; sends are not limited.
 void memory_sockets_reset(void);
-/// A send takes at most so many octets from now on; 0: none.
+/// A send takes at most this many octets from now on; 0: none.
 void memory_sockets_limit(size_t octets);
-/// A datagram arrives at whoever receives next; it takes the place of one that nobody received. At most 16
+/// A datagram arrives at the socket that receives next; it replaces one that was not received. At most 16
 /// KiB.
 void memory_sockets_datagram(osal_address_t from, const uint8_t* octets, size_t size);
 /// Ends open, listeners included.

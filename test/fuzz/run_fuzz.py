@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run fuzz targets on their kept corpus: first every kept input, then new ones for a time, two targets at once.
-
-New inputs are drawn for a number of seconds, or, with a seed, follow from it: then their number is fixed (runs.txt,
-about 20 s of each target), the time is only a bound that ends a slow machine's run, and two runs do the same.
-
-Prints one line for each target (runs, runs a second, features, new units) and `N passed, M failed`. What fails is kept
-under build/fuzz/found/<target>/, with the command that shows it again."""
+"""Run fuzz targets on their kept corpus: first every kept input, then new ones for a time, two targets at
+once. New inputs are drawn for a number of seconds, or, with a seed, follow from it: then their number is
+fixed (runs.txt, about 20 s of each target), the time only bounds the run on a slow machine, and two runs
+do the same. Prints one line for each target (runs, runs a second, features, new units) and `N passed, M
+failed`. Failing inputs are kept under build/fuzz/found/<target>/, with the command that repeats the
+failure."""
 
 import argparse
 import concurrent.futures
@@ -20,7 +19,7 @@ import sys
 HERE = pathlib.Path("test/fuzz")
 BUILT = pathlib.Path("build/fuzz/target")
 FOUND = pathlib.Path("build/fuzz/found")
-# Whole files that are inputs as they are.
+# Whole files that are inputs without change.
 VECTORS = {"subsystem_descriptor": "descriptors/subsystems", "mission_descriptor": "descriptors/missions",
            "eds": "descriptors/devices", "scenario": "sim/scenarios", "xml": "descriptors/missions"}
 RUNS = HERE / "runs.txt"  # `target runs`, counted by --calibrate.
@@ -36,7 +35,7 @@ def targets():
 
 
 def kept(target):
-    """Folders of a target's kept inputs: what reaches far, and what once failed."""
+    """Folders of a target's kept inputs: those with coverage, and those that once failed."""
     folders = [HERE / "corpus" / target, HERE / "regression" / target]
     return [str(folder) for folder in folders if folder.is_dir()]
 
@@ -46,7 +45,7 @@ def vectors(target):
 
 
 def run(target, arguments, seconds_allowed, before=()):
-    """(exit code, output) of one call of a target, words `before` it."""
+    """(exit code, output) of one call of a target, with the words `before` before the command."""
     command = [*before, str(BUILT / target), *arguments]
     try:
         done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
@@ -114,7 +113,7 @@ def line_of(target, code, output):
 
 
 def explain(target, output):
-    """The end of what a failing target said, and how to see it again."""
+    """The end of a failing target's output, and the command that repeats the failure."""
     text = "\n".join("    " + line for line in output.splitlines()[-40:])
     artifact = re.search(r"Test unit written to (\S+)", output)
     if artifact:
@@ -136,13 +135,14 @@ def counted_runs():
 
 
 def fixed_runs(target, seconds):
-    """Inputs that take about so many seconds; None if nobody has counted."""
+    """Number of inputs that take about this many seconds; None if it was not counted."""
     runs = counted_runs().get(target)
     return max(1, runs * seconds // CALIBRATED_SECONDS) if runs else None
 
 
 def calibrate(names):
-    """Count what each target does in its time of a processor, whoever else runs, and write it down in two digits."""
+    """Count the runs of each target in its processor time, independent of other load, and write the number in
+    two digits."""
     counted = counted_runs()
     for name in names:
         before = sum(os.times()[2:4])

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every fuzz target passes its kept inputs, among them each that once failed, and as many new ones as took about 20 s where
-runs.txt was counted. The new ones follow from a fixed number and the kept inputs, so that a pass here is a pass elsewhere and
-what a change breaks is found with that change; a slow machine stops half as late again, with what it has passed until then.
-`make fuzz` and `make check-full` draw others, by time."""
+"""Every fuzz target passes its kept inputs, among them each that once failed, and as many new ones as took
+about 20 s when runs.txt was counted. The new ones follow from a fixed number and the kept inputs, so that
+a pass here is a pass elsewhere and a defect is found with the change that causes it; a slow machine stops
+after one and a half times that time, with the inputs it has passed until then. `make fuzz` and `make
+check-full` draw others, by time."""
 
 import concurrent.futures
 import os

@@ -35,7 +35,7 @@ class Exclusion:
 
 
 class Library:
-    """Counts of one library, and where its open branches are."""
+    """Counts of one library, and the places of its open branches."""
 
     def __init__(self):
         self.branches = self.taken = self.lines = self.run = 0
@@ -118,7 +118,7 @@ def compare(libraries, marks):
 
 
 def write_marks(path, libraries, marks):
-    # Half a percent of room and whole numbers: a race that a torture test wins or not is no finding.
+    # Half a percent of tolerance and whole numbers: a race in a torture test may take a branch or not.
     head = [line for line in path.read_text().splitlines() if line.startswith("#")] if path.exists() else []
     rows = []
     for name, library in sorted(libraries.items()):

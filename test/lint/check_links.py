@@ -21,7 +21,7 @@ NAMED_PATH = re.compile(r"`((?:base|osal|pus|fsw|launcher|sim|gse|test|docs|desc
 
 
 def blanked(pattern, text):
-    """The text with what matches replaced by blanks, so that line numbers stay."""
+    """The text with all matches replaced by blanks, so that line numbers stay."""
     return pattern.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
 
 
@@ -73,7 +73,7 @@ def links_of(path):
 
 
 def is_dead(path, target):
-    """What is wrong with a link out of a file, or None."""
+    """Description of a broken link of a file, or None."""
     parts = urllib.parse.urlsplit(target)
     if parts.scheme or parts.netloc:
         return None
@@ -102,7 +102,7 @@ def dead_links(path, root):
 
 
 def unreached(root, clicks=2):
-    """Pages that the index does not lead to in so many clicks, as texts."""
+    """Pages that the index does not reach within this many clicks, as texts."""
     seen = {(root / "docs/README.md").resolve()}
     edge = set(seen)
     for _ in range(clicks):

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check the object files of the flight side with nm: what they call and what they keep.
-
-No flight object calls an allocator, the printf family, longjmp or what would open Lua's sandbox; outside osal/ none
-calls a function of the mathematical library whose last bit depends on the machine; outside osal/, fsw/programs/ and launcher/ none
-keeps mutable data.
-Arguments: object files below build/obj/. Prints each breach; exit code 1."""
+"""Check the object files of the flight side with nm: the functions they call and the data they keep. No
+flight object calls an allocator, the printf family, longjmp or functions that would open Lua's sandbox;
+outside osal/ none calls a function of the mathematical library whose last bit depends on the machine;
+outside osal/, fsw/programs/ and launcher/ none keeps mutable data. Arguments: object files below
+build/obj/. Prints each breach; exit code 1."""
 
 import re
 import subprocess
@@ -13,7 +12,7 @@ import sys
 ALLOCATORS = "malloc calloc realloc reallocarray free aligned_alloc posix_memalign strdup strndup getline asprintf"
 PRINTERS = "printf fprintf sprintf snprintf dprintf vprintf vfprintf vsprintf vsnprintf vdprintf puts fputs putchar"
 JUMPS = "setjmp _setjmp __sigsetjmp sigsetjmp longjmp _longjmp siglongjmp"
-# What would give a procedure memory of the heap, files, other code, or what is not the same each time.
+# Functions that would give a procedure memory of the heap, files, other code, or varying results.
 OPENERS = "luaL_newstate luaL_openlibs luaL_loadfilex luaopen_io luaopen_os luaopen_package luaopen_debug luaopen_coroutine luaopen_utf8"
 BANNED = set(f"{ALLOCATORS} {PRINTERS} {JUMPS} {OPENERS}".split())
 INEXACT = re.compile(r"(a?(sin|cos|tan)h?|sincos|atan2|exp[2m1]*|log(10|2|1p)?|pow|hypot|cbrt|tgamma|lgamma|erfc?)[fl]?")
@@ -33,7 +32,7 @@ def symbols(objects):
 
 
 def breach(path, name, section):
-    """What is wrong with one symbol, or None."""
+    """Description of a forbidden symbol, or None."""
     if section == "*UND*" and name in BANNED:
         return f"{path}: calls {name}"
     if section == "*UND*" and INEXACT.fullmatch(name) and not path.startswith("osal/"):

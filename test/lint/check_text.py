@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check the texts of the project: words that do not belong, licence lines, lengths of files and functions."""
+"""Check the texts of the project: forbidden words, licence lines, lengths of files and functions."""
 
 import ast
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The lints find what they are for: each rule is broken once on purpose."""
+"""The lints find violations: each rule is broken once on purpose."""
 
 import json
 import os
@@ -88,7 +88,8 @@ TREE = {
     ],
 )
 def test_cycles_of_top_folders(path, include, places):
-    """Two folders that include each other, or several in a ring, are told with each include that closes the ring."""
+    """Two folders that include each other, or several in a ring, are reported with each include that closes
+    the ring."""
     tree = {**TREE, **({path: f"#include {include}\n"} if path else {})}
     found = check_layers.cycle(check_layers.top_includes(sorted(tree), tree.get))
     assert sorted(text.split(": ")[0] for text in found) == sorted(places)
@@ -277,7 +278,7 @@ def test_links(tmp_path, text, complaint):
 
 
 def test_pages_are_reached_from_the_index(tmp_path):
-    """Two clicks reach a page; three do not, and a page without a link is told."""
+    """Two clicks reach a page; three do not, and a page without a link is reported."""
     decisions = tmp_path / "docs" / "decisions"
     decisions.mkdir(parents=True)
     (tmp_path / "docs" / "README.md").write_text("[one](one.md) [list](decisions/README.md)\n")

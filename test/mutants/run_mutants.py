@@ -157,7 +157,7 @@ def alone():
 
 
 def passes(name):
-    """Whether a test program of the copy ends well."""
+    """True if a test program of the copy ends with success."""
     def limit():
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
         resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30, 1 << 30))
@@ -172,7 +172,7 @@ def passes(name):
 
 
 class Run:
-    """The copy, and what is known of its tests."""
+    """The copy, and the results of its tests."""
 
     def __init__(self, jobs):
         self.jobs, self.tests, self.sound = jobs, Tests(), {}
@@ -197,7 +197,8 @@ class Run:
         return None
 
     def is_sound(self, name):
-        """Whether the program passes without a mutant. Asked of those that fail only; its own build is in the main tree."""
+        """True if the program passes without a mutant. Run only for those that fail; its own build is in the
+        main tree."""
         if name not in self.sound:
             copy = TREE / "build" / name
             mutated = copy.with_suffix(".mutated")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which changes `make mutants` makes, and that its list of equivalent ones fits the sources."""
+"""The changes that `make mutants` makes, and that its list of equivalent ones fits the sources."""
 
 import pathlib
 import sys

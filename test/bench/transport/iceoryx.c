@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// iceoryx through its C binding; its daemon runs. The reader polls, or sleeps at a wait set.
+// iceoryx through its C binding; its daemon must run. The reader polls, or sleeps at a wait set.
 #define _GNU_SOURCE
 #include "test/bench/transport/round_trip.h"
 

@@ -2,9 +2,9 @@
 /// Round trips between two processes on two processors, the same for every transport.
 ///
 /// A program per transport: its main calls round_trip_main with a transport_t. Process 0, on processor 0,
-/// sends a payload that differs each time and checks every octet of what comes back; process 1, on processor
-/// 1, returns what it receives. Both run under SCHED_FIFO where permitted. The payload is copied in from, and
-/// out to, a buffer of the user, also by transports that could do without.
+/// sends a payload that differs each time and checks every octet of the answer; process 1, on processor 1,
+/// returns what it receives. Both run under SCHED_FIFO where permitted. The payload is copied in from, and
+/// out to, a buffer of the user, also by transports that do not need the copies.
 ///
 ///     usage: <transport> poll|block <payload octets> <round trips>
 ///     prints: ROUND_TRIP <median ns> <99th percentile ns>

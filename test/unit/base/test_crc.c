@@ -50,7 +50,7 @@ static uint32_t reference_crc32(const uint8_t* octets, size_t size)
     return ~crc;
 }
 
-/// A fixed sequence of octets without structure (linear congruential generator).
+/// A fixed sequence of pseudo-random octets (linear congruential generator).
 static void fill(uint8_t* octets, size_t size, uint32_t seed)
 {
     uint32_t state = seed;

@@ -146,7 +146,7 @@ static void walks_through_a_list(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, number_read_real(&at, &value));
 }
 
-/// Zero has no digits that a power of ten could move out of reach, and 'E' is as good as 'e'.
+/// Zero has no digits that a power of ten could make too large, and 'E' is the same as 'e'.
 static void reads_zeros_and_both_exponent_signs(void)
 {
     static const char* const zeros[] = {"0", "0.000", "0e9999", "0.0E-9999", "0e0"};
@@ -164,7 +164,7 @@ static void reads_zeros_and_both_exponent_signs(void)
     TEST_ASSERT_TRUE(value == 100.0);
 }
 
-/// What is refused changes neither the value nor the place in the text.
+/// A refused text changes neither the value nor the place in the text.
 static void refuses_what_a_type_cannot_hold(void)
 {
     static const struct {
@@ -206,7 +206,7 @@ static void reads_words_for_bool_and_bounds_of_float(void)
     TEST_ASSERT_EQUAL(STATUS_OK, number_read_value(&at, VALUE_BOOL, &flag));
     TEST_ASSERT_EQUAL(STATUS_INVALID, number_read_value(&at, VALUE_BOOL, &flag));
     float single = 0.0F;
-    at           = "-999999999999999e22"; // The most that is read.
+    at           = "-999999999999999e22"; // The longest text that is read.
     TEST_ASSERT_EQUAL(STATUS_OK, number_read_value(&at, VALUE_FLOAT, &single));
     TEST_ASSERT_EQUAL_FLOAT(-1e37F, single);
     at = "1.5 ";

@@ -68,7 +68,7 @@ static void reals_are_ieee_754(void)
 
 static void bits_of_odd_reals_survive(void)
 {
-    // Negative zero, infinities, smallest and largest numbers, and numbers that are not numbers.
+    // Negative zero, infinities, smallest and largest numbers, and NaN.
     static const uint64_t patterns[] = {0x8000000000000000ULL, 0x7FF0000000000000ULL, 0xFFF0000000000000ULL,
                                         0x0000000000000001ULL, 0x7FEFFFFFFFFFFFFFULL, 0x7FF8000000000001ULL};
     for (size_t i = 0U; i < (sizeof patterns / sizeof patterns[0]); i++) {
@@ -111,7 +111,7 @@ static size_t read_width(octet_reader_t* reader, unsigned which)
 static void a_read_past_the_end_fails_for_good(void)
 {
     uint8_t octets[16];
-    (void)memset(octets, 0x40, sizeof octets); // A real other than zero, too.
+    (void)memset(octets, 0x40, sizeof octets); // Also a real other than zero.
     for (unsigned which = 0U; which <= 5U; which++) {
         for (size_t size = 0U; size <= 9U; size++) {
             octet_reader_t reader = octet_reader(octets, size);
@@ -124,7 +124,7 @@ static void a_read_past_the_end_fails_for_good(void)
             TEST_ASSERT_EQUAL_UINT64(0U, reader.position);
             TEST_ASSERT_EQUAL_UINT64(0U, octet_reader_left(&reader));
             TEST_ASSERT_FALSE(octet_reader_is_done(&reader));
-            // Even what would fit is refused now.
+            // Even items that would fit are refused now.
             TEST_ASSERT_NULL(octet_read_octets(&reader, 0U));
             TEST_ASSERT_EQUAL_HEX8(0U, octet_read_u8(&reader));
         }
@@ -213,7 +213,7 @@ static void null_is_a_coding_error(void)
     TEST_ASSERT_TRUE(assertion_fails(write_of_null));
 }
 
-/// Neither octets that would fit nor none at all make good a writer that has failed.
+/// After a failure a writer stays failed: neither octets that would fit nor zero octets change that.
 static void blocks_of_octets_are_written_whole_or_not(void)
 {
     static const uint8_t source[5] = {1U, 2U, 3U, 4U, 5U};

@@ -108,7 +108,7 @@ static void refuses_pointers_that_are_not_its_blocks(void)
     TEST_ASSERT_FALSE(pool_owns(&pool, &stranger));
 }
 
-/// Where a block is found by a product, the rounding must not show in the last of very many.
+/// The index of a block is computed by a product: the rounding must not show in the last of very many blocks.
 static void finds_each_of_very_many_blocks(void)
 {
     enum {
@@ -179,7 +179,7 @@ static void takes_thresholds_from_a_descriptor_that_comes_later(void)
     TEST_ASSERT_FALSE(pool.stats.warning);
 }
 
-/// The smallest pool: one block is 100 % of it, so the warning must rise with it and fall without it.
+/// The smallest pool: one block is 100 % of it, so the warning must be raised with it and cleared without it.
 static void warns_in_a_pool_of_one_block(void)
 {
     pool_init(&pool, storage, slots, &(pool_setup_t){1U, 1U, 0U, 75U, 65U});
@@ -197,7 +197,7 @@ static uint32_t next_random(uint32_t* const state)
     return *state;
 }
 
-/// Against a model: which block is held how often.
+/// Compared with a model: which block is held how often.
 static void agrees_with_a_model_over_many_random_steps(void)
 {
     make(3U);
@@ -238,14 +238,14 @@ static void self_test_finds_a_damaged_list(void)
     const pool_slot_t kept = slots[0];
     slots[0].next          = 0U; // A loop.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
-    slots[0].next = BLOCKS; // Beyond the blocks.
+    slots[0].next = BLOCKS; // Beyond the last block.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     slots[0]         = kept;
     slots[7].holders = 1U; // Held, but never given.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     slots[7].holders   = 0U;
     const pool_t whole = pool;
-    pool.free_block    = storage + 1; // Of another block than the index.
+    pool.free_block    = storage + 1; // That of another block than the index.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     pool = whole;
     pool.stats.taken++;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shown in the builds that have these checks (SANITIZE=1); the others have nothing to show.
+// Tests of the builds that have these checks (SANITIZE=1); other builds have none.
 #include "base/pool.h"
 #include "base/quota.h"
 #include "base/take_check.h"

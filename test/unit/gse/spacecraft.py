@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A stand-in of a spacecraft on a TCP port: answers telecommands as told by a table."""
+"""A simulated spacecraft on a TCP port: answers telecommands by a table."""
 
 import socket
 import struct
@@ -47,12 +47,12 @@ class Spacecraft:
                 self.received.append(packet)
                 answer = self._answer(packet)
                 if answer is None:
-                    return  # hang up
+                    return  # close the connection
                 for apid, service, subtype, data, user in answer:
                     stream.sendall(packets.build_tm(apid, 0, service, subtype, data, user, self._epoch_ns + 10**9))
 
     def close(self):
-        """No more connections."""
+        """Accept no more connections."""
         self._server.close()
 
 

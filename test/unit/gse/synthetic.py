@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Raw logs of a flight that never was, with known answers, to test figures and report.
-
-Timetable [s]: engage 1; circle 1.5-12 (ramp 1, constant 8.5, down 1); press 13-14, follow 14-16, hold 16-25;
-pull 26-28, hold 28-37; limit of 12 Nm set 37.2, exceeded 37.5; engaged again 37.9; joystick unplugged 38.5.
-"""
+"""Raw logs of a synthetic flight, with known results, to test figures and report. Timetable [s]: engage 1;
+circle 1.5-12 (ramp 1, constant 8.5, down 1); press 13-14, follow 14-16, hold 16-25; pull 26-28, hold
+28-37; limit of 12 Nm set 37.2, exceeded 37.5; engaged again 37.9; joystick unplugged 38.5."""
 
 import json
 import struct
@@ -139,7 +137,7 @@ def robot_log(flight):
     lines = []
     for k in range(COUNT):
         t = k * 500
-        # What is sent in slot k is RPDO(k-1): computed from samples of cycle k-1, applied at SYNC k.
+        # Slot k carries RPDO(k-1): computed from samples of cycle k-1, applied at SYNC k.
         at = max(k - 1, 0)
         for joint, node in enumerate((0x11, 0x12)):
             data = struct.pack("<Hhi", flight.control[at], flight.command_word[at, joint], 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line against a stand-in of a spacecraft: what is sent, what is printed, exit codes."""
+"""The command line with a simulated spacecraft: sent requests, printed texts, exit codes."""
 
 import json
 import pathlib
@@ -154,7 +154,7 @@ def test_rejections_are_told_in_words(console, subtype, code, detail, words):
     ],
 )
 def test_usage_errors(dictionary_path, capsys, words):
-    """Found before a link is needed."""
+    """Detected before a link is needed."""
     assert main(["--port", "1", "--dictionary", str(dictionary_path), *words]) == 2
     assert capsys.readouterr().err
 
@@ -245,7 +245,7 @@ def test_the_command_runs_with_plain_python(program, dictionary_path):
 
 
 def test_the_command_line_needs_no_package():
-    """Neither numpy nor matplotlib may be imported by the command."""
+    """The command may import neither numpy nor matplotlib."""
     code = "import sys; sys.path.insert(0, 'gse'); import hirosco_gse.cli; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-S", "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert not {"numpy", "matplotlib"} & set(done.stdout.split())

@@ -72,7 +72,7 @@ def test_housekeeping_interleaves_sample_by_sample(dictionary_path):
 
 
 def test_the_configuration_in_force_chooses_the_structure(dictionary):
-    """4711 differs between the configurations by LINK_AGE."""
+    """LINK_AGE makes 4711 differ between the configurations."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     for configuration in manipulator.configurations.values():
         structure = configuration.structures[4711]

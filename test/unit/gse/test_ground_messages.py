@@ -43,7 +43,7 @@ def test_what_is_written_is_read_and_no_part_of_it_is(dictionary, direction):
             packet = packets.Packet(direction, 16, 0, *message, 1, octets, b"")
             assert catalogue.decode(packet) == given, entry["name"]
             if any(word in json.dumps(entry) for word in ('"part"', '"values"', '"auxiliary"', "argument_id", "transaction")):
-                continue  # The last field takes all that is left.
+                continue  # The last field takes the rest.
             with pytest.raises(MessageProblem):
                 catalogue.decode(packets.Packet(direction, 16, 0, *message, 1, octets + b"\0", b""))
 
@@ -108,7 +108,7 @@ def test_procedures_are_read_from_files(dictionary, tmp_path):
     assert request.data == b"LOOK\0\0\0\0\0\x07step(1)" + packets.crc16(b"step(1)").to_bytes(2, "big")
     place.write_bytes(b"x" * 16384)
     (request,) = commands.plan(["procedure", "load", "LOOK", str(place)], dictionary).requests
-    assert len(request.data) == 12 + 16384  # More than a packet: the session cuts it.
+    assert len(request.data) == 12 + 16384  # Longer than a packet: the session splits it.
     place.write_bytes(b"x" * 16385)
     with pytest.raises(commands.UsageError, match="16385 octets"):
         commands.plan(["procedure", "load", "LOOK", str(place)], dictionary)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ground's packet codec against the independent spacepackets, and against packets that are wrong."""
+"""The ground's packet codec against the independent spacepackets, and with malformed packets."""
 
 import random
 import struct

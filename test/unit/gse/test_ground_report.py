@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report: complete for a flight, and there for whatever is left of one."""
+"""The report: complete for a flight, and made from any incomplete one."""
 
 import hashlib
 import json

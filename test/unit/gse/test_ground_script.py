@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenario scripts: what is refused to load, how steps run in stepped and in real time, how failures read."""
+"""Scenario scripts: refused files, steps in stepped and in real time, and texts of failures."""
 
 import contextlib
 import json
@@ -114,7 +114,7 @@ def test_steps_run_in_order_and_not_before_their_time(dictionary):
     assert [packet.message for _, packet in flight.sent] == [(17, 1), (131, 1), (131, 1)]
     times = [time for time, _ in flight.sent]
     assert times[0] == SECOND
-    assert times[1] == SECOND + 1_000_000  # behind the verification of the ping
+    assert times[1] == SECOND + 1_000_000  # after the verification of the ping
     assert times[2] == 2_500_000_000
     assert [entry["outcome"] for entry in flight.told][0] == "MANIPULATOR is alive"
     assert all({"time", "end", "line", "verb", "words", "outcome"} <= set(entry) for entry in flight.told)
@@ -188,7 +188,7 @@ def note(dictionary):
 
 def test_each_event_answers_one_wait(dictionary):
     wait = "1 operator wait-event JOYSTICK OPERATOR_NOTE 1\n"
-    Flight(dictionary).at(0.5, note(dictionary)).run(wait)  # it came before
+    Flight(dictionary).at(0.5, note(dictionary)).run(wait)  # it arrived before
     Flight(dictionary).at(0.5, note(dictionary)).at(1.5, note(dictionary)).run(wait + wait)
     with pytest.raises(ScriptFailure, match="the last event was OPERATOR_NOTE of JOYSTICK"):
         Flight(dictionary).at(0.5, note(dictionary)).run(wait + wait)
@@ -208,7 +208,7 @@ def test_end_leaves_the_rest(dictionary):
 
 
 class Door(threading.Thread):
-    """The scheduler's side: grants by a script, checks that nothing is said outside of a grant."""
+    """The scheduler's side: grants by a script, checks that nothing is sent outside of a grant."""
 
     def __init__(self, path, port):
         super().__init__(daemon=True)
@@ -274,7 +274,8 @@ def test_stepped_time_through_the_door(dictionary_path, tmp_path, capsys):
     before = signal.getsignal(signal.SIGTERM)
     try:
         code = main([*words, "--run", str(tmp_path), "script", str(tmp_path / "s.scn")])
-        # The launcher's word that the run is over is not heard until the process has ended: the interpreter would undo a handler.
+        # The launcher's notice that the run is over has no effect until the process has ended: the
+        # interpreter would reset a handler.
         assert signal.getsignal(signal.SIGTERM) == signal.SIG_IGN
     finally:
         signal.signal(signal.SIGTERM, before)
@@ -353,7 +354,8 @@ def test_the_end_of_the_run_is_a_lost_link(dictionary, tmp_path):
 
 
 def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_path):
-    """In stepped time nobody looks at the stream before there is something to send; without a way to connect again."""
+    """In stepped time the client does not check the stream before it has something to send; without a way to
+    connect again."""
     server = socket.socket(socket.AF_UNIX)
     server.bind(str(tmp_path / "cosim"))
     server.listen(1)
@@ -375,7 +377,7 @@ def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_p
 
 
 class Scheduler:
-    """A scheduler that grants as it is told, and the ground port of a spacecraft that reads everything."""
+    """A scheduler that grants by a script, and the ground port of a spacecraft that reads everything."""
 
     def __init__(self, tmp_path):
         server = socket.socket(socket.AF_UNIX)
@@ -392,11 +394,11 @@ class Scheduler:
         server.close()
 
     def connect(self):
-        """As the operator's reconnect()."""
+        """Like the operator's reconnect()."""
         return socket.create_connection(self.port.getsockname())
 
     def grant(self, time_ns, octets, served):
-        """Before the driver runs: it answers one after the other."""
+        """Before the driver runs: it answers in sequence."""
         self.door.sendall(f"grant {time_ns} 0 {octets} {served}\n".encode())
 
     def close(self):
@@ -406,7 +408,7 @@ class Scheduler:
 
 
 def test_a_link_is_lost_and_opened_by_the_calendar_and_not_by_the_socket(dictionary, tmp_path):
-    """The request under way is told to be lost; the one that is issued meanwhile waits for the next connection."""
+    """The request under way is reported as lost; the one issued meanwhile waits for the next connection."""
     door, session, told = Scheduler(tmp_path), Session(dictionary, 0), []
     connections = []
 
@@ -426,7 +428,7 @@ def test_a_link_is_lost_and_opened_by_the_calendar_and_not_by_the_socket(diction
 
     door.grant(0, 0, 0)  # Not served yet: the request waits.
     door.grant(1000, 3, door.first)
-    door.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet, which never ends.
+    door.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet that never ends.
     door.grant(2000, 0, 0)
     driver = StepDriver(door.stream, session, door.clock, reconnect, told.append)
     ended = threading.Thread(target=lambda: driver.run(procedure()))
@@ -454,7 +456,7 @@ def test_a_wait_is_not_over_when_telemetry_puts_the_clock_forward(dictionary):
     driver = RealDriver(None, session, epoch_ns=0)
     waiting = session.wait_for(lambda: False, 20 * SECOND, "an answer")
     due = next(waiting)
-    for seconds in (470, 471, 500):  # The mission flies faster than the wall clock, or was old when we came.
+    for seconds in (470, 471, 500):  # The mission flies faster than wall-clock time, or began before we connected.
         for listener in session.listeners:
             listener(types.SimpleNamespace(time_ns=seconds * SECOND), None)
         session.now_ns = seconds * SECOND
@@ -467,12 +469,13 @@ def test_a_wait_is_not_over_when_telemetry_puts_the_clock_forward(dictionary):
 
 
 def _alive(session, count):
-    """A report of the manipulator to this user: how many of these requests take it in."""
+    """Which of these requests take in a report of the manipulator to this user."""
     session.feed(packets.build_tm(16, count & 0x3FFF, 17, 2, b"", session.source))
 
 
 def test_requests_that_are_over_without_a_word_are_forgotten(dictionary):
-    """Of hours of them none may take in what comes: instructions that were all refused, and requests that time out."""
+    """In hours of such requests none may take in a later report: requests whose instructions were all
+    refused, and requests that time out."""
     session = Session(dictionary, 0)
     old = session.send(Request(16, 3, 27, bytes(2), "old"))
     for count in range(100):

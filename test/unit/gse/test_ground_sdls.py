@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Keys, marks and frames of the ground: the frames known to the spacecraft's tests, numbers that are used once, files that are refused."""
+"""Keys, marks and frames of the ground: the frames that the spacecraft's tests use, numbers that are used
+once, refused files."""
 
 import concurrent.futures
 import os
@@ -31,7 +32,8 @@ def _numbers(octets):
     return found
 
 
-# What test/unit/fsw/framework/sdls/test_sdls.c holds against the spacecraft's side, which uses another library.
+# The same frames are in test/unit/fsw/framework/sdls/test_sdls.c for the spacecraft's side, which uses
+# another library.
 @pytest.mark.parametrize(
     ("session", "count", "part", "text", "octets"),
     [
@@ -122,7 +124,7 @@ def test_a_mark_of_another_key_is_refused(key, tmp_path):
 
 
 def test_a_write_that_was_torn_takes_no_number_back(key):
-    """The power may be cut within each write of the mark; what was used is never used again."""
+    """The power may be cut within each write of the mark; a used number is never used again."""
     sdls.Sender(key)(PACKET)
     check, before = sdls.key_check(sdls.read_key(key)), _mark(key).read_bytes()
     sdls.next_session(key, check)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carrier of the buses on the command line: what makes sense together, and what is refused with the reason.
+// Carrier of the buses on the command line: valid combinations, and those refused with the reason.
 #include "launcher/launch_options.h"
 
 #include <string.h>

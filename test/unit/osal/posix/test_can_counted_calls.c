@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The counted hand-over of frames over SocketCAN, with a mocked controller: frames that come late, never,
-// unannounced or back, and a controller that is full or gone. The counts are in real shared memory.
+// The counted hand-over of frames over SocketCAN, with a mocked controller: frames that are late, missing,
+// unannounced or returned, and a controller that is full or gone. The counts are in real shared memory.
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/clock.h"
@@ -211,7 +211,7 @@ static void frames_are_counted_in_each_direction(void** state)
         assert_int_equal(STATUS_OK, can_counted_receive(&node, &received));
         expect_counts(2U * i, 0U, 0U, 0U, 0U);
     }
-    will_receive(&node, STATUS_EMPTY); // None is announced: nobody waits.
+    will_receive(&node, STATUS_EMPTY); // No frame is announced: no wait.
     assert_int_equal(STATUS_EMPTY, can_counted_receive(&node, &received));
     will_receive(&node, STATUS_OK); // Another program sends on the interface.
     assert_int_equal(STATUS_OK, can_counted_receive(&node, &received));
@@ -229,7 +229,7 @@ static void an_announced_frame_is_waited_for(void** state)
     assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
     will_receive(&wire, STATUS_EMPTY);
     will_wait(&wire, true);
-    will_receive(&wire, STATUS_EMPTY); // Something that its filters drop.
+    will_receive(&wire, STATUS_EMPTY); // A frame that its filters drop.
     will_wait(&wire, true);
     will_receive(&wire, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
@@ -238,13 +238,13 @@ static void an_announced_frame_is_waited_for(void** state)
         will_send(&node, STATUS_OK);
         assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
     }
-    will_receive(&wire, STATUS_EMPTY); // They never come.
+    will_receive(&wire, STATUS_EMPTY); // The frames never arrive.
     will_wait(&wire, false);
     const uint64_t before_ns = now_ns;
     assert_int_equal(STATUS_EMPTY, can_counted_receive(&wire, &received));
     assert_int_equal(OSAL_CAN_PATIENCE_MS * 1000000ULL, now_ns - before_ns);
     expect_counts(1U, 1U, 2U, 0U, 0U);
-    will_receive(&wire, STATUS_OK); // If one comes after all, it is not one that is announced later.
+    will_receive(&wire, STATUS_OK); // If one arrives later, it does not count as one announced afterwards.
     assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
     expect_counts(1U, 1U, 2U, 1U, 0U);
     will_send(&node, STATUS_OK);
@@ -325,7 +325,7 @@ static void a_real_controller_reports_its_own_errors(void** state)
     destroy();
 }
 
-/// Frames that were sent while an end was not open are passed over when it opens, also those under way.
+/// Frames that were sent while an end was not open are skipped when it opens, also those under way.
 static void an_end_that_opens_late_passes_over_what_was_sent(void** state)
 {
     osal_can_frame_t received;
@@ -338,7 +338,7 @@ static void an_end_that_opens_late_passes_over_what_was_sent(void** state)
         will_send(&node, STATUS_OK);
         assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
         will_return(__wrap_can_socket_open, STATUS_OK);
-        for (unsigned i = 0U; i < (2U + ending); i++) { // It is quiet in the end, or closed.
+        for (unsigned i = 0U; i < (2U + ending); i++) { // No frame arrives any more, or the end is closed.
             will_wait(&wire, true);
             will_receive(&wire, answers[i]);
         }
@@ -361,7 +361,7 @@ static void an_end_that_opens_late_passes_over_what_was_sent(void** state)
     }
     assert_int_equal(STATUS_OK, can_counted_open(&wire, name, "can7"));
     frame_ns = 0U;
-    will_receive(&wire, STATUS_EMPTY); // Nothing is due.
+    will_receive(&wire, STATUS_EMPTY); // No frame is announced.
     assert_int_equal(STATUS_EMPTY, can_counted_receive(&wire, &received));
     expect_counts(0U, 0U, 0U, 0U, 0U);
     destroy();

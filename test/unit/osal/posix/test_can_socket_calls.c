@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the SocketCAN port asks of the kernel, and what it makes of each answer of a CAN controller: the
-// system calls are mocked, so that kernels without CAN test it, too. What a real kernel does is in
-// test/contract/osal/test_can_socket.c.
+// System calls of the SocketCAN port, and its reaction to each answer of a CAN controller: the calls are
+// mocked, so that kernels without CAN test it, too. test/contract/osal/test_can_socket.c has the tests with a
+// real kernel.
 #define _GNU_SOURCE
 #include "osal/posix/can_port.h"
 
@@ -22,9 +22,9 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 4711 // Open nowhere.
+#define DESCRIPTOR 4711 // A descriptor that is not open.
 #define INDEX 5
-#define WALL_S 2000000000 // What the clocks show.
+#define WALL_S 2000000000 // Values of the clocks.
 #define NOW_S 5000
 #define NOW_NS (NOW_S * 1000000000ULL)
 
@@ -37,7 +37,7 @@ static struct {
 static struct canfd_frame raw; // Sent last, or received next.
 static struct can_filter filters[OSAL_CAN_FILTERS_MAX];
 static struct {
-    struct timespec stamp; // No time: none comes with the frame.
+    struct timespec stamp; // No time stamp comes with the frame.
     uint32_t overruns;
     bool has_overruns;
     struct {
@@ -111,7 +111,7 @@ int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
     if (descriptor != DESCRIPTOR) {
-        return __real_close(descriptor); // Of those who measure coverage.
+        return __real_close(descriptor); // Calls of a coverage build.
     }
     function_called();
     return 0;
@@ -248,7 +248,8 @@ static void what_does_not_open_is_told_and_closed(void** state)
         for (unsigned step = 1U; step <= STEPS; step++) {
             const bool is_option = (step > QUESTIONS) && (step < STEPS);
             expect_opening(step, errors[i].error);
-            if (step == (QUESTIONS + OPTIONS)) { // Not permitted: as much as anybody may have, or nothing.
+            if (step == (QUESTIONS + OPTIONS)) {
+                // Without the permission: the limit of an ordinary process, or nothing.
                 expect_value(__wrap_setsockopt, option, SO_RCVBUF);
                 will_return(__wrap_setsockopt, -errors[i].error);
             }
@@ -300,7 +301,7 @@ static void filters_with_the_kernel_s_own_bit_are_left_out(void** state)
     assert_int_equal(0x7FFU, filters[0].can_mask);
     assert_int_equal(0x700U, filters[1].can_id);
     assert_int_equal(0x700U, filters[1].can_mask);
-    can.filter_count = 0U; // Nothing is let through.
+    can.filter_count = 0U; // No frame passes.
     expect_value(__wrap_setsockopt, option, CAN_RAW_FILTER);
     expect_value(__wrap_setsockopt, size, 0U);
     will_return(__wrap_setsockopt, -ENODEV);
@@ -363,7 +364,7 @@ static void a_frame_is_received_with_its_time(void** state)
         {{WALL_S - 1, 250}, NOW_NS - 1000000000U + 250U}, // It has waited for a second.
         {{WALL_S, 0}, NOW_NS},
         {{WALL_S + 1000, 0}, NOW_NS}, // The wall clock was set back since.
-        {{1, 0}, NOW_NS},             // Longer ago than this machine runs.
+        {{1, 0}, NOW_NS},             // Longer ago than this machine has been running.
         {{0, 0}, NOW_NS},             // None.
     };
     osal_can_frame_t frame;
@@ -433,9 +434,9 @@ static void a_wait_ends_with_a_frame_a_signal_or_the_time(void** state)
         bool has_come;
     } ends[] = {{1, true}, {0, false}, {-EINTR, true}, {-ENOMEM, false}};
     (void)state;
-    assert_false(can_socket_wait(&can, NOW_NS)); // Over already: the kernel is not asked.
+    assert_false(can_socket_wait(&can, NOW_NS)); // The time is over: the kernel is not called.
     for (unsigned i = 0U; i < 4U; i++) {
-        expect_value(__wrap_poll, timeout_ms, 3); // Not less than the time that is left.
+        expect_value(__wrap_poll, timeout_ms, 3); // Not less than the remaining time.
         will_return(__wrap_poll, ends[i].result);
         assert_int_equal(ends[i].has_come, can_socket_wait(&can, NOW_NS + 2999999U));
     }

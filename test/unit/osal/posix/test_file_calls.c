@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the file port makes of answers of the kernel that a healthy disk does not give: calls that are
-// interrupted, parts of a transfer, full disks, errors. The system calls are mocked; what a real disk does
-// is in test/contract/osal/test_file.c.
+// Reaction of the file port to answers of the kernel that a healthy disk does not give: interrupted calls,
+// partial transfers, full disks, errors. The system calls are mocked; test/contract/osal/test_file.c has the
+// tests with a real disk.
 #define _GNU_SOURCE
 #include "osal/include/osal/file.h"
 
@@ -16,7 +16,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 4711 // Open nowhere.
+#define DESCRIPTOR 4711 // A descriptor that is not open.
 #define AT 1000U
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
@@ -40,7 +40,7 @@ int __real_open(const char* path, int flags, ...);
 int __wrap_open(const char* path, int flags, ...)
 {
     if (strncmp(path, "mocked", 6U) != 0) {
-        return __real_open(path, flags, 0644); // Of those who measure coverage.
+        return __real_open(path, flags, 0644); // Calls of a coverage build.
     }
     check_expected(flags);
     return answer(mock_type(int));
@@ -196,7 +196,7 @@ static void what_is_written_in_parts_is_whole_in_the_end(void** state)
         expect_write(99U, -write_errors[i].error);
         assert_int_equal(write_errors[i].status, osal_file_write(&file, octets, sizeof octets));
     }
-    expect_write(0U, 0); // Nothing, and no error: it does not try for ever.
+    expect_write(0U, 0); // Nothing written, and no error: it does not retry without end.
     assert_int_equal(STATUS_IO, osal_file_write(&file, octets, sizeof octets));
 }
 
@@ -244,7 +244,7 @@ static void why_a_file_does_not_grow_is_told(void** state)
         assert_int_equal(STATUS_UNSUPPORTED, osal_file_reserve(&file, 500U));
     }
     assert_int_equal(STATUS_FULL,
-                     osal_file_resize(&file, (uint64_t)INT64_MAX + 1U)); // The kernel is not asked.
+                     osal_file_resize(&file, (uint64_t)INT64_MAX + 1U)); // The kernel is not called.
     assert_int_equal(STATUS_FULL, osal_file_reserve(&file, (uint64_t)INT64_MAX + 1U));
     expect_value(__wrap_ftruncate, length, INT64_MAX);
     will_return(__wrap_ftruncate, 0);
@@ -274,7 +274,7 @@ static void a_new_name_is_on_the_disk_before_the_old_one_is_gone(void** state)
     will_return(__wrap_rename, 0);
     expect_value(__wrap_open, flags, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     will_return(__wrap_open, DESCRIPTOR);
-    will_return(__wrap_fsync, -EIO); // The new name is not safe: the old one is left alone.
+    will_return(__wrap_fsync, -EIO); // The new name may not be on the disk: the old one is kept.
     expect_function_call(__wrap_close);
     assert_int_equal(STATUS_IO, osal_file_rename("mocked/a", "mocked2/b"));
     will_return(__wrap_rename, 0);
@@ -331,11 +331,11 @@ static void a_file_that_fails_while_it_is_loaded_is_closed(void** state)
     expect_function_calls(__wrap_close, 2);
     assert_int_equal(STATUS_IO, osal_file_load("mocked", octets, sizeof octets, &size));
     assert_int_equal(0U, size);
-    will_return(__wrap_fstat, -EIO); // Whether others may read the secret is not known.
+    will_return(__wrap_fstat, -EIO); // It is unknown whether others may read the secret.
     assert_int_equal(STATUS_IO, osal_file_load_secret("mocked", octets, sizeof octets, &size));
 }
 
-// ---- What is known of a file ----
+// ---- Properties of a file ----
 
 static void what_the_kernel_does_not_know_is_told(void** state)
 {

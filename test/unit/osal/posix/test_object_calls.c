@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the ports of shared memory, message queues, locks and tasks make of errors of the system: the calls
-// are mocked. What the system does when all is well is in test/contract/osal.
+// Reaction of the ports of shared memory, message queues, locks and tasks to errors of the system: the calls
+// are mocked. test/contract/osal has the tests with a real system.
 #define _GNU_SOURCE
 #include "osal/include/osal/mqueue.h"
 #include "osal/include/osal/mutex.h"
@@ -21,7 +21,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 4711 // Open nowhere.
+#define DESCRIPTOR 4711 // A descriptor that is not open.
 #define NAME "/mocked"
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
@@ -70,7 +70,7 @@ void* __wrap_mmap(void* address, size_t size, int protection, int flags, int des
 {
     if (descriptor != DESCRIPTOR) {
         return __real_mmap(address, size, protection, flags, descriptor,
-                           offset); // Of those who measure coverage.
+                           offset); // Calls of a coverage build.
     }
     assert_int_equal(sizeof memory, size);
     assert_int_equal(MAP_SHARED, flags);
@@ -292,7 +292,8 @@ static void memory_that_cannot_be_opened_is_told(void** state)
         assert_null(osal_shm_address(&shm));
     }
     static const told_t unfinished[] = {{0, STATUS_NOT_FOUND}, {EIO, STATUS_IO}};
-    for (size_t i = 0U; i < COUNT(unfinished); i++) { // Its creator has not given it a size, or nobody knows.
+    for (size_t i = 0U; i < COUNT(unfinished); i++) {
+        // Its creator has not set a size, or the size is unknown.
         length = 0;
         expect_value(__wrap_shm_open, flags, OPEN);
         will_return(__wrap_shm_open, DESCRIPTOR);
@@ -365,7 +366,7 @@ static void what_a_queue_answers_is_told(void** state)
         will_return(__wrap_mq_send, -sendings[i].error);
         assert_int_equal(sendings[i].status, osal_mqueue_send(&queue, NULL, 0U));
     }
-    links = 0U; // Its name is removed: nobody will receive.
+    links = 0U; // Its name was removed, so it has no receiver.
     will_return(__wrap_fstat, 0);
     assert_int_equal(STATUS_CLOSED, osal_mqueue_send(&queue, octets, 1U));
     for (size_t i = 0U; i < COUNT(takings); i++) {
@@ -389,7 +390,7 @@ static void a_lock_that_lacks_anything_is_none(void** state)
     (void)state;
     will_return(__wrap_pthread_mutexattr_init, ENOMEM);
     assert_int_equal(STATUS_UNSUPPORTED, osal_mutex_create(&mutex, true));
-    for (unsigned failing = 1U; failing <= 6U; failing++) { // In the sixth round nothing fails.
+    for (unsigned failing = 1U; failing <= 6U; failing++) { // In the sixth round no call fails.
         will_return(__wrap_pthread_mutexattr_init, 0);
         expect_value(__wrap_pthread_mutexattr_setpshared, sharing,
                      ((failing % 2U) == 0U) ? PTHREAD_PROCESS_SHARED : PTHREAD_PROCESS_PRIVATE);
@@ -447,7 +448,7 @@ static void a_task_that_does_not_start_is_told(void** state)
         will_return(__wrap_pthread_create, errors[i].error);
         assert_int_equal(errors[i].status, osal_task_start(&task, run, NULL, 0));
         assert_false(task.is_running);
-        osal_task_join(&task); // Nothing to wait for.
+        osal_task_join(&task); // There is nothing to wait for.
     }
     will_return(__wrap_pthread_attr_init, ENOMEM);
     assert_int_equal(STATUS_IO, osal_task_start(&task, run, NULL, 0));

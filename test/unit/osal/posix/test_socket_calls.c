@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the socket port makes of answers of the kernel that the loopback interface does not give: calls that
-// are interrupted, full buffers, routes that vanish, descriptors that run out. The system calls are mocked;
-// what a real kernel does is in test/contract/osal/test_socket.c.
+// Reaction of the socket port to answers of the kernel that the loopback interface does not give: interrupted
+// calls, full buffers, lost routes, no free descriptors. The system calls are mocked;
+// test/contract/osal/test_socket.c has the tests with a real kernel.
 #define _GNU_SOURCE
 #include "osal/include/osal/socket.h"
 
@@ -17,7 +17,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 4711 // Open nowhere.
+#define DESCRIPTOR 4711 // A descriptor that is not open.
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
 typedef struct {
@@ -30,9 +30,9 @@ static uint8_t octets[16];
 static size_t size;
 static const osal_address_t somewhere = {OSAL_IPV4_LOOPBACK, 7U};
 static int flags_to_come;
-static int pending; // Error that getsockopt knows.
+static int pending; // Error that getsockopt returns.
 static short events_to_come;
-static long passing_ns; // Time that passes with each look at the clock.
+static long passing_ns; // Time that passes with each reading of the clock.
 static long now_ns;
 
 /// The next answer of a call: its result, or the negative number of its error.
@@ -116,7 +116,7 @@ int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
     if (descriptor != DESCRIPTOR) {
-        return __real_close(descriptor); // Of those who measure coverage.
+        return __real_close(descriptor); // Calls of a coverage build.
     }
     function_called();
     return 0;
@@ -226,7 +226,7 @@ static void why_nobody_is_accepted_is_told(void** state)
     (void)state;
     for (size_t i = 0U; i < COUNT(errors); i++) {
         will_return(__wrap_accept4, -EINTR);
-        will_return(__wrap_accept4, -ECONNABORTED); // It has hung up meanwhile: the next one.
+        will_return(__wrap_accept4, -ECONNABORTED); // The client has closed its connection: the next one.
         will_return(__wrap_accept4, -errors[i].error);
         assert_int_equal(errors[i].status, osal_tcp_accept(&sock, &client, &peer));
         assert_int_equal(-1, client.descriptor);
@@ -263,7 +263,7 @@ static void a_connection_that_is_interrupted_is_waited_for(void** state)
         assert_int_equal(refusals[i].status, osal_tcp_connect(&sock, somewhere));
         assert_int_equal(-1, sock.descriptor);
     }
-    pending = 0; // How it ended is not known.
+    pending = 0; // The result is unknown.
     will_return_count(__wrap_socket, DESCRIPTOR, 2);
     will_return_count(__wrap_connect, -EINPROGRESS, 2);
     expect_value_count(__wrap_poll, timeout_ms, -1, 2);
@@ -416,17 +416,17 @@ static void a_deferred_datagram_is_taken_out_by_the_next_call(void** state)
     will_return(__wrap_recv, 1);
     will_return(__wrap_recvmsg, -EAGAIN);
     receive(STATUS_EMPTY, 0U);
-    will_return(__wrap_recvmsg, 5); // Nothing was held.
+    will_return(__wrap_recvmsg, 5); // No datagram was held back.
     receive(STATUS_OK, 5U);
     expect_value(__wrap_recv, capacity, 1);
-    will_return(__wrap_recv, -EBADF); // The next call tells.
+    will_return(__wrap_recv, -EBADF); // The next call reports it.
     will_return(__wrap_recvmsg, -EBADF);
     receive(STATUS_IO, 0U);
 }
 
 // ---- Waiting ----
 
-/// One wait without success: `looks` polls without waiting before the one that waits.
+/// One unsuccessful wait: `looks` polls without waiting before the call that waits.
 static void wait_in_vain(const int looks)
 {
     if (looks > 0) {
@@ -438,11 +438,12 @@ static void wait_in_vain(const int looks)
     assert_int_equal(STATUS_TIMEOUT, osal_socket_wait_readable(&sock, 10U));
 }
 
-/// Looking costs time: after one in vain it is left out once, then three times, then seven times, and so on.
+/// Polling costs time: after an unsuccessful one it is skipped once, then three times, then seven times, and
+/// so on.
 static void a_wait_looks_the_less_the_less_often_it_finds_anything(void** state)
 {
     (void)state;
-    passing_ns = OSAL_SOCKET_LOOK_NS; // One look takes all the time for looking.
+    passing_ns = OSAL_SOCKET_LOOK_NS; // One poll takes all the time for polling.
     for (unsigned left_out = 1U; left_out <= 7U; left_out = (2U * left_out) + 1U) {
         wait_in_vain(1);
         for (unsigned i = 0U; i < left_out; i++) {
@@ -450,7 +451,7 @@ static void a_wait_looks_the_less_the_less_often_it_finds_anything(void** state)
         }
     }
     expect_value(__wrap_poll, timeout_ms, 0);
-    will_return(__wrap_poll, 1); // It finds something: from now on it looks each time.
+    will_return(__wrap_poll, 1); // It finds a datagram: from now on every wait polls.
     assert_int_equal(STATUS_OK, osal_socket_wait_readable(&sock, 10U));
     wait_in_vain(1);
 }
@@ -471,7 +472,7 @@ static void a_wait_goes_on_after_a_signal_and_ends_with_an_error(void** state)
     expect_value(__wrap_poll, timeout_ms, 10);
     will_return(__wrap_poll, -ENOMEM);
     assert_int_equal(STATUS_IO, osal_socket_wait_readable(&sock, 10U));
-    expect_value(__wrap_poll, timeout_ms, 0); // Without a time to wait nothing is looked for.
+    expect_value(__wrap_poll, timeout_ms, 0); // With a time-out of 0 there is no polling.
     will_return(__wrap_poll, 0);
     assert_int_equal(STATUS_TIMEOUT, osal_socket_wait_readable(&sock, 0U));
 }

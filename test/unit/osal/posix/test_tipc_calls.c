@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the TIPC port asks of the kernel, and what it makes of each answer: the system calls are mocked, so
-// that kernels without TIPC test it, too. What a real kernel does is in test/contract/osal/test_tipc.c.
+// System calls of the TIPC port, and its reaction to each answer: the calls are mocked, so that kernels
+// without TIPC test it, too. test/contract/osal/test_tipc.c has the tests with a real kernel.
 #include "osal/include/osal/tipc.h"
 
 #include <errno.h>
@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 4711 // Open nowhere.
+#define DESCRIPTOR 4711 // A descriptor that is not open.
 #define TYPE 0x48000001U
 #define NODE 0x01001002U
 #define REF 77U
@@ -76,7 +76,7 @@ int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
     if (descriptor != DESCRIPTOR) {
-        return __real_close(descriptor); // Of those who measure coverage.
+        return __real_close(descriptor); // Calls of a coverage build.
     }
     function_called();
     return 0;
@@ -267,11 +267,11 @@ static void what_comes_is_told_apart(void** state)
     will_return_count(__wrap_recvmsg, 7, 4);
     expect_received(STATUS_OK, 7U);
     assert_int_equal(((uint64_t)NODE << 32U) | REF, from);
-    kind_of_control = TIPC_DESTNAME; // Says to which of its names it was sent: a message like any other.
+    kind_of_control = TIPC_DESTNAME; // It contains the name to which it was sent: a message like any other.
     expect_received(STATUS_OK, 7U);
     flags_to_come = MSG_TRUNC;
     expect_received(STATUS_TOO_LARGE, 0U);
-    kind_of_control = TIPC_ERRINFO; // One of ours comes back.
+    kind_of_control = TIPC_ERRINFO; // One of our messages comes back.
     expect_received(STATUS_FORBIDDEN, 0U);
     will_return(__wrap_recvmsg, -EAGAIN);
     expect_received(STATUS_EMPTY, 0U);
