@@ -22,7 +22,7 @@ static octet_writer_t begin(const uint8_t service, const uint8_t subtype, const 
     return pus_tm_begin(&bench.process, service, subtype, destination, TEST_NOW_NS);
 }
 
-/// Send a report of one octet that names it.
+/// Send a report of one octet that identifies it.
 static status_t send(const uint8_t name)
 {
     octet_writer_t writer = begin(5U, 1U, 0U);
@@ -105,7 +105,7 @@ static void posted_reports_wait_and_keep_their_order(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, send(99U)); // Nothing overtakes.
     bench.refusals = 1U;
     TEST_ASSERT_EQUAL(STATUS_FULL, pus_app_process_flush(&bench.process));
-    TEST_ASSERT_EQUAL(STATUS_OK, post(3U)); // Sends what is kept first.
+    TEST_ASSERT_EQUAL(STATUS_OK, post(3U)); // Sends the kept reports first.
     TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
     TEST_ASSERT_EQUAL_UINT64(3U, bench.count);
     for (size_t i = 0U; i < 3U; i++) {
@@ -116,7 +116,7 @@ static void posted_reports_wait_and_keep_their_order(void)
     }
 }
 
-/// Post a report of `size` octets of data; the port refuses it, and what is kept before it.
+/// Post a report of `size` octets of data; the port refuses it, and all that were kept before it.
 static status_t post_refused(const uint8_t service, const uint8_t subtype, const uint16_t destination,
                              const size_t size)
 {
@@ -133,7 +133,7 @@ static status_t post_refused(const uint8_t service, const uint8_t subtype, const
 
 static void a_full_ring_loses_counts_and_gives_its_room_back(void)
 {
-    const unsigned plain = (PUS_PLAIN_SIZE - PUS_ANSWER_ROOM) / KEPT(2U); // Nobody asked for them.
+    const unsigned plain = (PUS_PLAIN_SIZE - PUS_ANSWER_ROOM) / KEPT(2U); // No request has asked for them.
     const unsigned firm  = PUS_FIRM_SIZE / KEPT(2U);
     for (unsigned round = 1U; round <= 2U; round++) {
         bench_clear();
@@ -150,7 +150,7 @@ static void a_full_ring_loses_counts_and_gives_its_room_back(void)
         TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
         TEST_ASSERT_FALSE(pus_app_process_is_waiting(&bench.process));
         TEST_ASSERT_EQUAL_UINT64(plain + firm, bench.count);
-        for (unsigned i = 0U; i < (plain + firm); i++) { // No gap, whatever was lost.
+        for (unsigned i = 0U; i < (plain + firm); i++) { // No gap, whichever reports were lost.
             TEST_ASSERT_EQUAL_UINT16(((round - 1U) * (plain + firm)) + i, bench_report(i).sequence);
         }
     }
@@ -190,7 +190,7 @@ static void the_end_of_a_request_follows_its_answer(void)
         TEST_ASSERT_EQUAL_UINT8(expected[i][0], bench_report(i).service);
         TEST_ASSERT_EQUAL_UINT16(expected[i][2], bench_report(i).destination);
     }
-    // A notice is no answer; and where an answer leaves no room beside it, the end goes first.
+    // A notice is no answer; if an answer leaves no room beside it, the completion goes first.
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(129U, 7U, 3U, 3U));
     while (post_refused(20U, 2U, 4U, 1000U) == STATUS_OK) {
     }
@@ -269,7 +269,7 @@ static void an_answer_has_room_whatever_nobody_asked_for(void)
 static void a_request_is_taken_in_as_long_as_its_verification_has_room(void)
 {
     const size_t needed = PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS;
-    const size_t data   = PUS_FIRM_SIZE - needed - KEPT(0U); // So much room is left exactly.
+    const size_t data   = PUS_FIRM_SIZE - needed - KEPT(0U); // Exactly this room is left.
     TEST_ASSERT_TRUE(pus_app_process_has_firm_room(&bench.process));
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 4U, 0U, data));
     TEST_ASSERT_TRUE(pus_app_process_may_answer(&bench.process));
@@ -278,18 +278,18 @@ static void a_request_is_taken_in_as_long_as_its_verification_has_room(void)
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 4U, 0U, data + 1U));
     TEST_ASSERT_FALSE(pus_app_process_may_answer(&bench.process));
     TEST_ASSERT_FALSE(pus_app_process_has_firm_room(&bench.process));
-    for (unsigned i = 0U; i < 8U; i++) { // The longest there is: a step that failed.
+    for (unsigned i = 0U; i < 8U; i++) { // The longest report: a step that failed.
         TEST_ASSERT_EQUAL(STATUS_OK, post_refused(1U, 6U, 1U, 4U + 2U + 8U));
     }
     TEST_ASSERT_TRUE(KEPT(4U + 2U + 8U) <= PUS_FIRM_REPORT);
 }
 
-/// Post what names an event in its first two octets; the port refuses it.
+/// Post a report with the id of an event in its first two octets; the port refuses it.
 static void post_of_event(const uint8_t service, const uint8_t subtype, const uint16_t event_id)
 {
     octet_writer_t writer = begin(service, subtype, 0U);
     octet_write_u16(&writer, event_id);
-    octet_write_u8(&writer, (uint8_t)PUS_SEVERITY_HIGH); // Where a notice has its severity.
+    octet_write_u8(&writer, (uint8_t)PUS_SEVERITY_HIGH); // Place of the severity in a notice.
     bench.refusals = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_post(&bench.process, &writer));
     bench.refusals = 0U;
@@ -298,12 +298,12 @@ static void post_of_event(const uint8_t service, const uint8_t subtype, const ui
 static void an_event_that_waits_is_known_until_it_is_sent(void)
 {
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
-    post_of_event(1U, 7U, 7U); // No event, whatever its octets are.
+    post_of_event(1U, 7U, 7U); // Not an event, whatever its octets are.
     post_of_event(5U, 2U, 7U); // A LOW event does not wait here.
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(5U, 4U, 7U);
     post_of_event(129U, 7U, 8U); // The notice of another one,
-    post_of_event(129U, 2U, 9U); // and a transition behind them.
+    post_of_event(129U, 2U, 9U); // and a transition after them.
     TEST_ASSERT_TRUE(pus_app_process_keeps_event(&bench.process, 7U));
     TEST_ASSERT_TRUE(pus_app_process_keeps_event(&bench.process, 8U));
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 9U));
@@ -384,7 +384,7 @@ static void a_report_of_another_process_gets_new_numbers_and_keeps_its_time(void
     TEST_ASSERT_EQUAL_UINT64((TEST_EPOCH_S * 1000000000ULL) + TEST_NOW_NS, tm.time_ns);
     TEST_ASSERT_EQUAL_UINT64(1U, tm.size);
     TEST_ASSERT_EQUAL_UINT8(1U, tm.data[0]);
-    (void)begin(5U, 1U, 0U); // One that is never sent.
+    (void)begin(5U, 1U, 0U); // A report that is never sent.
     bench.refusals = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_forward(&bench.process, packet, size)); // Kept.
     TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.discarded);

@@ -60,7 +60,7 @@ static void numbers_go_on_where_they_ended(void)
     pus_counts(&process, &requester, &counts);
     TEST_ASSERT_TRUE(pus_counts_are_sound(&counts));
     begin();
-    TEST_ASSERT_EQUAL_HEX32(0U, report(2U)); // As one that does not know better.
+    TEST_ASSERT_EQUAL_HEX32(0U, report(2U)); // Without pus_counts_resume, counts begin with 0.
     begin();
     pus_counts_resume(&process, &requester, &counts);
     TEST_ASSERT_EQUAL_HEX32((3UL << 16U) | 2U, report(2U));

@@ -78,7 +78,7 @@ static uint32_t next_random(uint32_t* const state)
     return *state >> 8U;
 }
 
-/// The earliest of a plain table, by a walk; CAPACITY if it is empty.
+/// The earliest of a plain table, by a search; CAPACITY if it is empty.
 static uint16_t first_of(const uint64_t* const dues)
 {
     uint16_t first = CAPACITY;
@@ -92,7 +92,7 @@ static uint16_t first_of(const uint64_t* const dues)
 
 static void it_agrees_with_a_plain_table(void)
 {
-    static uint64_t dues[CAPACITY]; // 0: not in.
+    static uint64_t dues[CAPACITY]; // 0: not in the heap.
     uint32_t state = 1U;
     memset(dues, 0, sizeof(dues));
     for (unsigned i = 0U; i < 20000U; i++) {

@@ -72,7 +72,7 @@ static void entries_go_over_as_many_packets_as_needed(void)
 static void what_is_lost_is_told(void)
 {
     begin(NULL, 0U);
-    bench.refusals = 100U; // Nothing of their class is kept.
+    bench.refusals = 100U; // No report of their class is kept.
     for (unsigned i = 0U; i < 3U; i++) {
         (void)octet_write_space(pus_list_report_entry(&list, 3500U), 3500U);
     }
@@ -138,7 +138,8 @@ static void expect_whole_list(const size_t first)
 static void what_the_port_refuses_is_sent_later_and_then_the_request_ends(void)
 {
     serve_list();
-    for (unsigned sent = 0U; sent <= (unsigned)PACKETS; sent++) { // Full behind so many, for three steps.
+    for (unsigned sent = 0U; sent <= (unsigned)PACKETS; sent++) {
+        // The port is full after this number, for three steps.
         bench_start();
         serve_list();
         bench.accepts = 3U + sent; // TM[1,1], TM[1,4], TM[1,3].
@@ -154,7 +155,7 @@ static void what_the_port_refuses_is_sent_later_and_then_the_request_ends(void)
         pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 3U);
         EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 12, 9, 12, 9, 12, 9, 12, 9, 12, 9, 1, 8);
         expect_whole_list(3U);
-        expect_failure(8U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U); // The instruction that was refused.
+        expect_failure(8U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U); // The refused instruction.
         TEST_ASSERT_FALSE(pus_dispatcher_is_answering(&bench.dispatcher));
         pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 4U);
         TEST_ASSERT_EQUAL_UINT64(9U, bench.count);
@@ -189,7 +190,7 @@ static void a_request_without_data_is_put_off_too(void)
     TEST_ASSERT_EQUAL_UINT(2U, executions);
 }
 
-/// The reports of acceptance and start wait themselves: the list goes on behind them.
+/// The reports of acceptance and start themselves wait: the list continues after them.
 static void a_list_waits_for_what_waits_already(void)
 {
     serve_list();
@@ -199,7 +200,7 @@ static void a_list_waits_for_what_waits_already(void)
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_TRUE(pus_app_process_is_waiting(&bench.process));
     TEST_ASSERT_TRUE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
-    TEST_ASSERT_EQUAL_UINT(1U, executions); // Not even tried.
+    TEST_ASSERT_EQUAL_UINT(1U, executions); // It is not even tried.
     bench.refusals = 0U;
     TEST_ASSERT_FALSE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 12, 9, 12, 9, 12, 9, 12, 9, 12, 9, 1, 8);
@@ -211,7 +212,7 @@ static void a_second_list_meanwhile_fails_honestly(void)
     serve_list();
     bench.accepts = 3U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U)); // Nothing of it gets out.
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U)); // No part of it is sent.
     TEST_ASSERT_EQUAL_UINT64(3U, bench.count);
     bench.accepts = 0U;
     pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 1U);

@@ -18,7 +18,7 @@ void tearDown(void)
 {
 }
 
-/// Put the right checksum at the end.
+/// Put the correct checksum at the end.
 static void sign(uint8_t* const packet, const size_t size)
 {
     const uint16_t crc = crc16_ccitt(packet, size - 2U);
@@ -87,13 +87,13 @@ static void a_report_with_the_missions_time_is_decoded(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_decode(packet, sizeof(packet), &tm, &failure));
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_DATA, failure.code);
     TEST_ASSERT_EQUAL_UINT32(13U, failure.detail);
-    packet[6] = 0x10U; // Of another PUS version as well: the first wrong field is told.
+    packet[6] = 0x10U; // Of another PUS version as well: the first wrong field is reported.
     sign(packet, sizeof(packet));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tm_decode(packet, sizeof(packet), &tm, &failure));
     TEST_ASSERT_NOT_EQUAL(PUS_FAILURE_DATA, failure.code);
 }
 
-/// What must come of the golden request when octet `offset` is `value`, with a right checksum.
+/// Expected result for the golden request when octet `offset` is `value`, with a correct checksum.
 static void expect_header_failure(const size_t offset, const uint8_t value, const uint16_t code,
                                   const uint32_t detail)
 {
@@ -107,7 +107,7 @@ static void expect_header_failure(const size_t offset, const uint8_t value, cons
     TEST_ASSERT_EQUAL_HEX16(code, failure.code);
     TEST_ASSERT_EQUAL_UINT16(0U, failure.instruction);
     TEST_ASSERT_EQUAL_HEX32(detail, failure.detail);
-    TEST_ASSERT_EQUAL_UINT16(1U, tc.source); // The header is there, so that the failure can be reported.
+    TEST_ASSERT_EQUAL_UINT16(1U, tc.source); // The header is complete, so that the failure can be reported.
     TEST_ASSERT_EQUAL_UINT8(17U, tc.service);
     TEST_ASSERT_NULL(tc.data);
 }

@@ -39,7 +39,7 @@ void tearDown(void)
 {
 }
 
-/// Packet `index`, whose octets tell it.
+/// Packet `index`, whose octets identify it.
 static const uint8_t* packet_of(const unsigned index, const size_t size)
 {
     static uint8_t packet[PUS_PACKET_MAX];
@@ -70,7 +70,7 @@ static status_t reopen(const uint16_t limit, const bool is_circular, const uint6
     return pus_packet_store_open(&store, GENERATION, limit, is_circular, tail);
 }
 
-/// The next packet at the cursor is this one.
+/// The next packet at the cursor must be this one.
 static void expect_packet(uint64_t* const cursor, const unsigned index, const size_t size)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_next(&store, cursor, &found));
@@ -79,7 +79,7 @@ static void expect_packet(uint64_t* const cursor, const unsigned index, const si
     TEST_ASSERT_EQUAL_HEX8_ARRAY(packet_of(index, size), found.packet, size);
 }
 
-/// The store has exactly these packets.
+/// The store must have exactly these packets.
 static void expect_content(const unsigned first, const unsigned last, const size_t size)
 {
     uint64_t cursor = 0U;
@@ -151,7 +151,7 @@ static void a_circular_store_gives_up_its_oldest_block(void)
     expect_content(29U, 40U, LARGE);
     TEST_ASSERT_EQUAL_UINT32(28U, store.counters.overwritten);
     TEST_ASSERT_EQUAL_UINT32(0U, store.counters.refused);
-    uint64_t late = before; // A reader that was left behind goes on with what is there.
+    uint64_t late = before; // A reader whose position was overwritten continues with the oldest packet.
     expect_packet(&late, 29U, LARGE);
     TEST_ASSERT_TRUE(recorded.image[0].size <= (3U * PUS_STORE_BLOCK));
 }
@@ -211,7 +211,7 @@ static void times_are_found_without_reading_the_rest(void)
     TEST_ASSERT_EQUAL_UINT64(pus_packet_store_head(&store), pus_packet_store_seek(&store, 0U, 0U, 0U));
 }
 
-/// The clock jumps far ahead and back: what is in between is found by its own time.
+/// The clock jumps far ahead and back: packets in between are found by their own times.
 static void times_need_not_grow(void)
 {
     pus_packet_store_change(&store, CAPACITY, false);
@@ -266,7 +266,7 @@ static void a_store_is_recovered(void)
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(2U, true, tail)); // A smaller size drops the oldest.
     expect_content(26U, 30U, LARGE);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_open(&store, GENERATION + 1U, 3U, true, 0U));
-    expect_nothing(); // Of another store.
+    expect_nothing(); // The record of another store.
 }
 
 static void what_was_deleted_stays_deleted(void)
@@ -280,7 +280,7 @@ static void what_was_deleted_stays_deleted(void)
     const uint64_t head = pus_packet_store_head(&store);
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, false, head));
     expect_nothing();
-    // The deletion outlived packets that it deleted: numbers go on behind them.
+    // The deletion was kept, the deleted packets are still on the medium: numbers continue after them.
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, false, head + 4000U));
     expect_nothing();
     fill(30U, 32U, LARGE);
@@ -300,7 +300,7 @@ static void a_resized_store_is_recovered(void)
     fill(29U, 33U, LARGE);
     expect_content(29U, 33U, LARGE);
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(2U, true, tail));
-    expect_content(29U, 33U, LARGE); // Blocks that were given up before do not come back.
+    expect_content(29U, 33U, LARGE); // Blocks that were given up before do not reappear.
 }
 
 /// Change one octet of the medium.
@@ -320,7 +320,7 @@ static void damage_costs_the_rest_of_a_block(void)
     TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged);
     cursor = pus_packet_store_find(&store, 2U);
     expect_packet(&cursor, 5U, LARGE);
-    spoil(FIRST_AT); // A size beyond all.
+    spoil(FIRST_AT); // A size larger than any.
     TEST_ASSERT_EQUAL_UINT64(0U, pus_packet_store_oldest_ns(&store));
     pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 3U));
     expect_content(5U, 12U, LARGE);
@@ -342,9 +342,9 @@ static void a_damaged_header_ends_the_chain(void)
         expect_content(9U, 12U, LARGE);
         TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged); // The block before it.
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 2U * (uint64_t)PUS_STORE_BLOCK));
-        TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged); // It was deleted.
+        TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged); // Its packets were deleted.
     }
-    static const size_t closings[] = {20U, 30U, 33U, 50U, 55U}; // Then its records tell.
+    static const size_t closings[] = {20U, 30U, 33U, 50U, 55U}; // Then its records decide.
     for (size_t i = 0U; i < (sizeof(closings) / sizeof(closings[0])); i++) {
         recorded.image[0] = image;
         spoil(PUS_STORE_BLOCK + closings[i]);
@@ -370,7 +370,7 @@ static void a_medium_that_fails_loses_nothing_else(void)
         recorded.calls     = 0U;
         recorded.fail_from = call;
         TEST_ASSERT_EQUAL(STATUS_FULL, append(13U, LARGE));
-        expect_content(5U, 12U, LARGE); // One block is given up, not one with each attempt.
+        expect_content(5U, 12U, LARGE); // One block is given up, not one for each attempt.
     }
     recorded.failure   = STATUS_IO;
     recorded.calls     = 0U;
@@ -393,9 +393,10 @@ static void a_medium_that_fails_at_the_start_is_told(void)
 {
     fill(1U, 6U, LARGE);
     memset(&recorded.image[0].octets[recorded.image[0].size], 0xFF, 8300U);
-    recorded.image[0].size += 8300U; // Something that is no record lies behind them.
+    recorded.image[0].size += 8300U; // Octets that are no record lie after them.
     spoil(30U);                      // The first block must be read through, too.
-    // Size, two headers, the records of both blocks and what is behind them, three writes that wipe, a sync.
+    // Size, two headers, the records of both blocks and the octets after them, three writes that wipe, a
+    // sync.
     for (unsigned call = 1U; call <= 16U; call++) {
         const bool is_wiping = (call >= 12U) && (call <= 14U);
         recorded.calls       = 0U;

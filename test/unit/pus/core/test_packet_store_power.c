@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A packet store whose power is cut at every write: whatever of what was not synced is missing or torn, what
-// is recovered is a run of packets without a gap that has all that were synced, and nothing comes back later.
+// A packet store whose power is cut at every write: whatever part of the unsynced data is missing or torn,
+// the recovered packets are a sequence without a gap that has all synced ones, and no deleted packet
+// reappears.
 #include "pus/core/packet_store.h"
 
 #include "test/support/recorded_media.h"
@@ -10,20 +11,20 @@
 
 #define CAPACITY 3U
 #define LIMIT 2U
-#define PACKETS 14U // Three blocks and a half, in two.
+#define PACKETS 14U // Three and a half blocks, in a store of two.
 #define MORE 3U     // After the cut.
 #define GENERATION 9U
 
 static const image_t empty[2];
-static image_t durable[2]; // What was synced before the cut.
-static image_t pending[2]; // What the cut leaves.
+static image_t durable[2]; // Media with the synced operations only.
+static image_t pending[2]; // Media after the cut.
 static image_t after[2];
 
 static pus_packet_store_t store;
 static pus_store_block_t blocks[CAPACITY];
 static uint8_t buffer[PUS_STORE_BUFFER_SIZE];
 static uint8_t packets[PACKETS + MORE + 1U][PUS_PACKET_MAX];
-static recorded_t flight; // What was done before any cut.
+static recorded_t flight; // Operations before any cut.
 static unsigned cuts;
 
 void setUp(void)
@@ -39,7 +40,7 @@ void tearDown(void)
 {
 }
 
-/// Different sizes, so that what is left of an earlier write never fits by chance.
+/// Different sizes, so that remains of an earlier write never fit by chance.
 static size_t size_of(const unsigned index)
 {
     return 3600U + ((index * 97U) % 400U);
@@ -53,7 +54,7 @@ static void open_store(void)
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_open(&store, GENERATION, LIMIT, true, 0U));
 }
 
-/// The store has a run of packets without a gap; it ends with *out_last, 0 if there is none.
+/// The store must have a sequence of packets without a gap; it ends with *out_last, 0 if there is none.
 static void read_all(unsigned* const out_first, unsigned* const out_last)
 {
     uint64_t cursor = 0U;
@@ -74,7 +75,7 @@ static void read_all(unsigned* const out_first, unsigned* const out_last)
     TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged);
 }
 
-/// What the power cut has left is opened again, goes on, and is cut again with all that was synced.
+/// The media after a power cut are opened again, used, and cut again with everything synced.
 static void judge(const unsigned synced, const unsigned oldest)
 {
     unsigned first = 0U;
@@ -95,10 +96,11 @@ static void judge(const unsigned synced, const unsigned oldest)
     recorded_clear(after);
     open_store();
     read_all(&first, &again);
-    TEST_ASSERT_EQUAL_UINT(last + MORE, again); // Nothing doubled, nothing back from before the cut.
+    // Nothing is doubled, and no packet from before the cut reappears.
+    TEST_ASSERT_EQUAL_UINT(last + MORE, again);
 }
 
-/// What was written since the last sync before operation `end`, up to that one: from `begin` on.
+/// Numbers written since the last sync before operation `end`, up to that one: from `begin` on.
 static size_t begin_of(const operation_t* const operations, const size_t end)
 {
     size_t begin = end;
@@ -108,7 +110,7 @@ static size_t begin_of(const operation_t* const operations, const size_t end)
     return begin;
 }
 
-/// Carry out the first `size` octets of a write of the flight.
+/// Perform the first `size` octets of a write of the flight.
 static void apply(const operation_t* const operation, const size_t size, image_t images[2])
 {
     image_t* const image = &images[operation->medium];
@@ -125,7 +127,7 @@ static void apply(const operation_t* const operation, const size_t size, image_t
 static void fly(const unsigned sync_every)
 {
     static const size_t torn[] = {0U, 13U, 700U, SIZE_MAX};
-    unsigned oldest_of[PACKETS + 1U]; // The oldest that is there after so many.
+    unsigned oldest_of[PACKETS + 1U]; // The oldest packet after this number of them.
     recorded_clear(empty);
     open_store();
     for (unsigned i = 1U; i <= PACKETS; i++) {
@@ -140,12 +142,12 @@ static void fly(const unsigned sync_every)
     oldest_of[0] = 1U;
     recorded_copy(durable, empty);
     size_t settled  = 0U; // Operations that are in `durable`.
-    unsigned synced = 0U; // Packets that are.
+    unsigned synced = 0U; // Packets in `durable`.
     for (size_t end = 0U; end < flight.count; end++) {
         const size_t begin      = begin_of(flight.operations, end);
         const unsigned in_doubt = (unsigned)(end - begin);
         TEST_ASSERT_TRUE(in_doubt <= 8U);
-        // Packets whose records were synced, wherever in the operations.
+        // Packets whose records were synced, at any operation.
         for (; settled < begin; settled++) {
             const operation_t* const done = &flight.operations[settled];
             apply(done, done->size, durable);

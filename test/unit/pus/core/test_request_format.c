@@ -24,7 +24,7 @@ static bool has_format(const uint8_t* const program, const uint8_t* const octets
     return pus_request_format_walk(program, &reader) && octet_reader_is_done(&reader);
 }
 
-/// The whole is accepted; every part of it and one octet more are not.
+/// The whole request is accepted; every part of it and one octet more are refused.
 static void expect_exact(const uint8_t* const program, const uint8_t* const octets, const size_t size)
 {
     uint8_t longer[256] = {0};

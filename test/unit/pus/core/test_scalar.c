@@ -36,12 +36,12 @@ static void parameters_are_found(void)
     uint64_t bits = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_scalar_sample(&port, &scalar, &bits));
     TEST_ASSERT_EQUAL_HEX64(0xFEDCU, bits);
-    scalar.id = SCALAR_UNKNOWN; // Withdrawn.
+    scalar.id = SCALAR_UNKNOWN; // The parameter was withdrawn.
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_scalar_sample(&port, &scalar, &bits));
     TEST_ASSERT_EQUAL_HEX64(0U, bits);
     scalar.id = SCALAR_ID(VALUE_INT16, 5U);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_scalar_find(&port, SCALAR_UNKNOWN, &scalar));
-    scalars.is_silent = true; // It is known, but has no value yet.
+    scalars.is_silent = true; // The parameter is known, but has no value yet.
     TEST_ASSERT_EQUAL(STATUS_OK, pus_scalar_find(&port, scalar.id, &scalar));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, pus_scalar_sample(&port, &scalar, &bits));
     TEST_ASSERT_EQUAL_HEX64(0U, bits);

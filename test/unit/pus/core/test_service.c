@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/// A service whose only request answers what the test wants, instruction by instruction.
+/// A service whose only request returns the results that the test sets, for each instruction.
 static struct {
     pus_reply_t reply;
     unsigned calls;
@@ -327,7 +327,8 @@ static void a_performer_may_have_no_room_or_no_business(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT32(1U, served.calls);
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(9U, NULL, 0U)); // Not accepted: nobody is asked.
+    // Not accepted: the callback is not called.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(9U, NULL, 0U));
     EXPECT_MESSAGES(1, 2);
 }
 
@@ -337,7 +338,7 @@ static status_t fail_to_keep(void* const context)
     return STATUS_IO;
 }
 
-/// What failed by itself is told as that, whatever the records say.
+/// A failure with an event of its own is reported as that, whatever the records say.
 static void what_is_not_kept_is_not_completed(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};
@@ -357,7 +358,7 @@ static void what_is_not_kept_is_not_completed(void)
     expect_failure(2U, 8U, PUS_FAILURE_DEVICE, 0U, 4U);
 }
 
-/// What goes on is ended by who performs it, and what was refused in all its parts has ended.
+/// The performer of a continuing request ends it; a request of which all parts were refused has ended.
 static void what_is_not_kept_ends_once(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};

@@ -38,7 +38,7 @@ static bool is_before(const uint16_t one, const uint16_t other)
            ((nodes[one].tag == nodes[other].tag) && (nodes[one].serial < nodes[other].serial));
 }
 
-/// First slot in the order, found by looking at all, that is not before (tag, serial).
+/// First slot in the order, found by comparing all, that is not before (tag, serial).
 static uint16_t search(const uint64_t tag, const uint64_t serial)
 {
     uint16_t found = PUS_SORTED_INDEX_NONE;
@@ -51,7 +51,7 @@ static uint16_t search(const uint64_t tag, const uint64_t serial)
     return found;
 }
 
-/// The order is what a look at all slots says.
+/// The order must be the one found by comparing all slots.
 static void expect_right(void)
 {
     uint16_t expected = search(0U, 0U);
@@ -110,7 +110,7 @@ static void the_depth_stays_logarithmic_however_tags_arrive(void)
             const uint64_t tags[] = {slot, SLOTS - slot, 7U, draw(1000000U)};
             pus_sorted_index_insert(&order, (uint16_t)slot, tags[how], slot);
         }
-        TEST_ASSERT_LESS_THAN_UINT(40U, depth()); // 2.9 times the least; a search never looks at more.
+        TEST_ASSERT_LESS_THAN_UINT(40U, depth()); // 2.9 times the minimum; a search never compares more.
     }
 }
 

@@ -261,7 +261,7 @@ static void a_refused_link_names_reason_and_field(void)
     reader = octet_reader(bench_report(2U).data, 26U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_link_refuse_read(&reader, &read));
     bench_clear();
-    seen.reply = pus_later(); // A manager that has to ask the members first.
+    seen.reply = pus_later(); // A manager that has to query the members first.
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, octets, size));
     EXPECT_MESSAGES(1, 1, 1, 3);
     bench_clear();

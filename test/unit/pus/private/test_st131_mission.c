@@ -104,7 +104,7 @@ void tearDown(void)
 {
 }
 
-/// A request reaches its callback with this value, is completed, and its refusal is passed on.
+/// A request calls its callback with this value and is completed; a refusal of the callback is passed on.
 static void expect_passed_on(const uint8_t subtype, const uint8_t* const data, const size_t size,
                              const char asked, const unsigned value)
 {

@@ -11,10 +11,10 @@
 #define OPERATIONS 2U
 #define TIMEOUT_NS 1000000000ULL
 
-#define UNKNOWN 0xFFU  ///< Device or CPDU that is not there.
-#define RESTING 0xFEU  ///< Device that may not be touched now.
-#define PICKY 0xFDU    ///< Device that takes nothing.
-#define BROKEN 0x50U   ///< Device whose every action fails after it was begun.
+#define UNKNOWN 0xFFU  ///< Device or CPDU that does not exist.
+#define RESTING 0xFEU  ///< Device that may not be accessed now.
+#define PICKY 0xFDU    ///< Device that accepts nothing.
+#define BROKEN 0x50U   ///< Device whose every action fails after its begin.
 #define REFUSING 0x51U ///< Device that refuses to begin.
 #define SILENT 0x52U   ///< Device that never answers.
 #define CROWDED 0x53U  ///< Device that can never begin.
@@ -23,7 +23,7 @@ static pus_device_access_t access;
 static pus_device_operation_t operations[OPERATIONS];
 static struct {
     unsigned busy;      ///< Polls until an action is done.
-    unsigned full;      ///< Times that begin says full.
+    unsigned full;      ///< Number of times that begin returns STATUS_FULL.
     unsigned begun;     ///< Actions begun.
     unsigned abandoned; ///< Actions.
     unsigned left[OPERATIONS];
@@ -226,7 +226,7 @@ static void registers_are_loaded(void)
     expect_strict_format(2U, data, writer.position);
 }
 
-/// Report `index` tells that this step failed.
+/// Report `index` states that this step failed.
 static void expect_progress_failure(const size_t index, const uint16_t number)
 {
     const pus_tm_t tm = bench_report(index);
@@ -392,7 +392,7 @@ static void other_requests_go_on_after_a_failure(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 6, 1, 6, 1, 8);
     expect_progress_failure(2U, 1U);
     expect_progress_failure(3U, 2U);
-    expect_failure(4U, 8U, PUS_FAILURE_DEVICE, 1U, 0x08000000U); // The first counts.
+    expect_failure(4U, 8U, PUS_FAILURE_DEVICE, 1U, 0x08000000U); // The first failure is reported.
     TEST_ASSERT_EQUAL_UINT16(2U, devices.actions[0].device);
     TEST_ASSERT_EQUAL_UINT32(2U, access.counters.failed);
 }
@@ -478,11 +478,11 @@ static void a_device_that_does_not_answer_is_given_up(void)
     step();
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 6, 2, 9, 1, 6, 2, 9, 1, 8);
     expect_failure(6U, 8U, PUS_FAILURE_NO_ANSWER, 1U, SILENT);
-    TEST_ASSERT_EQUAL_UINT(1U, devices.abandoned); // The other was never begun.
+    TEST_ASSERT_EQUAL_UINT(1U, devices.abandoned); // The other action was never begun.
     TEST_ASSERT_EQUAL_UINT32(2U, access.counters.timed_out);
 }
 
-/// One that came in parts, and is well-formed.
+/// A request that came in parts, and is well-formed.
 static void a_request_longer_than_a_packet_is_refused(void)
 {
     static uint8_t octets[5000];

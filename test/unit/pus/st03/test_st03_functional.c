@@ -62,7 +62,7 @@ void setUp(void)
     cycle = 0U;
     start(records_port());
     add(5U, false, false);
-    add(5U, true, false); // The same id, another space.
+    add(5U, true, false); // The same id, in the other kind.
     add(6U, true, true);
 }
 
@@ -150,7 +150,7 @@ static void diagnostic_structures_are_apart(void)
     request(4U);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 7U);
     list(1U, 5U);
-    request(3U); // The other one of that id stays.
+    request(3U); // The other structure with that id stays.
     request(11U);
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 12, 1, 7);
 }
@@ -278,7 +278,7 @@ static void applied_definitions_switch_their_structures(void)
     bench_clear();
     run(8U);
     EXPECT_MESSAGES(3, 26, 3, 26);
-    apply(0U, 41U); // What is as it should be goes on.
+    apply(0U, 41U); // A structure that is already as required continues.
     run(3U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     run(1U);
@@ -398,7 +398,7 @@ static void what_cannot_be_kept_changes_nothing(void)
     request(39U);
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_IO);
-    start(NULL); // Nowhere to keep anything.
+    start(NULL); // There is no store of records.
     create(40U);
     list(1U, 40U);
     request(39U);

@@ -33,7 +33,7 @@ void tearDown(void)
 {
 }
 
-/// Step so many cycles; the values read are those of the cycle, counted from 1.
+/// Step this many cycles; the values read are those of the cycle, counted from 1.
 static void run(const unsigned cycles)
 {
     for (unsigned i = 0U; i < cycles; i++) {
@@ -69,7 +69,7 @@ static status_t add_simple_structure(const uint16_t id, const bool is_periodic)
     return pus_hk_add(&hk, &definition);
 }
 
-/// Values of a report of structure 5 whose samples are of these ticks; the simple values of the last.
+/// Values of a report of structure 5 whose samples have these ticks; the simple values have the last.
 static void expect_report(const size_t index, const uint16_t id, const uint8_t first, const uint8_t second,
                           const uint8_t third)
 {
@@ -170,7 +170,8 @@ static void definitions_are_checked(void)
     pus_hk_definition_t definition = {.id = 1U, .interval = 2U, .parameter_count = 2U, .parameters = ids};
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // The same parameter twice.
     definition.parameter_count = 5U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // The first wrong one decides.
+    // The first wrong parameter determines the failure.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition));
     definition.parameter_count = 1U;
     definition.interval        = 0U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition));
@@ -360,7 +361,7 @@ static void the_table_and_the_lists_have_their_limits(void)
 static void parameters_are_appended_in_their_places(void)
 {
     static const uint8_t one[] = {1, 0, 9};
-    // U8 is in a set already; STRUCT joins the simple ones, MANY makes a second set.
+    // U8 is in a set already; STRUCT is added to the simple ones, MANY makes a second set.
     uint8_t data[]                = {0, 9, 1, 0, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 0};
     static const uint8_t report[] = {0, 9, 0, 0, 0, 0, 4, 0, 2, 2, 1, 0, 2, 2, 24, 0, 4, 0, 2,  0,
                                      2, 0, 2, 2, 0, 0, 1, 2, 9, 0, 3, 0, 1, 0, 1,  2, 0, 0, 100};
@@ -410,7 +411,7 @@ static void one_shot_reports_go_to_who_asked_and_disturb_nothing(void)
     run(3U);
     expect_report(0U, 5U, 2U, 4U, 6U);
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(0U).destination);
-    bench.refusals = 1000U; // Nothing leaves, until nothing more can wait either.
+    bench.refusals = 1000U; // No report is sent, until no more can wait either.
     while (hk.counters.dropped == 0U) {
         TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, one, sizeof(one)));
     }
@@ -425,7 +426,7 @@ static void intervals_are_modified_one_by_one(void)
     TEST_ASSERT_EQUAL(STATUS_OK, add_simple_structure(6U, false));
     TEST_ASSERT_EQUAL(STATUS_OK, add_simple_structure(7U, true));
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(31U, data, sizeof(data)));
-    EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4, 1, 4);            // Not even one is good.
+    EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4, 1, 4);            // Not even one is valid.
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 1U, 3U); // 3 samples need 3 cycles.
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, 8U);
     expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 15U);
@@ -549,7 +550,7 @@ static void another_loop_samples_its_own_and_hands_it_over(void)
     hk.config.guard = &guard;
     handed_count    = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_hk_add(&hk, &definition));
-    run(12U); // Neither the loop of the process nor a third one touches it.
+    run(12U); // Neither the loop of the process nor a third one affects it.
     run_loop(LOOP - 1U, 12U);
     TEST_ASSERT_EQUAL(0U, handed_count);
     dictionary.tick = 0U;

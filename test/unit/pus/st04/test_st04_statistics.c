@@ -197,7 +197,7 @@ static void samples_become_extremes_mean_and_deviation(void)
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(3U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     reported(false);
-    TEST_ASSERT_EQUAL_UINT64(18U, bench_report(2U).size); // What has no sample is not told.
+    TEST_ASSERT_EQUAL_UINT64(18U, bench_report(2U).size); // A parameter without a sample is not reported.
 }
 
 static void extremes_are_exact_and_small_changes_on_large_values_are_kept(void)
@@ -264,7 +264,7 @@ static void each_is_sampled_in_its_interval(void)
     defined(REAL, (CYCLE_TICKS * 5) + 1);
     step(15U);
     TEST_ASSERT_EQUAL_UINT32(5U + 3U, statistics.counters.samples);
-    defined(LEVEL, CYCLE_TICKS); // An update begins anew.
+    defined(LEVEL, CYCLE_TICKS); // An update starts the statistics again.
     step(2U);
     TEST_ASSERT_EQUAL_UINT32(2U, entries[0].samples);
 }
@@ -282,7 +282,7 @@ static void periodic_reports_are_of_one_interval_each(void)
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(0U).destination);
     TEST_ASSERT_EQUAL_UINT32(4U, only_entry(0U).samples);
     TEST_ASSERT_EQUAL_UINT32(4U, only_entry(1U).samples);
-    cycle += 100U; // Missed intervals are one.
+    cycle += 100U; // Missed intervals count as one.
     step(1U);
     EXPECT_MESSAGES(4, 2);
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(5U));
@@ -368,7 +368,7 @@ static void what_is_lost_is_not_reset_by_request_and_counted_otherwise(void)
     write_ticks(CYCLE_TICKS * 2);
     TEST_ASSERT_EQUAL(STATUS_OK, send(4U));
     bench.refusals = 1000U;
-    step(4U); // Two reports; nothing of their class is kept.
+    step(4U); // Two reports; no report of their class is kept.
     TEST_ASSERT_EQUAL_UINT32(2U, statistics.counters.lost);
     step(1U);
     const uint8_t flag = 1U;

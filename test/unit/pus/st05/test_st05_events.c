@@ -182,7 +182,7 @@ static void limit(void)
     pus_events_tell_by(&events, TELLER);
 }
 
-/// Raise an event so often at one time; how many of them were reported.
+/// Raise an event this often at one time; returns how many were reported.
 static unsigned passed(const uint16_t id, const unsigned times, const uint64_t now_ns)
 {
     const uint32_t before = events.counters.reported;
@@ -194,7 +194,8 @@ static unsigned passed(const uint16_t id, const unsigned times, const uint64_t n
 
 static void a_burst_passes_and_then_the_rate(void)
 {
-    static const uint64_t begins_ms[] = {0U, 5000U, UINT32_MAX - 150U}; // The last: milliseconds wrap soon.
+    // The last time before milliseconds wrap.
+    static const uint64_t begins_ms[] = {0U, 5000U, UINT32_MAX - 150U};
     for (unsigned i = 0U; i < 3U; i++) {
         const uint64_t begin = begins_ms[i] * MS;
         bench_clear();
@@ -237,14 +238,14 @@ static void what_is_suppressed_is_told_once_a_second(void)
     (void)passed(1U, 25U, MS);
     (void)passed(2U, 5U, MS);
     bench_clear();
-    TEST_ASSERT_TRUE(pus_events_step(&events, MS)); // One event at a time, each in its turn.
+    TEST_ASSERT_TRUE(pus_events_step(&events, MS)); // One event at a time, in turn.
     TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
     TEST_ASSERT_EQUAL_UINT32(2U, told(0U, 2U));
     (void)passed(2U, 4U, 2U * MS);
     (void)passed(1U, 7U, 2U * MS);
     bench_clear();
     TEST_ASSERT_TRUE(pus_events_step(&events, 1000U * MS));
-    TEST_ASSERT_EQUAL_UINT64(0U, bench.count); // It is not time.
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count); // It is too early.
     TEST_ASSERT_TRUE(pus_events_step(&events, 1001U * MS));
     TEST_ASSERT_EQUAL_UINT32(12U, told(0U, 1U));
     TEST_ASSERT_FALSE(pus_events_step(&events, 2001U * MS));
@@ -289,7 +290,7 @@ static void a_high_event_passes_unless_it_still_waits(void)
         for (unsigned i = 0U; i < 50U; i++) {
             TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 3U, NULL, 0U, MS));
         }
-        TEST_ASSERT_EQUAL_UINT32(48U, events.counters.suppressed); // One went out, one waits.
+        TEST_ASSERT_EQUAL_UINT32(48U, events.counters.suppressed); // One was sent, one waits.
         TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 2U, NULL, 0U, MS));
         bench.accepts = 0U;
         TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
@@ -300,7 +301,7 @@ static void a_high_event_passes_unless_it_still_waits(void)
     }
 }
 
-/// 100 a millisecond for 60 s, told and added up.
+/// 100 in each millisecond for 60 s, reported and added up.
 static void all_occurrences_of_a_storm_add_up(void)
 {
     uint32_t sum = 0U;

@@ -60,7 +60,7 @@ static void object_areas_are_loaded_by_their_offset(void)
     memory_begin_object(RAM, 7U);
     octet_write_u8(&memory_writer, 3U);
     memory_add_data(255U, "x", 1U, 0U);
-    memory_add_data(255U, "yy", 2U, 0U); // One beyond the object, not beyond the memory.
+    memory_add_data(255U, "yy", 2U, 0U); // One octet beyond the object, not beyond the memory.
     memory_add_data(256U, "z", 1U, 0U);
     memory_request(1U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 8);
@@ -184,7 +184,7 @@ static void bits_are_loaded_in_one_write(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0xAAU, 5U, 6U, 0x0DU}), &memory_words[4], 4U);
     expect_strict_format(11U, memory_data, memory_writer.position);
     memory_begin(RAM);
-    add_bits(RAM_BASE + 2U, 0U, 0U); // Aligned for the memory, not for the access.
+    add_bits(RAM_BASE + 2U, 0U, 0U); // Aligned for the memory, not for its access size.
     memory_request(11U);
     expect_failure(1U, 4U, PUS_FAILURE_ADDRESS, 0U, RAM_BASE + 2U);
     memory_begin(ROM);
@@ -244,7 +244,7 @@ static void a_scrubbed_memory_is_read_through_again_and_again(void)
     TEST_ASSERT_EQUAL_UINT(0U, memory_hardware.scrubs);
     memory_begin(RAM);
     memory_request(13U);
-    memory_request(13U); // Twice is once.
+    memory_request(13U); // A second request has no effect.
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     memory_step(4U);
     TEST_ASSERT_EQUAL_UINT32(sizeof memory_ram, memory_hardware.scrubbed);
@@ -311,7 +311,7 @@ static void a_record_that_cannot_be_kept_fails_the_request(void)
     pus_memory_init(&memory_service, &config);
     memory_begin(RAM);
     memory_request(15U);
-    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7); // Nothing is kept where there is no place for it.
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7); // Nothing is recorded if there is no place for it.
     memory_begin(RAM);
     octet_write_u8(&memory_writer, 1U);
     memory_add_area(RAM_BASE, 1U);

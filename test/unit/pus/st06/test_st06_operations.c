@@ -114,7 +114,7 @@ static void a_dump_waits_while_no_report_is_taken(void)
     bench.refusals = 2U;
     memory_step(2U);
     EXPECT_MESSAGES(1, 1, 1, 3);
-    memory_ram[0] = 0xEEU; // A report holds what the memory holds when it goes.
+    memory_ram[0] = 0xEEU; // A report has the values that the memory has when it is sent.
     memory_step(2U);
     EXPECT_MESSAGES(1, 1, 1, 3, 6, 6, 6, 6, 1, 7);
     octet_reader_t reader = bench_data(2U);
@@ -170,7 +170,7 @@ static void all_dumps_are_ended_together(void)
     TEST_ASSERT_EQUAL_UINT(1U, memory_file.closes);
     memory_step(3U);
     TEST_ASSERT_EQUAL_UINT64(5U, bench.count);
-    memory_begin(RAM); // A check goes on.
+    memory_begin(RAM); // A check is under way.
     octet_write_u8(&memory_writer, 1U);
     memory_add_area(RAM_BASE, 1U);
     memory_request(9U);
@@ -265,7 +265,7 @@ static void raw_areas_are_loaded_from_a_file(void)
     expect_failure(2U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 41U);
     TEST_ASSERT_EQUAL_STRING("dir/data", memory_file.name);
     memory_step(2U);
-    TEST_ASSERT_EQUAL_HEX8(7U, memory_ram[1]); // First the whole checksum.
+    TEST_ASSERT_EQUAL_HEX8(7U, memory_ram[1]); // First the complete checksum.
     memory_step(4U);
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 3, 1, 8);
     expect_failure(4U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 2U);
@@ -381,7 +381,7 @@ static void a_dump_to_a_file_ends_with_its_first_failure(void)
     memory_hardware.broken_at = RAM_BASE + 5U;
     memory_request(20U);
     memory_step(1U);
-    expect_failure(2U, 8U, PUS_FAILURE_IO, 2U, STATUS_IO); // The first failure counts.
+    expect_failure(2U, 8U, PUS_FAILURE_IO, 2U, STATUS_IO); // The first failure is reported.
 }
 
 static void a_file_that_cannot_be_opened_refuses_the_request(void)
@@ -455,7 +455,7 @@ static void a_dump_goes_on_when_the_one_before_it_has_ended(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 6, 6, 1, 7, 6, 6, 6, 6, 6, 6, 1, 7);
 }
 
-/// One that came in parts, and is well-formed.
+/// A request that came in parts, and is well-formed.
 static void a_request_longer_than_a_packet_is_refused(void)
 {
     static uint8_t octets[5000];

@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <string.h>
 
-/// What the port gets for MOVE_TO.
+/// Arguments that the port gets for MOVE_TO.
 typedef struct {
     double position[2];
     double duration;
@@ -142,7 +142,7 @@ static void other_names_are_unknown(void)
         uint8_t data[20] = {0};
         memcpy(data, names[i], strlen(names[i]));
         bench_clear();
-        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, 9U + i)); // Its arguments cannot be judged.
+        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, 9U + i)); // Its arguments cannot be checked.
         EXPECT_MESSAGES(1, 1, 1, 4);
         const uint32_t half =
             ((uint32_t)data[0] << 24U) | ((uint32_t)data[1] << 16U) | ((uint32_t)data[2] << 8U) | data[3];
@@ -180,7 +180,7 @@ static void bad_arguments_are_named(void)
     expect_refused(28U, 99U, PUS_FAILURE_UNKNOWN_ID, 2U, 99U);
     expect_refused(38U, 8U, PUS_FAILURE_UNKNOWN_ID, 3U, 8U);
     expect_refused(39U, 2U, PUS_FAILURE_OUT_OF_RANGE, 3U, 39U); // A BOOL that is neither 0 nor 1.
-    // The same argument twice, the sizes being equal.
+    // The same argument twice, with equal sizes.
     static const uint8_t twice[] = {'E', 'I', 'G', 'H', 'T', 'C', 'H', 'R', 3, 0, 1, 5, 0, 1, 6, 0, 1, 7};
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, twice, sizeof(twice)));

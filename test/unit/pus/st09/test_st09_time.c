@@ -63,7 +63,7 @@ static pus_time_report_t report(const pus_time_format_t format)
     return result;
 }
 
-/// Steps at a time; true if a report was sent, which then has that time.
+/// Step at a time; true if a report was sent, which must have that time.
 static bool sends(const uint64_t now_ns)
 {
     const unsigned before = ground.count;
@@ -117,8 +117,8 @@ static void reports_come_at_multiples_of_the_period(void)
     TEST_ASSERT_EQUAL_UINT64(S, pus_time_due_ns(&service, 1U));
     TEST_ASSERT_TRUE(sends(S));
     TEST_ASSERT_FALSE(sends(S));
-    TEST_ASSERT_TRUE(sends(9U * S)); // Once, however far.
-    TEST_ASSERT_TRUE(sends(2U * S)); // Backwards, too.
+    TEST_ASSERT_TRUE(sends(9U * S)); // Once, however far the time jumps.
+    TEST_ASSERT_TRUE(sends(2U * S)); // Also backwards.
     TEST_ASSERT_FALSE(sends(2U * S));
     TEST_ASSERT_EQUAL_UINT16(3U, report(PUS_TIME_CUC).sequence);
     TEST_ASSERT_EQUAL_UINT32(4U, service.counters.sent);

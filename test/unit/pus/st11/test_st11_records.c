@@ -44,7 +44,7 @@ static void a_power_cut_leaves_what_was_acknowledged(void)
     TEST_ASSERT_EQUAL_UINT8(3U, st11_fixture.schedule.schedule.sub_schedules.flags[SS]);
     TEST_ASSERT_EQUAL_UINT8(1U, st11_fixture.schedule.schedule.sub_schedules.flags[9]);
     TEST_ASSERT_EQUAL_UINT8(1U, st11_fixture.schedule.schedule.groups.flags[7]);
-    st11_fixture_insert(SS, G, 5U * S, 4U); // Behind 2, which has the same tag.
+    st11_fixture_insert(SS, G, 5U * S, 4U); // After 2, which has the same tag.
     st11_fixture_restart();
     EXPECT_SCHEDULE(1, 2, 4);
     st11_fixture_command_ids(21U, 1U, ss);

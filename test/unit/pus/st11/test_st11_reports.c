@@ -84,7 +84,7 @@ static void a_report_by_identifier_has_those_in_order(void)
     st11_fixture_write_id(99U);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(9U));
     EXPECT_MESSAGES(1, 1, 1, 4);
-    st11_fixture_begin(); // What a report named before does not show up in the next one.
+    st11_fixture_begin(); // Activities of one report do not occur in the next one.
     st11_fixture_write_window(2U, 3U * S, 0U);
     octet_write_u8(&st11_fixture.writer, 1U);
     octet_write_u8(&st11_fixture.writer, 1U);
@@ -147,7 +147,7 @@ static void a_long_report_goes_on_in_the_steps(void)
     TEST_ASSERT_TRUE(pus_schedule_is_waiting(&st11_fixture.schedule.schedule));
     const uint32_t asked = bench.request_id;
     bench_clear();
-    st11_fixture_begin(); // No second one meanwhile.
+    st11_fixture_begin(); // No second report meanwhile.
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(17U));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 10U);
@@ -174,7 +174,7 @@ static void what_the_port_refuses_of_a_report_is_sent_later(void)
     st11_fixture_begin_ids(2U);
     st11_fixture_write_id(3U);
     st11_fixture_write_id(99U);
-    bench.refusals = 2U; // TM[1,4] waits, and the report behind it.
+    bench.refusals = 2U; // TM[1,4] waits, and the report after it.
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(12U));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_TRUE(st11_fixture.schedule.schedule.report.is_active);

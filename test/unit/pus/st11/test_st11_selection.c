@@ -34,7 +34,7 @@ static void activities_are_deleted_by_identifier(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, (RELEASE_APID << 16U) | 77U);
     EXPECT_SCHEDULE(0, 2, 4);
-    st11_fixture_begin_ids(3U); // Each part of an identifier counts.
+    st11_fixture_begin_ids(3U); // Each part of an identifier is compared.
     octet_write_u16(&st11_fixture.writer, RELEASE_SOURCE + 1U);
     octet_write_u16(&st11_fixture.writer, RELEASE_APID);
     octet_write_u16(&st11_fixture.writer, 0U);
@@ -186,7 +186,7 @@ static void a_shift_of_what_a_filter_selects_is_whole_or_not_at_all(void)
 {
     st11_fixture_insert_ten();
     st11_fixture_begin();
-    st11_fixture_write_offset(-1000); // 0 would come to 1 s, which is past.
+    st11_fixture_write_offset(-1000); // 0 would be moved to 1 s, which is past.
     st11_fixture_write_window(3U, 0U, 5U * S);
     octet_write_u16(&st11_fixture.writer, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(8U));
@@ -213,7 +213,7 @@ static void a_shift_of_all_is_whole_or_not_at_all(void)
     st11_fixture_insert_ten();
     st11_fixture_begin();
     st11_fixture_write_offset(-500);
-    st11_fixture_expect_done(15U); // The first comes to now.
+    st11_fixture_expect_done(15U); // The first is moved to the present time.
     st11_fixture_begin();
     st11_fixture_write_offset(-1);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(15U));
@@ -245,7 +245,7 @@ static void a_reset_forgets_all_but_the_groups(void)
     st11_fixture_command_ids(24U, 1U, g);
     released.accepts  = 0U;
     released.refusals = 1U;
-    pus_time_schedule_step(&st11_fixture.schedule, 2U * S); // 1 is under release when the reset comes.
+    pus_time_schedule_step(&st11_fixture.schedule, 2U * S); // 1 is being released when the reset comes.
     st11_fixture_command(3U);
     st11_fixture_expect_empty();
     TEST_ASSERT_FALSE(st11_fixture.schedule.schedule.is_enabled);

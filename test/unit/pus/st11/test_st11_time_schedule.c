@@ -89,11 +89,12 @@ static void time_may_jump(void)
     }
     pus_time_schedule_step(&st11_fixture.schedule, (2U * S) + (100U * S));
     TEST_ASSERT_EQUAL_UINT64(100U, released.count);
-    pus_time_schedule_step(&st11_fixture.schedule, 2U * S); // Back: nothing is released again.
+    pus_time_schedule_step(&st11_fixture.schedule, 2U * S); // The clock goes back: nothing is released again.
     TEST_ASSERT_EQUAL_UINT64(100U, released.count);
     pus_time_schedule_step(&st11_fixture.schedule, 102U * S);
     TEST_ASSERT_EQUAL_UINT64(100U, released.count);
-    pus_time_schedule_step(&st11_fixture.schedule, 100000U * S); // Forward: all that is left, once, in order.
+    // The clock goes forward: all that is left, once, in order.
+    pus_time_schedule_step(&st11_fixture.schedule, 100000U * S);
     TEST_ASSERT_EQUAL_UINT64(300U, released.count);
     for (uint16_t i = 0U; i < 300U; i++) {
         TEST_ASSERT_EQUAL_UINT16(299U - i, released.ids[i].sequence);

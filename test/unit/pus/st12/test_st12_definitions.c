@@ -139,7 +139,7 @@ static void limits_may_be_one(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-/// A definition whose record the store has lost.
+/// A definition whose record is lost in the store.
 static void what_was_not_kept_is_deleted_all_the_same(void)
 {
     limit_added(1U, LEVEL);
@@ -317,7 +317,7 @@ static void what_is_not_kept_is_refused(void)
     records.put_status = STATUS_FULL;
     expect_start_failed(16U, PUS_FAILURE_IO, STATUS_FULL);
     monitors_step(1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks); // Still enabled, both.
+    TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks); // Both are still enabled.
     records.put_status    = STATUS_OK;
     records.commit_status = STATUS_IO;
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));

@@ -27,7 +27,7 @@ void tearDown(void)
 {
 }
 
-/// One FMON of PMONs `first` .. `first + count - 1`, in application data that has been begun.
+/// One FMON of PMONs `first` .. `first + count - 1`, in application data under construction.
 static void data_fmon(const uint16_t id, const uint32_t validity, const uint16_t minimum, const uint8_t count,
                       const uint16_t first)
 {
@@ -62,7 +62,7 @@ static void fmon_runs(const uint32_t validity, const uint16_t minimum)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-/// TM[12,28] holds one FMON, with this id and these statuses.
+/// TM[12,28] has one FMON, with this id and these statuses.
 static void expect_status(const uint16_t id, const uint8_t protection, const uint8_t status,
                           const uint8_t checking)
 {
@@ -109,7 +109,7 @@ static void it_fails_when_enough_of_its_monitors_do(void)
     TEST_ASSERT_EQUAL_UINT16(2U, octets_u16_at(&monitors.events.auxiliary[2]));
     const unsigned events = monitors.events.count;
     scalar_set(OTHER, 5U);
-    monitors_step(3U); // One more fails: the PMON's event only.
+    monitors_step(3U); // One more fails: only the PMON's event is raised.
     TEST_ASSERT_EQUAL_UINT(events + 1U, monitors.events.count);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.failures);
     scalar_set(OTHER, 15U);
@@ -159,7 +159,7 @@ static void nothing_is_judged_while_disabled(void)
     expect_status(1U, 0U, 0U, PUS_FMON_UNCHECKED);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(19U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 2U)); // Not one of its own.
-    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U)); // Touched, then disabled before the step.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U)); // Changed, then disabled before the step.
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(20U, 1U, 1U));
     monitors_step(1U);
     expect_status(1U, 0U, 0U, PUS_FMON_UNCHECKED);
@@ -214,7 +214,7 @@ static void a_protected_one_and_its_monitors_stay(void)
     octet_write_u8(&monitors.data, PUS_CHECK_LIMIT);
     data_limits(OTHER, 0U, 0U, 1U, 0U);
     expect_refused(7U, PUS_FAILURE_PROTECTED, 2U);
-    fmon_added(2U, 0U, 1U, 1U, 2U); // Unprotected; names the same PMON.
+    fmon_added(2U, 0U, 1U, 1U, 2U); // Unprotected; refers to the same PMON.
     expect_id_refused(2U, 2U, PUS_FAILURE_PROTECTED);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(22U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 2U));
@@ -230,7 +230,7 @@ static void only_what_is_neither_enabled_nor_protected_is_deleted(void)
     expect_id_refused(24U, 1U, PUS_FAILURE_PROTECTED);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(22U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
-    expect_id_refused(6U, 1U, PUS_FAILURE_STATE); // An FMON names it.
+    expect_id_refused(6U, 1U, PUS_FAILURE_STATE); // An FMON refers to it.
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(18U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(16U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(4U));
@@ -380,7 +380,7 @@ static void a_record_that_is_no_good_is_told(void)
     record[15] = MONITORS_MEMBERS + 1U;
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_monitoring_restore(self, 0x10001U, record, size + 4U));
     record[15] = 2U;
-    record[19] = 77U; // A PMON that is not there is as good as one that does not fail.
+    record[19] = 77U; // A PMON that does not exist counts as one that does not fail.
     record[1]  = 9U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 0x10009U, record, size));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(19U, 1U, 9U));
@@ -406,7 +406,7 @@ static void event_0_is_none(void)
     scalar_set(LEVEL, 0U);
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.failures);
-    TEST_ASSERT_EQUAL_UINT16(EVENT_LOW, monitors.events.id); // The PMON's.
+    TEST_ASSERT_EQUAL_UINT16(EVENT_LOW, monitors.events.id); // The failure of the PMON.
 }
 
 static void adding_has_a_strict_format(void)

@@ -184,7 +184,7 @@ static void a_status_needs_its_repetitions(void)
     scalar_set(LEVEL, 30U);
     monitors_step(2U);
     scalar_set(LEVEL, 15U);
-    monitors_step(1U); // Starts to count anew.
+    monitors_step(1U); // The repetition counter starts again.
     scalar_set(LEVEL, 30U);
     monitors_step(2U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_NOMINAL, status_of(1U));
@@ -366,7 +366,7 @@ static void without_its_validity_condition_it_is_invalid(void)
     scalar_set(LEVEL, 30U);
     monitors_step(1U);
     scalar_set(GATE, 0U);
-    monitors_step(2U); // Ends the row of verdicts, and is one transition.
+    monitors_step(2U); // Ends the sequence of equal results, and is one transition.
     TEST_ASSERT_EQUAL_UINT32(3U, self->counters.transitions);
     scalar_set(GATE, 3U);
     monitors_step(1U);
@@ -404,7 +404,7 @@ static void each_is_sampled_in_its_interval(void)
     function_enabled();
     monitors_step(15U);
     TEST_ASSERT_EQUAL_UINT32(5U + 3U, self->counters.checks);
-    monitors.cycle += 1000U; // Cycles that were missed are made up for once.
+    monitors.cycle += 1000U; // Missed cycles are made up for once.
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(8U + 2U, self->counters.checks);
 }
@@ -428,7 +428,7 @@ static void out_of_limits_are_reported_with_their_transition(void)
     scalar_set(LEVEL, 15U);
     scalar_set(SCALAR_ID(VALUE_UINT16, 9U), 99U);
     monitors_step(1U);
-    scalar_set(SCALAR_ID(VALUE_UINT16, 9U), 100U); // Reported is the value of the transition.
+    scalar_set(SCALAR_ID(VALUE_UINT16, 9U), 100U); // The report has the value at the transition.
     monitors_step(1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(10U));
     EXPECT_MESSAGES(1, 1, 1, 3, 12, 11, 1, 7);

@@ -20,7 +20,7 @@ static uint8_t report_octets[REPORTS * REPORT_SIZE];
 static pus_large_uplink_t uplinks[UPLINKS];
 static uint8_t uplink_octets[UPLINKS * UPLINK_SIZE];
 static uint8_t data[PUS_TC_DATA_MAX];
-static uint8_t whole[PUS_LARGE_MAX]; // What is sent up.
+static uint8_t whole[PUS_LARGE_MAX]; // Request to be sent up.
 static size_t whole_size;
 static uint8_t taken[UPLINK_SIZE];
 static size_t taken_size;
@@ -211,7 +211,7 @@ static void a_transaction_that_begins_anew_goes_on(void)
     TEST_ASSERT_EQUAL_UINT64(5000U, taken_size);
 }
 
-/// What waits to be taken is no uplink any more: its number may serve again.
+/// A complete request that waits to be taken is no uplink any more: its number may be used again.
 static void a_whole_request_is_not_begun_anew(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
@@ -256,7 +256,7 @@ static void too_long_a_request_is_given_up_as_soon_as_it_says_so(void)
     make_request(UPLINK_SIZE + 1U, 20U, TEST_SOURCE);
     send_part(9U, 7U, 1U, whole, 600U);
     expect_too_long(UPLINK_SIZE);
-    send_part(9U, 7U, 1U, whole, 5U); // Half a length field says nothing.
+    send_part(9U, 7U, 1U, whole, 5U); // Half a length field gives no length.
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     send_part(10U, 7U, 2U, &whole[5], 1U);
     expect_too_long(UPLINK_SIZE);
@@ -271,7 +271,7 @@ static void too_long_a_request_is_given_up_when_its_length_field_lies(void)
     expect_too_long(UPLINK_SIZE);
 }
 
-/// What is put together for another process than this one has to fit a packet.
+/// A request for another process than this one must fit a packet when it is complete.
 static void a_request_to_another_process_may_have_another_limit(void)
 {
     make_request(PUS_PACKET_MAX + 1U, 20U, TEST_SOURCE);
@@ -373,7 +373,7 @@ static void a_request_that_is_not_taken_is_offered_again(void)
     expect_failure(1U, 8U, PUS_FAILURE_TIMEOUT, 0U, (uint32_t)(TIMEOUT_NS / MS));
 }
 
-/// A dispatcher takes in what came in parts, and nothing else that is as long.
+/// A dispatcher accepts a request that came in parts, and nothing else of that length.
 static void a_large_request_is_dispatched(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);

@@ -16,10 +16,10 @@ static uint8_t report_octets[REPORTS * REPORT_SIZE];
 static pus_large_uplink_t uplink;
 static uint8_t uplink_octets[PUS_PACKET_MAX];
 static octet_writer_t writer;
-static uint8_t whole[PUS_LARGE_MAX]; // What has come down.
+static uint8_t whole[PUS_LARGE_MAX]; // Octets that have come down.
 static size_t whole_size;
 
-/// Nothing comes up here.
+/// No request comes up in these tests.
 static status_t take(void* const context, const uint8_t* const packet, const size_t size,
                      const uint64_t now_ns)
 {
@@ -79,7 +79,7 @@ static status_t post(const size_t size, const uint8_t first)
     return pus_large_post(&large, &writer);
 }
 
-/// Put the parts among the reports of the bench together, from report `index` on. Returns where they end.
+/// Assemble the parts among the reports of the fixture, from report `index` on. Returns the index after them.
 static size_t put_together(size_t index, const uint16_t transaction)
 {
     bool is_last = false;
@@ -102,7 +102,7 @@ static size_t put_together(size_t index, const uint16_t transaction)
     return index;
 }
 
-/// What came down is a report of `size` octets of source data.
+/// The assembled octets are a report of `size` octets of source data.
 static void expect_whole(const size_t size, const uint8_t first, const uint16_t counter)
 {
     TEST_ASSERT_EQUAL_UINT64(size + PUS_TM_MIN, whole_size);
@@ -196,7 +196,7 @@ static void reports_follow_one_another(void)
     step(TEST_NOW_NS);
     TEST_ASSERT_EQUAL_UINT64(4U, bench.count);
     step(TEST_NOW_NS);
-    step(TEST_NOW_NS); // The first one is out with its tenth part.
+    step(TEST_NOW_NS); // The first report is complete with its tenth part.
     TEST_ASSERT_EQUAL(STATUS_OK, post(7000U, 3U));
     (void)run();
     size_t end = put_together(0U, 0U);
@@ -230,7 +230,7 @@ static void a_report_may_be_given_up(void)
     EXPECT_MESSAGES(3, 25);
 }
 
-/// A process whose service has more to tell than fits a packet tells it in parts.
+/// A process whose service has a report longer than a packet sends it in parts.
 static void a_process_may_have_long_reports(void)
 {
     TEST_ASSERT_EQUAL_UINT64(PUS_TM_DATA_MAX, pus_tm_data_max(&bench.process));
@@ -264,7 +264,7 @@ static void an_uncounted_report_is_told(void)
     TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.uncounted);
 }
 
-/// No length field could tell it.
+/// A length field could not hold it.
 static void more_than_the_longest_report_cannot_be_closed(void)
 {
     static uint8_t octets[PUS_LARGE_MAX + 1U];

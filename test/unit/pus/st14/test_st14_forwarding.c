@@ -107,27 +107,27 @@ static void types_go_by_process_service_and_subtype(void)
     TEST_ASSERT_TRUE(allows(16U, 17U, 4U, 0U));
     TEST_ASSERT_FALSE(allows(16U, 3U, 10U, 0U));
     CONTENT(3, 0, 3, 0, 16, 0, 2, 1, 0, 2, 2, 8, 17, 0, 0, 0, 17, 0, 0, 0, 20, 0, 0);
-    PERFORMED(1, 1, 0, 16, 1, 1, 0); // All subtypes take the place of two.
+    PERFORMED(1, 1, 0, 16, 1, 1, 0); // "All subtypes" replaces two entries.
     TEST_ASSERT_TRUE(allows(16U, 1U, 1U, 0U));
     CONTENT(3, 0, 3, 0, 16, 0, 2, 1, 0, 0, 17, 0, 0, 0, 17, 0, 0, 0, 20, 0, 0);
     PERFORMED(2, 1, 0, 16, 1, 1, 0);
     PERFORMED(1, 1, 0, 16, 1, 5, 1, 4);
     PERFORMED(2, 1, 0, 16, 1, 5, 1, 4);
     CONTENT(3, 0, 3, 0, 16, 0, 1, 17, 0, 0, 0, 17, 0, 0, 0, 20, 0, 0);
-    PERFORMED(1, 1, 0, 16, 0); // All services take the place of one.
+    PERFORMED(1, 1, 0, 16, 0); // "All services" replaces one entry.
     CONTENT(3, 0, 3, 0, 16, 0, 0, 0, 17, 0, 0, 0, 20, 0, 0);
     PERFORMED(2, 0);
     CONTENT(3, 0, 0);
     PERFORMED(2, 0);
     TEST_ASSERT_FALSE(allows(17U, 1U, 1U, 0U));
-    CONTENT(7, 0, 3, 0, 16, 0, 0, 0, 17, 0, 0, 0, 20, 0, 0); // The other lists are as they were.
+    CONTENT(7, 0, 3, 0, 16, 0, 0, 0, 17, 0, 0, 0, 20, 0, 0); // The other lists are unchanged.
 }
 
 static void structures_are_subsampled(void)
 {
     PERFORMED(6, 1, 0, 16, 0);
     TEST_ASSERT_FALSE(allows(16U, 3U, 25U, 1U));
-    TEST_ASSERT_TRUE(allows(16U, 3U, 26U, 1U)); // Diagnostic ones are another list.
+    TEST_ASSERT_TRUE(allows(16U, 3U, 26U, 1U)); // Diagnostic structures are another list.
     PERFORMED(5, 1, 0, 16, 2, 0, 1, 0, 1, 0, 2, 0, 3);
     for (unsigned i = 0U; i < 9U; i++) {
         TEST_ASSERT_TRUE(allows(16U, 3U, 25U, 1U));
@@ -135,12 +135,12 @@ static void structures_are_subsampled(void)
         TEST_ASSERT_FALSE(allows(16U, 3U, 25U, 3U));
     }
     CONTENT(7, 0, 3, 0, 16, 0, 2, 0, 1, 0, 1, 0, 2, 0, 3, 0, 17, 0, 0, 0, 20, 0, 0);
-    PERFORMED(5, 1, 0, 16, 1, 0, 2, 0, 2); // A new rate, from its first report on.
+    PERFORMED(5, 1, 0, 16, 1, 0, 2, 0, 2); // A new rate, counted from its first report on.
     TEST_ASSERT_TRUE(allows(16U, 3U, 25U, 2U));
     TEST_ASSERT_FALSE(allows(16U, 3U, 25U, 2U));
     PERFORMED(6, 1, 0, 16, 1, 0, 1);
     TEST_ASSERT_FALSE(allows(16U, 3U, 25U, 1U));
-    TEST_ASSERT_TRUE(allows(16U, 3U, 25U, 2U)); // Changes elsewhere do not disturb it.
+    TEST_ASSERT_TRUE(allows(16U, 3U, 25U, 2U)); // Changes of other entries do not affect it.
     PERFORMED(10, 0);
     TEST_ASSERT_FALSE(allows(16U, 3U, 26U, 1U));
     PERFORMED(9, 1, 0, 20, 1, 0, 7, 255, 255);
@@ -157,7 +157,7 @@ static void events_are_blocked(void)
     TEST_ASSERT_FALSE(allows(16U, 5U, 1U, 1U));
     TEST_ASSERT_FALSE(allows(16U, 5U, 4U, 9U));
     TEST_ASSERT_TRUE(allows(16U, 5U, 4U, 8U));
-    TEST_ASSERT_TRUE(allows(16U, 5U, 8U, 1U)); // The list of disabled events is no event.
+    TEST_ASSERT_TRUE(allows(16U, 5U, 8U, 1U)); // The list of disabled events is not an event.
     TEST_ASSERT_TRUE(allows(16U, 6U, 4U, 1U));
     TEST_ASSERT_FALSE(allows(20U, 5U, 4U, 8U)); // All of that process.
     CONTENT(15, 0, 2, 0, 16, 0, 2, 0, 1, 0, 9, 0, 20, 0, 0);
@@ -184,7 +184,7 @@ static void each_instruction_is_refused_alone(void)
     TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(1, 1, 0, 16, 4, 3, 1, 25, 0, 0, 9, 1, 0, 0, 1, 7));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4, 1, 4);
     expect_failure(4U, 4U, PUS_FAILURE_OUT_OF_RANGE, 4U, 15U);
-    expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 1U, 0x100319U); // Comprised by all of the service.
+    expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 1U, 0x100319U); // Included in "all of the service".
     expect_failure(2U, 4U, PUS_FAILURE_OUT_OF_RANGE, 2U, 9U);
     expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 12U);
     PERFORMED(6, 1, 0, 16, 0);
@@ -204,7 +204,7 @@ static void the_table_has_an_end(void)
     TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(14, 1, 0, 16, 1, 0, 4));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 1U, CAPACITY);
-    PERFORMED(14, 1, 0, 16, 0); // One in the place of three.
+    PERFORMED(14, 1, 0, 16, 0); // One replaces three.
     PERFORMED(14, 1, 0, 17, 2, 0, 1, 0, 2);
     TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(14, 1, 0, 20, 0));
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 1U, CAPACITY);
@@ -304,7 +304,7 @@ static void the_configuration_outlives_a_power_cut(void)
     PERFORMED(2, 1, 0, 17, 0);
     TEST_ASSERT_EQUAL_UINT32(3U, records.commits);
     TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(13, 1, 0, 16, 0));
-    TEST_ASSERT_EQUAL_UINT32(3U, records.puts); // Nothing changed, nothing kept.
+    TEST_ASSERT_EQUAL_UINT32(3U, records.puts); // Nothing changed, nothing recorded.
     records_cut();
     start(CAPACITY, 3U);
     TEST_ASSERT_EQUAL_UINT64(1U, records_replay(14U, restore, &forwarding));
@@ -344,8 +344,8 @@ static void bad_records_are_refused(void)
     } cases[] = {
         {STATUS_INVALID, 0, {0}},
         {STATUS_INVALID, 1, {0}},
-        {STATUS_INVALID, 3, {0, 0, 0}},                                         // More than said.
-        {STATUS_INVALID, 8, {0, 2, 0, 0x20, 0, 0, 0, 1}},                       // Less than said.
+        {STATUS_INVALID, 3, {0, 0, 0}},                                         // More entries than stated.
+        {STATUS_INVALID, 8, {0, 2, 0, 0x20, 0, 0, 0, 1}},                       // Fewer entries than stated.
         {STATUS_INVALID, 8, {0, 1, 0, 0x20, 0, 0, 0, 0}},                       // Rate 0.
         {STATUS_INVALID, 8, {0, 1, 0, 0x20, 0, 1, 0, 1}},                       // Identifier of none.
         {STATUS_INVALID, 8, {0, 1, 0x40, 0x20, 0, 0, 0, 1}},                    // No such list.

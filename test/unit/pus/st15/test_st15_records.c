@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stores are made of at the start: records, the configuration, media.
+// Sources of stores at the start: records, the configuration, media.
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
 
@@ -47,7 +47,7 @@ static void media_that_fail_at_the_start(void)
     stores_reports(4U, 4U);
     TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.counters.lost);
     expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
-    stores_begin_request(); // What is asked of it does not touch what is there.
+    stores_begin_request(); // Requests that only report change nothing.
     stores_put_second(9U);
     octet_write_u8(&stores_request, 1U);
     stores_put_name("ring");
@@ -121,7 +121,7 @@ static void bad_records_are_refused(void)
     record[13] = 0U;
     record[16] = 3U; // Retrieval.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_storage_restore(&stores_storage, 0U, record, size));
-    record[0] = 0U; // No store: all but that is indifferent.
+    record[0] = 0U; // There is no store: all other fields are ignored.
     TEST_ASSERT_EQUAL(STATUS_OK, pus_storage_restore(&stores_storage, 0U, record, size));
 }
 

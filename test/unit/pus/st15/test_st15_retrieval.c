@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Retrieval, copies, and what outlives a power cut.
+// Retrieval, copies, and what a power cut leaves of them.
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
 
@@ -88,7 +88,7 @@ static void an_open_retrieval_follows_what_comes_in(void)
     resume("ring", 0U);
     resume("ring", 0U); // In progress already.
     stores_step(3U, 8U);
-    expect_stores_sent(7U, 8U); // It goes on exactly where it was.
+    expect_stores_sent(7U, 8U); // It continues exactly from its position.
     TEST_ASSERT_EQUAL_UINT32(8U, stores_storage.stores[0].sent);
     TEST_ASSERT_EQUAL_UINT8(1U, stores_sent.packets[0].channel);
 }
@@ -107,7 +107,7 @@ static void an_open_retrieval_begins_at_its_tag(void)
     stores_step(4U, 9U);
     expect_stores_sent(3U, 9U);
     stores_request_store(16U, "ring");
-    change_tag("ring", 14U); // Ahead of all.
+    change_tag("ring", 14U); // Later than all packets.
     resume("ring", 0U);
     stores_reports(10U, 13U);
     stores_step(4U, 13U);
@@ -117,7 +117,8 @@ static void an_open_retrieval_begins_at_its_tag(void)
     stores_reports(14U, 15U);
     stores_step(2U, 15U);
     expect_stores_sent(14U, 15U);
-    stores_report(16U, REPORT_SIZE, 2U); // The clock was set back: what comes in goes out.
+    // The clock was set back: packets come in order of arrival and are retrieved so.
+    stores_report(16U, REPORT_SIZE, 2U);
     stores_step(1U, 2U);
     expect_stores_sent(16U, 16U);
 }
@@ -148,7 +149,7 @@ static void a_range_is_sent_once_and_ends(void)
     expect_stores_sent(6U, 8U);
     expect_status(1U, 0U, 0U);
     TEST_ASSERT_TRUE(records.commits > 0U);
-    start_range("ring", 0U, 90U, 99U); // Nothing of that time.
+    start_range("ring", 0U, 90U, 99U); // No packet of that time.
     stores_step(1U, 12U);
     expect_stores_none_sent();
     expect_status(1U, 0U, 0U);
@@ -223,7 +224,7 @@ static void priorities_and_turns(void)
         TEST_ASSERT_EQUAL_UINT8(orders[i], stores_sent.packets[6U + i].channel);
     }
     stores_request_all(16U);
-    stores_request_all(15U); // All go on with the priority they had.
+    stores_request_all(15U); // All continue with the priority they had.
     TEST_ASSERT_EQUAL_UINT8(4U, stores_storage.stores[0].state.priority);
     TEST_ASSERT_EQUAL_UINT8(5U, stores_storage.stores[1].state.priority);
 }
@@ -310,7 +311,7 @@ static void a_retrieval_goes_on_after_a_restart(void)
     stores_cut();
     expect_status(1U, 1U, 0U);
     stores_step(2U, 13U);
-    expect_stores_sent(5U, 10U); // Nothing twice, since each step was kept.
+    expect_stores_sent(5U, 10U); // No packet is sent twice, since each step was recorded.
     stores_request_store(16U, "ring");
     start_range("ring", 0U, 1U, 5U);
     stores_step(1U, 14U);
@@ -320,7 +321,7 @@ static void a_retrieval_goes_on_after_a_restart(void)
     stores_step(9U, 15U);
     expect_stores_sent(4U, 5U);
     stores_cut();
-    expect_status(1U, 0U, 0U); // That it was over was kept.
+    expect_status(1U, 0U, 0U); // The end of the retrieval was recorded.
 }
 
 static void between_checkpoints_packets_are_sent_again(void)
@@ -434,7 +435,7 @@ static void packets_are_copied_by_time_window(void)
         TEST_ASSERT_FALSE(stores_is_idle());
         bench_clear();
         stores_step(1U, 8U);
-        EXPECT_MESSAGES(0); // Three packets, no more.
+        EXPECT_MESSAGES(0); // Three packets and no more.
         TEST_ASSERT_EQUAL_UINT32(3U, stores_storage.copy.copied);
         if (i == 3U) {
             stores_report(20U, 30U, 1U); // Later than the request.
@@ -443,7 +444,7 @@ static void packets_are_copied_by_time_window(void)
         EXPECT_MESSAGES(1, 7);
         start_range("box", 0U, 0U, 1000U);
         stores_step(5U, 8U);
-        expect_stores_sent(windows[i].first, windows[i].last); // With the times they had.
+        expect_stores_sent(windows[i].first, windows[i].last); // With their original times.
         empty_box();
     }
 }
@@ -471,7 +472,7 @@ static void a_copy_from_a_failing_medium_fails(void)
     stores_reports(1U, 2U);
     copy(0U, 0U, 0U);
     bench_clear();
-    stores_step(1U, 2U); // Syncs, too.
+    stores_step(1U, 2U); // It also syncs.
     empty_box();
     for (unsigned call = 1U; call <= 7U; call++) {
         copy(0U, 0U, 0U);
@@ -540,10 +541,10 @@ static void copies_are_refused(void)
     expect_stores_refused(24U, PUS_FAILURE_STATE, 0U, stores_name_of("ring")); // Not empty.
     stores_begin_request();
     octet_write_u8(&stores_request, 4U);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, stores_send_request(24U)); // No such window.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, stores_send_request(24U)); // This type of window does not exist.
     stores_begin_request();
     octet_write_u8(&stores_request, 2U);
-    octet_write_u64(&stores_request, 0U); // No time of ours.
+    octet_write_u64(&stores_request, 0U); // The time has another format.
     stores_put_name("ring");
     stores_put_name("box");
     expect_stores_refused(24U, PUS_FAILURE_OUT_OF_RANGE, 0U, 9U);

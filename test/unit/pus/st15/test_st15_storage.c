@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stores, what goes into them, and requests about them.
+// Stores, the selection of their packets, and requests about them.
 #include "test/support/assertion.h"
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
@@ -184,7 +184,7 @@ static void a_full_store_tells_so(void)
     stores_put_second(7U);
     octet_write_u8(&stores_request, 0U);
     expect_stores_performed(11U);
-    expect_stores_summary("box", 8U, 8U, 6U, 13U, 13U); // The place of the tag is gone.
+    expect_stores_summary("box", 8U, 8U, 6U, 13U, 13U); // The tagged packet was overwritten.
     stores_step(1U, 9U);
     stores_cut();
     expect_stores_summary("box", 8U, 8U, 6U, 13U, 13U);
@@ -209,7 +209,7 @@ static void changes_need_an_idle_store(void)
     stores_begin_request();
     stores_put_name("ring");
     octet_write_u8(&stores_request, 0U);
-    expect_stores_performed(28U); // That does not matter here.
+    expect_stores_performed(28U); // The name is not checked here.
 }
 
 static void changes_wait_for_the_end_of_a_retrieval(void)
@@ -248,7 +248,7 @@ static void changes_wait_for_the_end_of_a_retrieval(void)
     expect_stores_refused(9U, PUS_FAILURE_STATE, 1U, ring); // The other kind.
     stores_begin_request();
     stores_put_second(5U);
-    octet_write_u8(&stores_request, 0U); // None of all to which it applies.
+    octet_write_u8(&stores_request, 0U); // It applies to no store.
     expect_stores_performed(11U);
     stores_request_store(16U, "ring");
     stores_begin_request();
@@ -280,7 +280,7 @@ static void wrong_times_are_refused(void)
     octet_write_u8(&stores_request, 1U);
     stores_put_name("ring");
     octet_write_u8(&stores_request, 0U);
-    octet_write_u64(&stores_request, 0U); // No time of ours.
+    octet_write_u64(&stores_request, 0U); // The time has another format.
     stores_put_second(4U);
     expect_stores_refused(9U, PUS_FAILURE_OUT_OF_RANGE, 1U, 26U);
     stores_begin_request();
@@ -304,7 +304,7 @@ static void a_store_is_resized_and_retyped(void)
     stores_reports(1U, 11U);
     stores_request_store(2U, "ring");
     resize(SIZE(3U) - 1U);
-    expect_stores_refused(25U, PUS_FAILURE_OUT_OF_RANGE, 1U, 13U); // What is stored would not fit.
+    expect_stores_refused(25U, PUS_FAILURE_OUT_OF_RANGE, 1U, 13U); // The stored packets would not fit.
     resize(SIZE(STORE_BLOCKS + 1U));
     expect_stores_refused(25U, PUS_FAILURE_OUT_OF_RANGE, 1U, 13U);
     resize(SIZE(4U));
@@ -346,15 +346,15 @@ static void a_deleted_store_leaves_nothing_behind(void)
     TEST_ASSERT_FALSE(stores_is_idle());
     recorded.calls     = 0U;
     recorded.fail_from = 1U;
-    stores_step(2U, 11U); // The first try fails.
+    stores_step(2U, 11U); // The first attempt fails.
     TEST_ASSERT_EQUAL_UINT64(0U, recorded.image[0].size);
     TEST_ASSERT_TRUE(stores_is_idle());
     stores_cut();
-    TEST_ASSERT_FALSE(stores_storage.stores[0].state.is_there); // Though the configuration has it.
+    TEST_ASSERT_FALSE(stores_storage.stores[0].state.is_there); // Although it is in the configuration.
     stores_create_ring();
     stores_request_store(1U, "ring");
     stores_reports(12U, 12U);
-    expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U); // Nor is anything selected any more.
+    expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U); // Its selection is also removed.
 }
 
 static void a_store_of_the_same_name_is_another(void)
@@ -364,7 +364,7 @@ static void a_store_of_the_same_name_is_another(void)
     stores_step(1U, 11U);
     stores_request_store(2U, "ring");
     stores_request_store(21U, "ring");
-    stores_create_ring(); // Before a step could trim the medium.
+    stores_create_ring(); // Before a step could shorten the medium.
     stores_step(1U, 11U);
     TEST_ASSERT_TRUE(recorded.image[0].size > 0U);
     expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
@@ -416,7 +416,7 @@ static void requests_are_strict(void)
     expect_strict_format(18U, NULL, 0U);
 }
 
-/// A block that is lost takes those before it along: that is told at the start.
+/// A damaged block invalidates the blocks before it: this is reported at the start.
 static void what_cannot_be_reached_is_told(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
@@ -429,7 +429,7 @@ static void what_cannot_be_reached_is_told(void)
     TEST_ASSERT_EQUAL_UINT32(0U, stores_storage.stores[0].log.counters.damaged);
     TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.stores[1].log.counters.damaged);
     recorded.calls     = 0U;
-    recorded.fail_from = 1U; // And the first store fails.
+    recorded.fail_from = 1U; // If the first store fails.
     TEST_ASSERT_EQUAL(STATUS_IO, stores_restart());
     TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.stores[1].log.counters.damaged);
 }

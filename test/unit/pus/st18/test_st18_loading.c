@@ -125,7 +125,7 @@ static void what_is_not_kept_is_not_loaded(void)
     records.put_status     = STATUS_FULL;
     records.refuse_after   = 1U;
     expect_refused(13U, "ABCD", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_IO, STATUS_FULL);
-    TEST_ASSERT_EQUAL_UINT(1U, records.erasures); // Not half of it either.
+    TEST_ASSERT_EQUAL_UINT(1U, records.erasures); // Not even half of it.
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.unsaved);
     records.put_status = STATUS_OK;
@@ -133,7 +133,7 @@ static void what_is_not_kept_is_not_loaded(void)
     records.erase_status = STATUS_IO;
     expect_refused(2U, "ABCD", NULL, 0U, PUS_FAILURE_IO, STATUS_IO);
     TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
-    records.erase_status = STATUS_NOT_FOUND; // The store has lost it.
+    records.erase_status = STATUS_NOT_FOUND; // The store of records has lost it.
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(2U, "ABCD", NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
@@ -188,7 +188,8 @@ static void records_that_are_no_good_are_told(void)
     record[9] = 0x00U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 0U, record, sizeof record)); // One of three.
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
-    record[0] = 'B'; // Of another one: begins anew. So do another size and another checksum.
+    // A part of another procedure starts a new load. So do another size and another checksum.
+    record[0] = 'B';
     TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 1U, record, sizeof record));
     TEST_ASSERT_EQUAL_UINT8(2U, self->config.procedures[0].parts);
     record[11] = 0xB2U;

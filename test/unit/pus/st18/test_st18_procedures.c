@@ -3,7 +3,7 @@
 #include "test/unit/pus/fixtures/st18_fixture.h"
 #include "unity.h"
 
-#define ABCD 0x41424344U // What a failure notice tells of procedure "ABCD".
+#define ABCD 0x41424344U // Value in failure notices for procedure "ABCD".
 
 static pus_procedures_t* const self = &st18_fixture.service;
 
@@ -116,7 +116,7 @@ static void activation_is_refused_where_it_makes_no_sense(void)
     expect_refused(3U, "C", body, 2U, PUS_FAILURE_TABLE_FULL, ST18_FIXTURE_SLOTS);
 }
 
-/// A cycle has the budgets of those that run, all together.
+/// A cycle has the sum of the budgets of all running procedures.
 static void what_one_uses_too_much_the_next_has_not(void)
 {
     st18_fixture_loaded("B", 1U, 'x');
@@ -137,7 +137,7 @@ static void what_one_uses_too_much_the_next_has_not(void)
     st18_fixture.slots[1].last = 0U;
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL_UINT32(0U, st18_fixture.slots[1].last); // Not even begun.
-    st18_fixture.slots[0].uses = 0U;                          // What is not used is not saved for others.
+    st18_fixture.slots[0].uses = 0U;                          // Unused units are not saved for others.
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[0].last);
     TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[1].last);
@@ -318,14 +318,14 @@ static void calls_that_others_notice_are_few_in_a_cycle(void)
     st18_fixture_activated("ABCD", 0U);
     for (unsigned i = 0U; i < ST18_FIXTURE_CALLS_EACH; i++) {
         st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
-        st18_fixture_call(0U, PUS_CALL_GET, 77U); // Nobody else notices.
+        st18_fixture_call(0U, PUS_CALL_GET, 77U); // No other procedure is affected.
     }
     st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
     st18_fixture_call(0U, PUS_CALL_ENDED, 0U);
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL_UINT(ST18_FIXTURE_CALLS_EACH, st18_fixture.events.count);
     TEST_ASSERT_TRUE(pus_procedures_are_active(self));
-    st18_fixture_step(1U); // The answer to the last call has not been lost.
+    st18_fixture_step(1U); // The answer to the last call was not lost.
     TEST_ASSERT_EQUAL_UINT(ST18_FIXTURE_CALLS_EACH + 1U, st18_fixture.events.count);
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
 }
@@ -342,7 +342,7 @@ static void requests_are_released(void)
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_ONBOARD | TEST_APID, st18_fixture.sent.last.source);
     TEST_ASSERT_EQUAL(PUS_ANSWER_VERDICT, st18_fixture.slots[0].answer.kind);
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_SENT, 0U, (17U << 8U) | 1U);
-    st18_fixture.sent.status = STATUS_FULL; // Try again until it is taken.
+    st18_fixture.sent.status = STATUS_FULL; // Retry until it is taken.
     st18_fixture_request(0U, false);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
     st18_fixture_step(100U);
@@ -351,7 +351,7 @@ static void requests_are_released(void)
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5);
     TEST_ASSERT_EQUAL_UINT32(2U, self->counters.sent);
-    for (uint16_t i = 0U; i < PUS_ADDRESSEES; i++) { // No addressee is left to be counted.
+    for (uint16_t i = 0U; i < PUS_ADDRESSEES; i++) { // No addressee remains that could be counted.
         st18_fixture.requester.addressees[i].apid = (uint16_t)(1000U + i);
     }
     st18_fixture.requester.addressee_count = PUS_ADDRESSEES;
@@ -360,7 +360,7 @@ static void requests_are_released(void)
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_TABLE_FULL, st18_fixture.slots[0].answer.code);
 }
 
-/// Show the service a verification report of the last request sent.
+/// Pass to the service a verification report of the last request sent.
 static void observe(const uint8_t subtype, const uint16_t destination, const uint32_t request_id,
                     const uint8_t service)
 {
@@ -404,7 +404,7 @@ static void the_end_of_a_request_is_waited_for(void)
     TEST_ASSERT_EQUAL_HEX16(0U, st18_fixture.slots[0].answer.code);
     TEST_ASSERT_EQUAL_UINT(2U, st18_fixture.sent.count);
     observe(8U, user, st18_fixture.sent.last.request_id, 1U);
-    observe(7U, user, st18_fixture.sent.last.request_id, 1U); // Comes too late.
+    observe(7U, user, st18_fixture.sent.last.request_id, 1U); // It arrives too late.
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5);
     st18_fixture_request(0U, true);
@@ -441,7 +441,7 @@ static void values_are_communicated(void)
     TEST_ASSERT_EQUAL_UINT64(3U, st18_fixture.slots[0].answer.size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(values, st18_fixture.slots[0].answer.octets, 3U);
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_RECEIVED, 0U, 0U);
-    accepted(7U, "ABCD", values, sizeof values); // Waits for the procedure.
+    accepted(7U, "ABCD", values, sizeof values); // It waits for the procedure.
     st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 0.0);
     st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
     st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 0.0);
@@ -473,7 +473,7 @@ static void levels_are_set(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, 0x6E6F6E65U);
     expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 27U);
-    st18_fixture_activated("ABCD", PUS_OBSERVE_NOTHING); // Its own level.
+    st18_fixture_activated("ABCD", PUS_OBSERVE_NOTHING); // The request has its own level.
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(16U, body, sizeof body));
     st18_fixture_call(0U, PUS_CALL_STEP, 3U);
@@ -504,7 +504,7 @@ static void without_its_engine_nothing_runs(void)
     records.put_status = STATUS_OK;
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(21U, NULL, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(21U, NULL, 0U)); // It runs already.
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(21U, NULL, 0U)); // The procedure already runs.
     st18_fixture_activated("ABCD", 0U);
     records.put_status = STATUS_IO;
     bench_clear();
@@ -527,7 +527,7 @@ static void stopped_ones_can_be_unloaded(void)
     st18_fixture_restart();
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, NULL, 0U));
-    TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size); // None is loaded, and that was lasting.
+    TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size); // None is loaded; the deletion was recorded.
     st18_fixture_loaded("B", 1U, 'x');
     st18_fixture_activated("B", 0U);
     accepted(20U, "B", next_step, 2U);

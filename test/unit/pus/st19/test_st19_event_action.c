@@ -259,7 +259,7 @@ static void what_waits_is_dropped_when_it_is_disabled(void)
     }
     command_key(5U, 2U);
     command_key(2U, 2U);
-    begin(1U); // The place of the one that is gone, while it stands in the queue.
+    begin(1U); // The definition of a queued request is deleted, and its place used again.
     add(7U, 7U, 0U);
     expect_done(1U);
     command_key(4U, 7U);
@@ -460,7 +460,7 @@ static void a_record_that_is_not_there_counts_as_erased(void)
     restart();
     define(1U);
     begin(0U);
-    expect_done(4U); // Enabled already: nothing to keep.
+    expect_done(4U); // Already enabled: no record is written.
     command_key(5U, 1U);
     records_start();
     command_key(2U, 1U);

@@ -205,7 +205,7 @@ static void each_faulty_definition_is_refused_alone(void)
     define(NEW_DOUBLE, RAM, RAM_BASE, 5U, 2U);
     define(NEW_BOOL, RAM, RAM_BASE, 1U, 0U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 1U, PLACES);
-    define(NEW_U32, ROM, 4U, 3U, 14U); // It moves.
+    define(NEW_U32, ROM, 4U, 3U, 14U); // The parameter moves.
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     ask(6U, NEW_U32);
     TEST_ASSERT_EQUAL_UINT8(ROM, bench_report(2U).data[6]);

@@ -102,7 +102,7 @@ static void what_does_not_fit_the_report_is_refused_alone(void)
     TEST_ASSERT_EQUAL_UINT8(3U, tm.data[1]);
 }
 
-// A port for long reports: one buffer, which may be taken.
+// A port for long reports: one buffer, which may be in use.
 static uint8_t long_octets[3U * PUS_TM_DATA_MAX];
 static size_t long_size;
 static bool is_long_taken;

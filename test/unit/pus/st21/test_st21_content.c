@@ -186,7 +186,7 @@ static void a_record_that_makes_no_sense_is_refused(void)
     st21_fixture.service.config.octets_max = 20U;
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_sequences_restore(&st21_fixture.service, key, octets, size));
     st21_fixture.service.config.octets_max = OCTETS_MAX;
-    octets[13] ^= 0x10U; // Not a request.
+    octets[13] ^= 0x10U; // It is not a request.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&st21_fixture.service, key, octets, size));
     octets[13] ^= 0x10U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&st21_fixture.service, key, octets, size));
@@ -206,7 +206,7 @@ static void a_record_that_makes_no_sense_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       pus_sequences_restore(&st21_fixture.service, key | 0x10001U, octets, 13U));
     TEST_ASSERT_EQUAL_UINT16(2U, st21_fixture.chains.pool.stats.taken);
-    st21_fixture_load('b', 1U, 1U); // Its place is good for another one.
+    st21_fixture_load('b', 1U, 1U); // Its place can be used for another one.
     TEST_ASSERT_EQUAL_UINT16(2U, st21_fixture.chains.pool.stats.taken);
     st21_fixture_start(SEQUENCES, 1U);
     octets[11] = 100U;

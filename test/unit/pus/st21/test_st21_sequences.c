@@ -35,9 +35,9 @@ static void delays_separate_the_requests(void)
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
     st21_fixture_step(18U * MS);
     EXPECT_RELEASED(2);
-    st21_fixture_step(27U * MS); // From when it was due, not from when the step came.
+    st21_fixture_step(27U * MS); // Counted from the due time, not from the step.
     EXPECT_RELEASED(3);
-    st21_fixture_command(4U, 'a'); // The last delay is part of it.
+    st21_fixture_command(4U, 'a'); // The last delay belongs to the sequence.
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, DETAIL('a'));
     st21_fixture_step(37U * MS);
     TEST_ASSERT_EQUAL_UINT32(1U, st21_fixture.service.counters.completed);
@@ -45,7 +45,7 @@ static void delays_separate_the_requests(void)
     st21_fixture_command(4U, 'a');
     st21_fixture_step(40U * MS);
     EXPECT_RELEASED(1);
-    st21_fixture_step(1000U * MS); // A long pause: all that is left, in order.
+    st21_fixture_step(1000U * MS); // A long pause: all remaining requests, in order.
     EXPECT_RELEASED(2, 3);
 }
 
@@ -174,7 +174,7 @@ static void the_room_is_limited(void)
     st21_fixture_request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, 1U);
     st21_fixture_start(SEQUENCES, BLOCKS_HERE);
-    st21_fixture.service.config.octets_max = 20U; // Of N, a request of 13 octets and its delay there are 21.
+    st21_fixture.service.config.octets_max = 20U; // A request of 13 octets of N, and its delay at offset 21.
     st21_fixture_request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, 20U);
     st21_fixture.service.config.octets_max = 21U;
@@ -232,7 +232,7 @@ static void status_and_aborted_are_reported(void)
 
 static void the_checksum_is_that_of_the_content(void)
 {
-    for (uint8_t size = 0U; size < 30U; size += 29U) { // Of one piece, and of several.
+    for (uint8_t size = 0U; size < 30U; size += 29U) { // Of one part, and of several.
         st21_fixture_begin((char)('a' + size));
         octet_write_u8(&st21_fixture.writer, (uint8_t)(1U + (size / 10U)));
         for (uint16_t i = 0U; i <= (size / 10U); i++) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What positions make different; what both schedules share is tested with times (test_st11_*.c).
+// Properties of positions; test_st11_*.c tests the common part of both schedules with times.
 #include "pus/st22/st22_position_schedule.h"
 
 #include "test/unit/pus/fixtures/records.h"
@@ -13,7 +13,7 @@
 
 static pus_position_schedule_t schedule;
 static pus_schedule_config_t config;
-static uint64_t position; // What the source tells.
+static uint64_t position; // Position that the source returns.
 static uint8_t data[PUS_TC_DATA_MAX];
 static octet_writer_t writer;
 
@@ -87,7 +87,7 @@ static void insert(const uint64_t tag, const uint16_t sequence)
     request(4U);
 }
 
-/// Group 2 and sub-schedule 1 are there, and all is enabled.
+/// Group 2 and sub-schedule 1 exist, and all is enabled.
 static void enable_all(void)
 {
     SEND(22U, 1, 2, 1);
@@ -120,11 +120,11 @@ static void an_activity_is_released_when_its_position_comes(void)
     step_at((12U * ORBIT) + 0x7FFEU);
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
     step_at((12U * ORBIT) + 0x7FFFU);
-    step_at((12U * ORBIT) + 0x7FFFU); // It stands still.
+    step_at((12U * ORBIT) + 0x7FFFU); // The position does not change.
     EXPECT_RELEASED(2);
     step_at((12U * ORBIT) + 0x8000U);
     EXPECT_RELEASED(1);
-    step_at(11U * ORBIT); // It goes back, and then far ahead.
+    step_at(11U * ORBIT); // The position goes back, and then far ahead.
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
     step_at(100U * ORBIT);
     EXPECT_RELEASED(3);
@@ -184,7 +184,7 @@ static void an_orbit_number_holds_from_the_next_orbit_on(void)
     step_at((15U * ORBIT) + 1U);
     TEST_ASSERT_EQUAL_UINT64((1004U * ORBIT) + 1U, pus_position_schedule_now(&schedule));
     set_orbit(0U);        // Back.
-    step_at(18U * ORBIT); // Two were not seen.
+    step_at(18U * ORBIT); // Two positions were skipped.
     TEST_ASSERT_EQUAL_UINT64(2U * ORBIT, pus_position_schedule_now(&schedule));
     set_orbit(500U);
     step_at(12U * ORBIT); // The source goes back: 13 is the next.

@@ -65,7 +65,7 @@ static void a_file_is_copied_slice_by_slice(void)
     TEST_ASSERT_EQUAL_UINT32(1U, records.erasures);
     const unsigned calls = disk.calls;
     st23_fixture_step();
-    TEST_ASSERT_EQUAL_UINT32(calls, disk.calls); // Nothing to do costs nothing.
+    TEST_ASSERT_EQUAL_UINT32(calls, disk.calls); // A step without work makes no call.
 }
 
 static void copies_take_turns(void)
@@ -121,7 +121,7 @@ static void what_cannot_be_copied_is_refused(void)
     EXPECT_MESSAGES(1, 1, 1, 3);
     st23_fixture_order(14U, 4U, "a", "one", "a", "w");
     st23_fixture_refused(PUS_FAILURE_TABLE_FULL, COPIES);
-    disk.fail_call = disk.calls + 3U; // The look at the target.
+    disk.fail_call = disk.calls + 3U; // The query of the target.
     st23_fixture_order(14U, 4U, "a", "one", "a", "w");
     st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
 }
@@ -160,7 +160,7 @@ static void a_file_is_moved_at_once(void)
     st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
-/// Each call of the store fails once: the copy ends with a failure, and nothing is left.
+/// Each call of the store fails once: the copy ends with a failure, and nothing is left of it.
 static void a_copy_that_fails_leaves_nothing(void)
 {
     for (unsigned i = 1U; i <= 6U; i++) { // Make, read, write, read, sync and rename.
@@ -286,7 +286,7 @@ static void a_power_cut_leaves_nothing_of_a_copy(void)
     st23_fixture_power_cut();
     TEST_ASSERT_TRUE(pus_files_is_busy(&st23_fixture.files));
     st23_fixture_order(14U, 3U, "a", "one", "", "x");
-    st23_fixture_order(14U, 4U, "a", "one", "", "y"); // Two of three are still taken.
+    st23_fixture_order(14U, 4U, "a", "one", "", "y"); // Two of three are still accepted.
     st23_fixture_refused(PUS_FAILURE_TABLE_FULL, COPIES);
     st23_fixture_change(18U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 1U);
@@ -369,7 +369,7 @@ static void copies_are_reported_at_an_interval(void)
     st23_fixture_step();
     EXPECT_MESSAGES(23, 23);
     st23_fixture_power_cut();
-    st23_fixture_step(); // Known from here on; and what is left of copies is removed.
+    st23_fixture_step(); // From now on the copy is known; remains of copies are removed.
     st23_fixture_step();
     st23_fixture_step();
     EXPECT_MESSAGES(0);

@@ -107,7 +107,7 @@ static void a_locked_file_stays_as_it_is(void)
     st23_fixture_refused(PUS_FAILURE_STATE, 5U);
     st23_fixture_rename("", "a", "z");
     st23_fixture_refused(PUS_FAILURE_STATE, 2U);
-    st23_fixture_order(14U, 1U, "a", "one", "", "copied"); // It is only read.
+    st23_fixture_order(14U, 1U, "a", "one", "", "copied"); // The file is only read.
     EXPECT_MESSAGES(1, 1, 1, 3);
     st23_fixture_step();
     EXPECT_MESSAGES(1, 5, 1, 5, 1, 5, 1, 7);
@@ -183,7 +183,7 @@ static void a_lock_without_its_file_goes_with_a_power_cut(void)
 {
     st23_fixture_create("a", "x", 0U, 1U);
     st23_fixture_done();
-    disk_remove("a/x"); // As if the power had gone between the lock and the file.
+    disk_remove("a/x"); // As if the power had been cut between the lock and the file.
     st23_fixture_power_cut();
     st23_fixture_step();
     st23_fixture_create("a", "x", 0U, 0U);
@@ -211,7 +211,7 @@ static void a_file_is_locked_before_it_is_made(void)
     st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
     TEST_ASSERT_NULL(disk_find("a/x"));
     records.commit_status = STATUS_OK;
-    st23_fixture_request(2U, "a", "one"); // Nothing of these has stayed locked.
+    st23_fixture_request(2U, "a", "one"); // None of these files has stayed locked.
     st23_fixture_done();
     st23_fixture_create("a", "x", 0U, 0U);
     st23_fixture_request(2U, "a", "x");

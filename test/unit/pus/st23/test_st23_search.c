@@ -67,7 +67,7 @@ static void step(void)
     pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 1U);
 }
 
-/// Step until nothing is to be done any more. Returns the number of steps.
+/// Step until there is no work any more. Returns the number of steps.
 static unsigned run(void)
 {
     unsigned steps = 0U;
@@ -281,7 +281,7 @@ static void the_last_report_is_tried_again(void)
     EXPECT_MESSAGES(23, 13, 1, 7);
 }
 
-/// Exactly as much as a report holds is one report.
+/// Exactly as much as fits is sent in one report.
 static void a_full_report_is_not_followed_by_an_empty_one(void)
 {
     char name[PUS_FILE_NAME_MAX + 1U];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices of a file on buses of their own: what is refused, with file and line, and what lives on the bus.
+// Devices of a file on buses of their own: refusals with file and line, and the devices on the bus.
 #include "sim/app/bench_devices.h"
 #include "sim/app/segment.h"
 #include "test/support/bounds.h"
@@ -135,7 +135,7 @@ static void a_device_boots_on_its_bus_and_is_told_of(void)
         bench_devices_move(bench_devices, now_ns, now_ns + 500000U);
     }
     TEST_ASSERT_TRUE(heard[0x731] > 1U);      // Boot-up and heartbeats.
-    TEST_ASSERT_EQUAL_UINT(0U, heard[0x707]); // That one is on the other bus.
+    TEST_ASSERT_EQUAL_UINT(0U, heard[0x707]); // That device is on the other bus.
     const unsigned before = told;
     bench_devices_tell(bench_devices, 100000000U);
     TEST_ASSERT_EQUAL_UINT(before + 1U, told);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A process kills another one of the same parent by its name, and nobody else.
+// A process kills another one of the same parent by its name, and no other.
 #include "sim/app/fault_kill.h"
 #include "unity.h"
 
@@ -10,7 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-static int mouth[2]; ///< What victims wait for.
+static int mouth[2]; ///< Victims wait for octets in this pipe.
 
 void setUp(void)
 {
@@ -23,7 +23,7 @@ void tearDown(void)
     (void)close(mouth[1]);
 }
 
-/// A child that waits for what never comes, under a name and with another word of its own. It bears them on
+/// A child that waits without end, under a name and with a second word in its command line. It has both on
 /// return.
 static pid_t start(const char* name, const char* word)
 {
@@ -38,12 +38,12 @@ static pid_t start(const char* name, const char* word)
         _exit(127);
     }
     (void)close(begun[1]);
-    TEST_ASSERT_EQUAL_INT(0, (int)read(begun[0], &octet, 1U)); // Its end was closed by the exec.
+    TEST_ASSERT_EQUAL_INT(0, (int)read(begun[0], &octet, 1U)); // The exec has closed its end.
     (void)close(begun[0]);
     return id;
 }
 
-/// Another child of ours asks for the death.
+/// Another child of ours orders the death.
 static void kill_by_sibling(const char* name)
 {
     int how        = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fault lines of a scenario: every verb, every error with its line, and what they do.
+// The fault lines of a scenario: every verb, every error with its line, and their effects.
 #include "sim/app/faults.h"
 #include "unity.h"
 
@@ -169,8 +169,9 @@ static void test_faults_reach_the_bus(void)
     TEST_ASSERT_TRUE(bus_is_plugged(world.channel[0][1].bus, 0U));
     apply_next();
     bus_run_until(bus, 1000000U);
-    TEST_ASSERT_GREATER_THAN_UINT64(0U, bus_statistics(bus)->errors); // Babbles, and nobody hears it.
-    TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target); // Nobody there.
+    TEST_ASSERT_GREATER_THAN_UINT64(0U, bus_statistics(bus)->errors); // It babbles, and no node receives it.
+    // No node is there.
+    TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target);
     close_world();
 }
 
@@ -197,7 +198,8 @@ static void test_a_node_sends_sync_as_often_as_it_is_told(void)
     apply_next();
     bus_run_until(bus, 10000000U);
     TEST_ASSERT_EQUAL_UINT(33U, count);
-    TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target); // Nobody there.
+    // No node is there.
+    TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target);
     close_world();
 }
 
@@ -218,7 +220,7 @@ static void test_a_cut_takes_one_channel(void)
     apply_next();
     TEST_ASSERT_FALSE(bus_is_plugged(world.channel[0][0].bus, 0U));
     TEST_ASSERT_TRUE(bus_is_plugged(world.channel[0][1].bus, 0U));
-    apply_next(); // A channel that does not exist: nothing happens.
+    apply_next(); // A channel that does not exist: no effect.
     apply_next();
     apply_next();
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, faults_next_ns(&faults));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulator as a whole, against a tiny master on both buses that does what flight does at bus level.
+// The whole simulator, with a small master on both buses that does what flight does at bus level.
 #include "osal/include/osal/can.h"
 #include "sim/app/simulator.h"
 #include "test/support/bounds.h"
@@ -21,7 +21,7 @@ static osal_can_t can[2];
 static simulator_t* simulator;
 static uint64_t now_ns;
 
-/// What the master has heard last.
+/// The frames that the master has received last.
 static struct {
     uint16_t statusword[2];
     int32_t position[2];
@@ -150,8 +150,8 @@ static void step(void)
     listen();
 }
 
-/// RPDOs that hold the present pose with gravity from outside the model, then SYNC: what flight does in a
-/// cycle.
+/// RPDOs that hold the present pose, with gravity computed outside of the model, then SYNC: the frames of
+/// flight in a cycle.
 static void cycle(uint16_t controlword, uint16_t stick_controlword)
 {
     static const int16_t weight[2] = {590, 200}; // 0.01 Nm
@@ -195,7 +195,7 @@ static void test_a_cycle_takes_one_step_there_and_back(void)
 {
     open_simulator(NULL, 1U);
     bring_up();
-    // TPDOs of this very step: what was queued at t was applied and answered within [t, t + 0.5 ms).
+    // TPDOs of this step: frames queued at t were applied and answered within [t, t + 0.5 ms).
     cycle(0x07U, 0x0FU);
     TEST_ASSERT_EQUAL_HEX16(0x23U, heard.statusword[0] & 0x6FU);
     TEST_ASSERT_GREATER_THAN_UINT64(now_ns - STEP_NS, heard.tpdo_ns[0]);
@@ -247,7 +247,7 @@ static void test_a_master_left_alone_is_told_so(void)
     }
     TEST_ASSERT_TRUE((heard.error_classes[JOYSTICK] & OSAL_CAN_ERROR_NO_ACK) != 0U);
     TEST_ASSERT_EQUAL_UINT(0U, heard.errors[ROBOT]);
-    // It stops sending; after the plug the old frames drain and the device boots.
+    // It stops sending; after the plug the old frames leave the queue and the device boots.
     heard.boot_ups = 0U;
     while (now_ns < 250000000U) {
         step();
@@ -278,7 +278,7 @@ static void test_a_cut_drive_is_safe_in_time_at_20_phases(void)
         send(ROBOT, 0U, 0U, start, 2U);
         cycle(0x00U, 0x00U);
         cycle(0x00U, 0x00U);
-        TEST_ASSERT_INT32_WITHIN(1000, before, heard.position[0]); // Nothing has dropped.
+        TEST_ASSERT_INT32_WITHIN(1000, before, heard.position[0]); // No bit is dominant any more.
         TEST_ASSERT_EQUAL_INT(STATUS_OK, simulator_close(simulator));
         simulator = NULL;
     }

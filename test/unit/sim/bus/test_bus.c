@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bus in time: who wins, when a frame arrives, what breaks it, and that a seed replays a run.
+// The bus in time: arbitration, arrival of frames, errors, and that a seed repeats a run.
 #include "sim/bus/bus.h"
 #include "sim/bus/frame_length.h"
 #include "unity.h"
@@ -142,7 +142,7 @@ static void test_a_frame_that_does_not_end_stays_for_the_next_run(void)
 {
     const osal_can_frame_t frame = data_frame(0x10U, 8U, 0U);
     submit(0U, &frame, 0U);
-    bus_run_until(bus, duration_ns(&frame)); // It ends at that very instant: not yet.
+    bus_run_until(bus, duration_ns(&frame)); // It ends exactly at that instant: not yet.
     TEST_ASSERT_EQUAL_UINT(0U, ear[1].count);
     TEST_ASSERT_TRUE(bus_is_busy(bus));
     bus_run_until(bus, duration_ns(&frame) + 1U);
@@ -150,7 +150,7 @@ static void test_a_frame_that_does_not_end_stays_for_the_next_run(void)
     TEST_ASSERT_FALSE(bus_is_busy(bus));
 }
 
-/// Arbitration as a plain rule, over what was ready when a frame began.
+/// Arbitration as a plain rule, over the frames that were ready when a frame began.
 static void test_the_lowest_ready_head_always_wins(void)
 {
     struct {
@@ -355,7 +355,7 @@ static void test_equal_frames_merge_and_unequal_ones_destroy_each_other(void)
     TEST_ASSERT_EQUAL_UINT(1U, ear[2].count);
     TEST_ASSERT_TRUE((ear[0].report_classes & OSAL_CAN_ERROR_BUS_OFF) != 0U);
     TEST_ASSERT_TRUE((ear[1].report_classes & OSAL_CAN_ERROR_BUS_OFF) != 0U);
-    // Their queues are gone; after 128 x 11 bits both are back.
+    // Their queues are empty; after 128 x 11 bits both are on the bus again.
     bus_run_until(bus, 20U * MS);
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_ACTIVE, bus_controller(bus, node[0])->state);
     TEST_ASSERT_TRUE((ear[0].report_classes & OSAL_CAN_ERROR_RESTARTED) != 0U);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes wrong on a bus by order, and what the controller concerned tells its software.
+// Ordered faults of a bus, and the reports of the controller concerned to its software.
 #include "sim/bus/bus.h"
 #include "unity.h"
 
@@ -90,7 +90,7 @@ static void bus_off_ends_after_128_times_11_bits(void)
 static void bus_off_waits_for_an_order(void)
 {
     bus_set_restart(bus, node[0], false);
-    bus_restart(bus, node[0]); // It is well: nothing to do.
+    bus_restart(bus, node[0]); // The controller has no fault: no effect.
     bus_force_off(bus, node[0]);
     bus_force_off(bus, node[0]);
     const unsigned reports = ear[0].reports;
@@ -99,7 +99,7 @@ static void bus_off_waits_for_an_order(void)
     const uint64_t order_ns = bus_now_ns(bus);
     bus_restart(bus, node[0]);
     run(MS);
-    bus_restart(bus, node[0]); // Under way: it does not begin again.
+    bus_restart(bus, node[0]); // It is under way: it does not begin again.
     run(MS);
     TEST_ASSERT_EQUAL_UINT64(order_ns + RECOVERY_NS, last_report(0U)->time_ns);
     bus_set_restart(bus, node[0], true);
@@ -117,7 +117,7 @@ static void bus_off_breaks_the_frame_on_the_wire(void)
     TEST_ASSERT_EQUAL_UINT(0U, ear[1].frames);
     TEST_ASSERT_EQUAL_UINT64(1U, bus_statistics(bus)->errors);
     bus_unplug(bus, node[1]);
-    bus_force_off(bus, node[1]); // Not on the bus: it has no transmit errors.
+    bus_force_off(bus, node[1]); // It is not on the bus, so it has no transmit errors.
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_ACTIVE, bus_controller(bus, node[1])->state);
 }
 
@@ -133,7 +133,7 @@ static void an_overflow_loses_frames_that_others_receive(void)
     TEST_ASSERT_EQUAL_UINT(2U, ear[1].reports);
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_CONTROLLER, last_report(1U)->id);
     TEST_ASSERT_EQUAL_HEX8(OVERFLOW, last_report(1U)->data[1]);
-    TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports); // It was acknowledged.
+    TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports); // The frame was acknowledged.
 }
 
 static void lost_arbitration_is_told_with_its_bit_where_it_is_asked_for(void)
@@ -145,10 +145,10 @@ static void lost_arbitration_is_told_with_its_bit_where_it_is_asked_for(void)
     run(MS);
     TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports);
     TEST_ASSERT_EQUAL_UINT(1U, ear[1].reports);
-    TEST_ASSERT_EQUAL_UINT(0U, ear[2].reports); // Lost twice, but its driver does not tell.
+    TEST_ASSERT_EQUAL_UINT(0U, ear[2].reports); // Lost twice, but its driver does not report that.
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_LOST_ARBITRATION, last_report(1U)->id);
     TEST_ASSERT_EQUAL_UINT8(6U, last_report(1U)->data[0]);
-    TEST_ASSERT_EQUAL_UINT(2U, ear[1].frames); // And it was sent afterwards.
+    TEST_ASSERT_EQUAL_UINT(2U, ear[1].frames); // The frame was sent afterwards.
     TEST_ASSERT_EQUAL_UINT(2U, ear[0].frames);
 }
 
@@ -164,10 +164,10 @@ static void a_frame_that_cannot_leave_is_told(void)
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_TX_TIMEOUT, last_report(0U)->id);
     TEST_ASSERT_EQUAL_UINT64(10U * MS, last_report(0U)->time_ns);
     run(100U * MS);
-    TEST_ASSERT_EQUAL_UINT(1U, ear[0].reports); // Once for what waits,
+    TEST_ASSERT_EQUAL_UINT(1U, ear[0].reports); // Once for the waiting frame,
     TEST_ASSERT_EQUAL_INT(STATUS_OK, submit(0U, 0x101U, 0U));
     run(11U * MS);
-    TEST_ASSERT_EQUAL_UINT(2U, ear[0].reports); // and once more for those who keep pushing.
+    TEST_ASSERT_EQUAL_UINT(2U, ear[0].reports); // and once more for senders that continue to submit.
 }
 
 static void frames_that_leave_in_time_are_not_told(void)
@@ -181,7 +181,7 @@ static void frames_that_leave_in_time_are_not_told(void)
     TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, submit(0U, 0x100U, 0U));
     bus_unplug(bus, node[0]);
-    run(10U * MS); // Its queue is gone.
+    run(10U * MS); // Its queue was discarded.
     TEST_ASSERT_EQUAL_UINT(0U, ear[0].reports);
 }
 

@@ -63,7 +63,7 @@ static void test_a_missing_acknowledge_stops_at_passive(void)
 {
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_NO_ACK, 1U));
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_NO_ACK, report.id);
-    TEST_ASSERT_EQUAL_UINT(2U, apply(CONTROLLER_NO_ACK, 1000U)); // Warning and passive, no more.
+    TEST_ASSERT_EQUAL_UINT(2U, apply(CONTROLLER_NO_ACK, 1000U)); // Warning and passive, but no more.
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, controller.state);
     TEST_ASSERT_EQUAL_UINT32(128U, controller.transmit_errors);
     // A success counts down by one and allows the next report.

@@ -8,7 +8,7 @@
 
 #define WIRE_BITS_MAX 1024U
 
-/// A frame spelled out: bits with their stuff bits, and where the fast part begins and ends.
+/// A frame with all its bits, stuff bits included, and the begin and end of the fast part.
 typedef struct {
     unsigned count; // Bits on the wire so far.
     unsigned run;   // Equal bits at the end.
@@ -60,7 +60,7 @@ static void put_crc15(wire_t* wire, unsigned level)
     }
 }
 
-/// A bit under the stuffing rule: before it, a complement if five equal ones stand there.
+/// Append a bit by the stuffing rule: before it a complement if there are five equal ones.
 static void put(wire_t* wire, unsigned level)
 {
     if (wire->run == 5U) {
@@ -175,7 +175,7 @@ static osal_can_frame_t random_frame(bool is_fd)
     } else if ((random_u32() & 7U) == 0U) {
         frame.id |= OSAL_CAN_REMOTE;
     }
-    // Long runs of equal bits are what the stuffing is about.
+    // Long runs of equal bits are the critical case of stuffing.
     const uint32_t kind = random_u32() % 4U;
     for (unsigned i = 0U; i < frame.length; i++) {
         const uint8_t any = (uint8_t)random_u32();

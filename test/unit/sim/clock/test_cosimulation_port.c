@@ -77,7 +77,7 @@ static void come_in(const char* join)
     say(join);
 }
 
-/// What the co-simulation port makes of an answer to a grant; the client is inside before.
+/// Result of the co-simulation port for an answer to a grant; the client has joined before.
 static status_t exchange(const char* answer, uint64_t* out_wake_ns, uint32_t* out_octets)
 {
     const osal_grant_t grant = {18446744073709551614ULL, 4294967295U, 0U};
@@ -117,7 +117,7 @@ static void test_join_out_of_form_is_turned_away(void)
         TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&client, &octet, 1U, &size));
     }
     TEST_ASSERT_EQUAL_UINT32(0U, cosimulation.count.joined);
-    come_in("join operator 0\n"); // The next one is welcome.
+    come_in("join operator 0\n"); // The next client can join.
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
 }
 
@@ -183,7 +183,7 @@ static void test_answers_in_form(void)
     hear("grant 1 2 3 0\n");
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.left);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, cosimulation_port_exchange(&cosimulation, &grant, 0U, &wake_ns,
-                                                                &octets)); // Nobody inside.
+                                                                &octets)); // No client has joined.
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.left);
 }
 
@@ -251,7 +251,7 @@ static void test_path_is_taken_and_given_back(void)
     struct stat about;
     TEST_ASSERT_EQUAL(STATUS_EXISTS,
                       cosimulation_port_open(&other, path, "operator", scheduler, PATIENCE_MS));
-    cosimulation_port_close(&other); // Not its path: it stays.
+    cosimulation_port_close(&other); // The path is not its own: it stays.
     TEST_ASSERT_EQUAL(0, stat(path, &about));
     cosimulation_port_close(&cosimulation);
     TEST_ASSERT_EQUAL(-1, stat(path, &about));
@@ -278,7 +278,7 @@ static void serve_twice(void* context)
 }
 
 /// The operator, a process of its own: in its n-th grant it sends 10 n octets and asks for ten slots later;
-/// in the fifth it says farewell instead.
+/// in the fifth it leaves instead.
 static void operate(const char* farewell)
 {
     char line[COSIMULATION_PORT_LINE_BYTES];
@@ -296,7 +296,7 @@ static void operate(const char* farewell)
     _exit((Unity.CurrentTestFailed != 0U) ? 1 : 0);
 }
 
-/// Runs communication: woken by what the operator sends, it answers with 7 octets in time for the
+/// Runs communication: woken by deliveries of the operator, it answers with 7 octets in time for the
 /// operator's next grant.
 static void communicate(osal_clock_t* clock)
 {
@@ -328,7 +328,7 @@ static void run_with(const char* farewell)
     }
     osal_clock_open_stepped(&clock, scheduler, COMMUNICATION, OSAL_LOCKSTEP_ANY_LIFE);
     communicate(&clock);
-    // Time goes on without the operator.
+    // Time continues without the operator.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&clock, 1000U * SLOT_NS, NULL, 0U));
     TEST_ASSERT_EQUAL_UINT64(1000U * SLOT_NS, osal_clock_now_ns(&clock));
     TEST_ASSERT_FALSE(osal_lockstep_is_present(scheduler, OPERATOR));

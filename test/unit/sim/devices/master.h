@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A CANopen master for tests of the devices: sends frames, remembers what it hears, does SDO transfers by
-/// hand.
+/// A CANopen master for tests of the devices: sends frames, records received ones, does SDO transfers frame
+/// by frame.
 #ifndef TEST_UNIT_SIM_DEVICES_MASTER_H
 #define TEST_UNIT_SIM_DEVICES_MASTER_H
 
@@ -31,9 +31,9 @@ void master_nmt(master_t* master, uint8_t command, uint8_t node);
 /// SYNC, then let `ns` pass.
 void master_sync(master_t* master, uint64_t ns);
 
-/// Forget what was heard.
+/// Forget the received frames.
 void master_forget(master_t* master);
-/// Frames heard with an identifier.
+/// Number of received frames with an identifier.
 unsigned master_heard(const master_t* master, uint32_t id);
 /// The last of them; null if none.
 const osal_can_frame_t* master_last(const master_t* master, uint32_t id);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CiA 402 state machine: every state with every controlword, against the standard's transitions written
-// down once more as a list.
+// The CiA 402 state machine: every state with every controlword, against an independent list of the
+// standard's transitions.
 #include "sim/devices/axis.h"
 #include "unity.h"
 
@@ -12,7 +12,7 @@ void tearDown(void)
 {
 }
 
-/// A command of the standard: bits that count, their values.
+/// A command of the standard: the mask of its bits, and their values.
 typedef struct {
     uint16_t mask;
     uint16_t value;

@@ -94,7 +94,7 @@ static void send_cst(uint16_t controlword, double torque_nm, double velocity_rad
     master_send(&master, 0x300U + ID, data, 8U);
 }
 
-/// A cycle: what has been sent, SYNC, then the plant.
+/// A cycle: the frames sent before, SYNC, then the plant.
 static void cycle(void)
 {
     master_send(&master, 0x080U, NULL, 0U);
@@ -186,7 +186,7 @@ static void test_the_way_to_operation_enabled_and_back(void)
                {0x0FU, 0x27U, false}, {0x00U, 0x40U, true}};
     for (size_t i = 0U; i < (sizeof way / sizeof way[0]); i++) {
         csp_cycles(1U, way[i].controlword, motor.position_rad, 0.0);
-        // The TPDO of the very SYNC that applied the controlword shows the new state.
+        // The TPDO of the same SYNC that applied the controlword shows the new state.
         TEST_ASSERT_EQUAL_HEX16(way[i].state, statusword() & 0x6FU);
         TEST_ASSERT_EQUAL(way[i].brake, drive_brake_is_engaged(drive));
         TEST_ASSERT_EQUAL_UINT64(way[i].brake ? 1U : 0U, node_object(drive_node(drive), 0x2220U, 0U)->value);
@@ -236,7 +236,7 @@ static void test_csp_holds_against_a_known_load_without_a_jerk(void)
 
 static void test_csp_yields_by_load_over_gain(void)
 {
-    motor.load_nm = 4.0; // Not told to the drive.
+    motor.load_nm = 4.0; // The drive is not informed.
     enable_csp(0.0);
     csp_cycles(1000U, 0x0FU, 0.5, 0.0);
     EXPECT_WITHIN(0.5 - (4.0 / 4000.0), 1e-5, motor.position_rad);
@@ -259,7 +259,7 @@ static void test_an_enabled_drive_holds_until_the_first_target_comes(void)
 {
     motor.load_nm = 2.0;
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1400U, 5U, 0U, 2U));
-    csp_cycles(1U, 0x06U, 0.0, 0.0); // Targets of 0 rad, far away, before it is enabled.
+    csp_cycles(1U, 0x06U, 0.0, 0.0); // Targets of 0 rad, far away, before the drive is enabled.
     csp_cycles(1U, 0x07U, 0.0, 0.0);
     TEST_ASSERT_EQUAL_UINT32(0U,
                              master_write(&master, ID, 0x6040U, 0U, 0x0FU, 2U)); // By SDO: no target with it.
@@ -331,7 +331,7 @@ static void test_modes_of_operation(void)
     csp_cycles(1U, 0x06U, 0.5, 0.0);
     csp_cycles(1U, 0x07U, 0.5, 0.0);
     csp_cycles(3U, 0x0FU, 0.5, 0.0);
-    TEST_ASSERT_EQUAL_HEX16(0x23U, statusword() & 0x6FU); // Without a mode nothing is enabled.
+    TEST_ASSERT_EQUAL_HEX16(0x23U, statusword() & 0x6FU); // Without a mode the drive is not enabled.
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6060U, 0U, 8U, 1U));
     uint32_t mode = 0U;
     TEST_ASSERT_EQUAL_UINT32(0U, master_read(&master, ID, 0x6061U, 0U, &mode));
@@ -375,7 +375,7 @@ static void test_quick_stop_at_rest_lets_nothing_drop(void)
     EXPECT_WITHIN(0.5, 1e-4, motor.position_rad);
 }
 
-/// The master falls silent at `phase` of a cycle: the drive must be safe by itself.
+/// The master stops sending at `phase` of a cycle: the drive must go to its safe state by itself.
 static uint64_t silence_reaction_ns(uint64_t phase_ns)
 {
     setUp();

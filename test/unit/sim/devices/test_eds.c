@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading data sheets: what is taken, and every error with its line.
+// Reading data sheets: accepted content, and every error with its line.
 #include "sim/devices/eds.h"
 #include "unity.h"
 
@@ -38,7 +38,7 @@ static status_t load(const char* text)
     return eds_load(path, 0x11U, &dictionary, error);
 }
 
-/// The text is refused, and the message begins with file:line and holds `words`.
+/// The text is refused, and the message begins with file:line and contains `words`.
 static void expect_error(const char* text, unsigned line, const char* words)
 {
     char begin[64];

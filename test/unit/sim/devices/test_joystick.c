@@ -117,7 +117,7 @@ static void test_positions_and_buttons(void)
     TEST_ASSERT_INT32_WITHIN(97, 200000, (int32_t)octets_u32(positions->data));
     TEST_ASSERT_INT32_WITHIN(97, -300000, (int32_t)octets_u32(&positions->data[4]));
     TEST_ASSERT_EQUAL_HEX32(0x00020000U, octets_u32(&master_last(&master, 0x280U + ID)->data[4]));
-    // A step of the encoder is 96 urad: less does not show.
+    // A step of the encoder is 96 urad: a smaller motion does not show.
     stick.position_rad[0] += 1e-6;
     cycle(0x00U, 0x00U, 0.0, 0.0);
     TEST_ASSERT_EQUAL_HEX32(octets_u32(positions->data), octets_u32(master_last(&master, 0x180U + ID)->data));

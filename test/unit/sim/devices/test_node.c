@@ -14,7 +14,7 @@ static master_t master;
 static node_t* node;
 static char error[EDS_ERROR_MAX];
 
-/// What the application was told, in order: s sample, w written, l connection lost, r reset.
+/// Calls of the application, in order: s sample, w written, l connection lost, r reset.
 static char story[4096];
 static size_t story_length;
 static uint16_t controlword_at_sample;
@@ -172,7 +172,7 @@ static void test_sync_applies_then_samples_then_sends(void)
     master_sync(&master, 300U * MASTER_US);
     TEST_ASSERT_EQUAL_STRING("wwws", story); // Three mapped objects, then the sample.
     TEST_ASSERT_EQUAL_HEX16(0x1234U, controlword_at_sample);
-    // The TPDO already carries what the RPDO has caused.
+    // The TPDO already shows the effect of the RPDO.
     const osal_can_frame_t* tpdo = master_last(&master, 0x191U);
     TEST_ASSERT_NOT_NULL(tpdo);
     TEST_ASSERT_EQUAL_UINT8(8U, tpdo->length);
@@ -180,7 +180,7 @@ static void test_sync_applies_then_samples_then_sends(void)
     TEST_ASSERT_EQUAL_HEX16(0x1234U, octets_u16(tpdo->data));
     forget();
     master_sync(&master, 300U * MASTER_US);
-    TEST_ASSERT_EQUAL_STRING("s", story); // Nothing new to apply.
+    TEST_ASSERT_EQUAL_STRING("s", story); // There is no new RPDO to apply.
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x191U));
 }
 
@@ -204,7 +204,7 @@ static void test_no_pdo_flows_outside_operational(void)
     TEST_ASSERT_EQUAL_UINT(0U, master_heard(&master, 0x191U));
     start();
     master_nmt(&master, 2U, ID);
-    TEST_ASSERT_EQUAL_STRING("l", story); // Leaving operational is told.
+    TEST_ASSERT_EQUAL_STRING("l", story); // The application is informed that the node leaves operational.
     master_sync(&master, MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(0U, master_heard(&master, 0x191U));
     uint32_t value = 0U;
@@ -265,7 +265,7 @@ static void test_a_missed_rpdo_deadline_is_told_once_and_cleared(void)
 {
     start();
     master_wait(&master, 10U * MASTER_MS);
-    TEST_ASSERT_EQUAL_STRING("", story); // Watching starts with the first one.
+    TEST_ASSERT_EQUAL_STRING("", story); // The deadline starts with the first one.
     send_rpdo(1U);
     master_wait(&master, 100U * MASTER_US);
     const uint64_t received_ns = bus_now_ns(master.bus);
@@ -303,7 +303,7 @@ static void test_a_lost_master_heartbeat_is_told(void)
     const uint8_t operational[] = {5U};
     start();
     master_wait(&master, 200U * MASTER_MS);
-    TEST_ASSERT_EQUAL_STRING("", story); // Watching starts with the first one.
+    TEST_ASSERT_EQUAL_STRING("", story); // The deadline starts with the first one.
     for (unsigned i = 0U; i < 5U; i++) {
         master_send(&master, 0x701U, operational, 1U);
         master_wait(&master, 50U * MASTER_MS);
@@ -353,7 +353,7 @@ static void test_sync_with_a_counter(void)
     master_wait(&master, 500U * MASTER_US);
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x191U));
     TEST_ASSERT_EQUAL_UINT(0U, master_heard(&master, 0x091U));
-    master_sync(&master, 500U * MASTER_US); // Without its counter: told once, obeyed all the same.
+    master_sync(&master, 500U * MASTER_US); // Without its counter: reported once, and applied all the same.
     master_sync(&master, 500U * MASTER_US);
     TEST_ASSERT_EQUAL_UINT(3U, master_heard(&master, 0x191U));
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x091U));
@@ -432,11 +432,11 @@ static void test_a_node_without_power_is_dead_and_boots_with_it(void)
     forget();
     master_wait(&master, 100U * MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(0U, master.count);
-    TEST_ASSERT_EQUAL_STRING("", story); // Nothing lives that could run out.
+    TEST_ASSERT_EQUAL_STRING("", story); // No deadline is active that could expire.
     node_unplug(node);
     node_plug(node);
     master_wait(&master, 5U * MASTER_MS);
-    TEST_ASSERT_EQUAL_UINT(0U, master.count); // A plug is no supply.
+    TEST_ASSERT_EQUAL_UINT(0U, master.count); // Plugging in does not switch the power on.
     TEST_ASSERT_FALSE(node_is_powered(node));
     node_power_on(node);
     master_wait(&master, 5U * MASTER_MS);
@@ -455,7 +455,7 @@ static void test_an_unplugged_node_is_mute_and_boots_when_plugged(void)
     forget();
     master_wait(&master, 100U * MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(0U, master.count);
-    TEST_ASSERT_EQUAL_STRING("l", story); // Its own deadline has run out all the same.
+    TEST_ASSERT_EQUAL_STRING("l", story); // Its own deadline has expired all the same.
     TEST_ASSERT_FALSE(node_is_plugged(node));
     forget();
     node_plug(node);

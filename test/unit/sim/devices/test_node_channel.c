@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A node on a bus with two channels: it follows the heartbeat of the master, searches, rests, and settles.
+// A node on a bus with two channels: it follows the heartbeat of the master, searches, and stays on a
+// channel.
 #include "sim/devices/node.h"
 #include "unity.h"
 
@@ -20,7 +21,7 @@ static char error[EDS_ERROR_MAX];
 static unsigned heard[NODE_CHANNELS];    // Heartbeats of the node.
 static uint64_t heard_ns[NODE_CHANNELS]; // Time of the last one.
 static unsigned boots[NODE_CHANNELS];
-static unsigned losses; // The application was told that the master is lost.
+static unsigned losses; // Calls that the master is lost.
 static uint64_t present_ns;
 static const unsigned channels[NODE_CHANNELS] = {A, B};
 
@@ -67,7 +68,7 @@ static void set(uint8_t subindex, int64_t number)
     object_set(node_object(node, 0x2000U, subindex), number);
 }
 
-/// Both channels live through the time, in steps as the simulator takes them.
+/// Simulate both channels over this time, in steps as the simulator makes them.
 static void wait(uint64_t ns)
 {
     const uint64_t end_ns = present_ns + ns;
@@ -157,14 +158,14 @@ static void after_the_loss_it_changes_after_ttoggle_heartbeat_times(void)
     wait(HEARTBEAT_TIME - (25U * MS));
     TEST_ASSERT_EQUAL_UINT(0U, losses);
     wait(10U * MS);
-    TEST_ASSERT_EQUAL_UINT(1U, losses); // The application is told at once, the channel changes later.
+    TEST_ASSERT_EQUAL_UINT(1U, losses); // The application is informed at once, the channel changes later.
     TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
     wait(HEARTBEAT_TIME - (10U * MS));
     TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
     TEST_ASSERT_EQUAL_UINT(0U, heard[B]);
     wait(10U * MS);
     TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
-    TEST_ASSERT_EQUAL_UINT(1U, heard[B]); // Here I am.
+    TEST_ASSERT_EQUAL_UINT(1U, heard[B]); // Its first heartbeat on the channel.
 }
 
 static void it_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times(void)
@@ -174,7 +175,7 @@ static void it_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times(void
         setUp();
         wait(5U * MS);
         lead(A, 100U * MS);
-        wait(200U * MS + (phase * 10U * MS)); // Searching, anywhere in its turn.
+        wait(200U * MS + (phase * 10U * MS)); // Searching, at any place of its sequence.
         forget();
         const uint64_t begin_ns = present_ns;
         while (heard[B] == 0U) {
@@ -184,8 +185,8 @@ static void it_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times(void
         TEST_ASSERT_TRUE(heard_ns[B] <= (begin_ns + DWELL + MS));
         lead(B, 1000U * MS);
         TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
-        TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // Heard: the count starts anew,
-        TEST_ASSERT_EQUAL_UINT64(B, value(1U));  // and this is where it belongs now.
+        TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // Received: the count starts again,
+        TEST_ASSERT_EQUAL_UINT64(B, value(1U));  // and this channel is the default now.
     }
 }
 
@@ -198,11 +199,11 @@ static void it_rests_after_ntoggle_changes(void)
     TEST_ASSERT_EQUAL_UINT64(3U, value(4U));
     TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node)); // An odd number: the other channel.
     lead(A, 500U * MS);
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node)); // It rests, wherever the master is,
+    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node)); // It stays, wherever the master is,
     lead(B, 40U * MS);
-    TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // until it is found there.
+    TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // until it receives the master there.
     wait(DWELL + (5U * MS));
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node)); // And it searches again when that is lost.
+    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node)); // It searches again when that heartbeat is lost.
 }
 
 static void zero_switches_the_search_off(void)
@@ -236,7 +237,7 @@ static void a_reset_keeps_the_channel_and_a_power_cycle_does_not(void)
     wait(10U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, boots[A]);
     TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
-    lead(B, DWELL + (40U * MS)); // The master is on B: it comes there by itself.
+    lead(B, DWELL + (40U * MS)); // The master is on B: the node changes to it by itself.
     TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
 }
 
@@ -270,7 +271,7 @@ static void both_channels_cut_and_one_mended(void)
     wait(5U * MS);
     lead(A, 100U * MS);
     node_cut(node, A, true);
-    wait(50U * MS); // The second one goes while the first is not even missed.
+    wait(50U * MS); // The second channel is cut before the loss of the first is detected.
     node_cut(node, B, true);
     forget();
     wait(7U * DWELL);
@@ -288,16 +289,16 @@ static void a_cut_during_the_change_of_channel(void)
     wait(5U * MS);
     lead(A, 100U * MS);
     node_cut(node, A, true);
-    lead(B, DWELL); // It is about to be found on B, or has just been,
+    lead(B, DWELL); // The node is about to find the master on B, or has just found it,
     node_cut(node, B, true);
-    node_cut(node, A, false); // when that goes and the first comes back.
+    node_cut(node, A, false); // when B is cut and the first channel is restored.
     forget();
     lead(A, (2U * DWELL) + (20U * MS));
     TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
     TEST_ASSERT_GREATER_THAN_UINT(0U, heard[A]);
 }
 
-/// The node of setUp goes, and one comes that has channel A only.
+/// Replaces the node of setUp by one that has channel A only.
 static void make_single(void)
 {
     bus_remove_node(bus[A], node_bus_index(node, A));

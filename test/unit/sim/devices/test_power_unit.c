@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pulses on the lines of a power unit, and what they do to the nodes that it supplies.
+// Pulses on the lines of a power unit, and their effect on the nodes that it supplies.
 #include "sim/devices/power_unit.h"
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
@@ -85,7 +85,7 @@ static void test_a_closed_relay_stays_closed(void)
     pulse(0x200U + UNIT, 1U, 2U, 3U);
     master_forget(&master);
     wait(POWER_UNIT_LATCH_NS);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(nodes[0])); // It has not booted anew.
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(nodes[0])); // It has not booted again.
 }
 
 static void test_what_is_no_pulse_of_the_unit_is_ignored(void)

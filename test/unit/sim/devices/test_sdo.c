@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The SDO server, octet by octet: expedited and segmented both ways, every abort, and nonsense without end.
+// The SDO server, octet by octet: expedited and segmented in both directions, every abort, and random
+// requests.
 #include "sim/devices/sdo.h"
 #include "unity.h"
 
@@ -122,7 +123,7 @@ static void test_expedited_download(void)
 {
     expect("2B 17 10 00 64 00 00 00", "60 17 10 00 00 00 00 00");
     TEST_ASSERT_EQUAL_UINT64(100U, objects[1].value);
-    expect("22 17 10 00 32 00 00 00", "60 17 10 00 00 00 00 00"); // Size left to the server.
+    expect("22 17 10 00 32 00 00 00", "60 17 10 00 00 00 00 00"); // The server uses the size of the object.
     TEST_ASSERT_EQUAL_UINT64(50U, objects[1].value);
     expect("2F 01 20 01 80 00 00 00", "60 01 20 01 00 00 00 00");
     TEST_ASSERT_EQUAL_INT64(-128, object_signed(&objects[3]));
@@ -228,7 +229,7 @@ static void test_random_requests_do_no_harm(void)
             random     = (random * 1664525U) + 1013904223U;
             request[k] = (uint8_t)(random >> 24);
         }
-        if ((random & 0x300U) != 0U) { // Mostly objects that are there.
+        if ((random & 0x300U) != 0U) { // Mostly existing objects.
             const object_t* object = &objects[(random >> 10) % OBJECTS];
             request[1]             = (uint8_t)object->index;
             request[2]             = (uint8_t)(object->index >> 8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Log lines and pcap records, character by character, and the files as a whole.
+// Log lines and pcap records, character by character, and complete files.
 #include "sim/logs/frame_log.h"
 #include "unity.h"
 
@@ -183,7 +183,7 @@ static void test_a_full_disk_leaves_whole_lines_and_records(void)
     frame_log_flush(log);
     limit.rlim_cur = before;
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
-    frame_log_write(log, &frame); // It stays broken: a log with a hole would look whole.
+    frame_log_write(log, &frame); // The log stays failed: one with a gap would look complete.
     TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_close(log));
     TEST_ASSERT_EQUAL_INT(line, size_of("log"));
     TEST_ASSERT_EQUAL_INT(24 + 32, size_of("pcap"));

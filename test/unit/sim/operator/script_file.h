@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A scenario on disk for the length of one test.
+/// A scenario file that exists during one test.
 #ifndef TEST_UNIT_SIM_OPERATOR_SCRIPT_FILE_H
 #define TEST_UNIT_SIM_OPERATOR_SCRIPT_FILE_H
 

@@ -42,7 +42,7 @@ static const hand_intent_t* at(double time_s)
     return hand_intent(hand);
 }
 
-/// Intent must come from wanted pose and expected torque as the header says.
+/// The intent must follow from wanted pose and expected torque as the header says.
 static void expect_lean(const hand_intent_t* intent, double grip_nm_rad)
 {
     for (unsigned i = 0U; i < PLANT_AXES; i++) {
@@ -282,7 +282,8 @@ static void test_rest_stops_leaning_without_moving(void)
     }
     EXPECT_WITHIN(0.0, 0.0, at(5.0)->expected_torque_nm[0]);
     EXPECT_WITHIN(tip, 0.0, at(5.0)->wanted_tip_m[1]);
-    EXPECT_WITHIN(0.0, 0.0, at(6.2)->expected_torque_nm[0]); // The spring is forgotten on the way home.
+    // The hand no longer expects the spring on its way home.
+    EXPECT_WITHIN(0.0, 0.0, at(6.2)->expected_torque_nm[0]);
     EXPECT_WITHIN(0.0, 1e-12, at(7.0)->intent_rad[0]);
 }
 

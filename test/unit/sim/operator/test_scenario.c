@@ -7,8 +7,8 @@
 #include <string.h>
 
 static char error[SCENARIO_ERROR_MAX];
-static char seen[2048];     // What the taker got, one line each.
-static unsigned take_until; // Refuse the line after this many.
+static char seen[2048];     // Lines that the taker got.
+static unsigned take_until; // Refuse the line after this many lines.
 
 void setUp(void)
 {

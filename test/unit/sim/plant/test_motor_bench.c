@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A motor on a bench: free, against something elastic, and with its brake on.
+// A motor on a bench: free, against an elastic object, and with its brake on.
 #include "sim/parameters/rokviss.h"
 #include "sim/plant/motor_bench.h"
 #include "test/support/bounds.h"
@@ -39,7 +39,7 @@ static void a_free_rotor_accelerates_as_newton_says(void)
 {
     motor_bench_init(&bench, &rokviss_plant, 0.5, 400.0);
     push(10.0, false, 0.1);
-    // Between no friction at all and stiction for all the time.
+    // Between the result without friction and the one with permanent stiction.
     const double most  = 10.0 * 0.1 / rokviss_plant.rotor_inertia_kgm2;
     const double least = (10.0 - rokviss_plant.stiction_nm - rokviss_plant.viscous_nms_rad * most) * 0.1 /
                          rokviss_plant.rotor_inertia_kgm2;
@@ -74,7 +74,7 @@ static void the_brake_holds_a_squeezed_load(void)
     push(0.0, true, 5.0);
     EXPECT_WITHIN(squeezed, 0.0, bench.rotor.position_rad);
     push(0.0, false, 5.0);
-    TEST_ASSERT_TRUE(bench.rotor.position_rad < squeezed); // Let go, it gives way.
+    TEST_ASSERT_TRUE(bench.rotor.position_rad < squeezed); // Released, it moves back.
 }
 
 static void the_same_pushes_give_the_same_bits(void)

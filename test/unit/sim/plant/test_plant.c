@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the robot does to its surroundings and they to it: friction, brakes, contour, spring, stops,
-// repeatability.
+// Interaction of the robot with its environment: friction, brakes, contour, spring, stops, repeatability.
 #include "sim/parameters/rokviss.h"
 #include "sim/plant/plant.h"
 #include "sim/plant/world.h"
@@ -68,13 +67,13 @@ static void run(double seconds)
     }
 }
 
-/// Motors only push with a constant torque.
+/// Motors that apply a constant torque only.
 static void push(double first_nm, double second_nm)
 {
     holder = (holder_t){.extra_nm = {first_nm, second_nm}};
 }
 
-/// Joint angles for a tip, elbow up; straight from the law of cosines.
+/// Joint angles for a tip, elbow up, by the law of cosines.
 static void aim(double x, double z)
 {
     const double l1 = rokviss_plant.link_length_m[0];
@@ -86,7 +85,7 @@ static void aim(double x, double z)
     holder.wanted_rad[1] = acos((l1 * l1 + l2 * l2 - d2) / (2.0 * l1 * l2)) - acos(-1.0);
 }
 
-/// Slowly from where it aims now to another place.
+/// Slowly from the present aim to another place.
 static void glide(double from_x, double from_z, double to_x, double to_z, double seconds)
 {
     const unsigned steps = (unsigned)lround(seconds * 2000.0);
@@ -159,7 +158,7 @@ static void test_moving_rotor_meets_coulomb_and_viscous_friction(void)
     const double speed         = truth->motor[0].velocity_rad_s;
     EXPECT_ABOVE(0.3, speed);
     EXPECT_WITHIN(2.0 + 0.4 / (1.0 + speed * speed / 4.0e-4) + speed, 2e-3, truth->friction_nm[0]);
-    // Less than Coulomb: it comes to rest and stays, without turning round.
+    // Less than Coulomb: it comes to rest and stays, without reversing.
     push(0.0, 0.0);
     run(2.0);
     const double rest = truth->motor[0].position_rad;
@@ -328,7 +327,7 @@ static void test_bump_pushes_along_its_own_normal(void)
 
 static void test_external_torque_balances_gear_and_gravity(void)
 {
-    // At rest the sensor carries gravity minus what the surroundings take: an independent way to the same
+    // At rest the sensor shows gravity minus the forces of the environment: an independent way to the same
     // number.
     press_at(0.25, 0.005);
     run(3.0);
@@ -381,7 +380,8 @@ static void test_hook_is_missed_beside_it(void)
 {
     spring_t spring = {.below = true};
     EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.36, 0.160));
-    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.160)); // Above it already: nothing to pick up.
+    // The finger is already above it: it does not pick the cable up.
+    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.160));
     TEST_ASSERT_FALSE(spring.hooked);
 }
 
@@ -453,7 +453,7 @@ static void test_stick_stops_at_its_range(void)
 // --- repeatability
 // ------------------------------------------------------------------------------------------
 
-/// A motion with everything in it; the checksum of the state at its end.
+/// A motion with all effects; the checksum of the state at its end.
 static uint64_t eventful_run(void)
 {
     begin_with(&rokviss_plant, true);

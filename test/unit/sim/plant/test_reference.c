@@ -28,8 +28,8 @@ void tearDown(void)
 // --- an elastic arm in a plane
 // ------------------------------------------------------------------------------
 
-/// The mission's arm hanging down, free of dry friction (which no Runge-Kutta would follow) and of things to
-/// hit.
+/// The mission's arm hanging down, without dry friction (which no Runge-Kutta method would follow) and
+/// without obstacles.
 static plant_parameters_t hanging_arm(void)
 {
     plant_parameters_t arm = rokviss_plant;
@@ -59,7 +59,8 @@ static void drive_prescribed(void* context, unsigned substep, const plant_rotor_
 
 #define STATES 8 // q1 q2 th1 th2 and their rates.
 
-/// Lagrange's equations of two rods with elastic gears; the second rotor's spin-up is felt by the first link.
+/// Lagrange's equations of two rods with elastic gears; the acceleration of the second rotor acts on the
+/// first link.
 static void derivative(const plant_parameters_t* arm, double time_s, const double y[STATES],
                        double dy[STATES])
 {
@@ -194,7 +195,7 @@ static void test_momenta_stay_without_gravity(void)
     plant_parameters_t robot = rokviss_plant;
     robot.base_mass_kg       = 150.0;
     robot.base_inertia_kgm2  = 15.0;
-    // Tumbling about all axes, so that what the rotors do to their parents counts, and flying away.
+    // Tumbling about all axes, so that the effect of the rotors on their parents counts, and moving away.
     const plant_options_t options = {
         .free_base = true, .base_velocity_m_s = {1e-3, -2e-3, 1e-3}, .base_rate_rad_s = {0.01, 0.02, -0.01}};
     const plant_input_t input = {.drive = drive_swinging};
@@ -226,7 +227,8 @@ static void test_momenta_stay_without_gravity(void)
 
 static void test_spinning_rotor_turns_the_base(void)
 {
-    // From rest: whatever the arm does, the sum stays nothing, so the base must have turned against it.
+    // From rest: whatever the arm does, the sum stays zero, so the base must have turned in the other
+    // direction.
     const plant_options_t options = {.free_base = true};
     const plant_input_t input     = {.drive = drive_swinging};
     plant_t* const plant          = plant_create(&rokviss_plant, &options);

@@ -52,7 +52,7 @@ static void test_noise_differs_by_seed_device_and_step(void)
     EXPECT_WITHIN(0.0, 0.01, correlation(1U, 1U, 1U, 2U, 0U));
     EXPECT_WITHIN(0.0, 0.01, correlation(1U, 1U, 2U, 1U, 0U));
     EXPECT_WITHIN(0.0, 0.01, correlation(1U, 1U, 1U, 1U, 1U));
-    EXPECT_WITHIN(0.0, 0.01, correlation(1U, 2U, 2U, 1U, 0U)); // Seed and device do not change places.
+    EXPECT_WITHIN(0.0, 0.01, correlation(1U, 2U, 2U, 1U, 0U)); // Seed and device are not interchangeable.
     EXPECT_WITHIN(0.0, 0.01, correlation(0U, 0U, 0U, 0U, 1U));
 }
 

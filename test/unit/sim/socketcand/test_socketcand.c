@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The socketcand server: handshake as python-can does it, frames both ways, slow and rude clients.
+// The socketcand server: handshake as in python-can, frames in both directions, slow and malformed clients.
 #include "osal/include/osal/socket.h"
 #include "sim/socketcand/socketcand.h"
 #include "unity.h"
@@ -49,7 +49,7 @@ static osal_socket_t join(void)
     return client;
 }
 
-/// Let the server look (it looks for newcomers now and then only) and the bus run.
+/// Let the server check for clients (it does so only now and then) and the bus run.
 static void serve(void)
 {
     for (unsigned i = 0U; i < 70U; i++) {
@@ -59,7 +59,7 @@ static void serve(void)
     }
 }
 
-/// What has come, as text.
+/// The received octets, as text.
 static const char* take(osal_socket_t* client)
 {
     size_t total = 0U;
@@ -187,7 +187,7 @@ static void test_four_clients_and_no_more(void)
     TEST_ASSERT_EQUAL_UINT(4U, socketcand_clients(server));
     osal_socket_close(&clients[0]);
     serve();
-    TEST_ASSERT_EQUAL_UINT(4U, socketcand_clients(server)); // The fifth has moved up.
+    TEST_ASSERT_EQUAL_UINT(4U, socketcand_clients(server)); // The fifth client has taken the place.
     for (unsigned i = 1U; i < 5U; i++) {
         osal_socket_close(&clients[i]);
     }
@@ -210,7 +210,8 @@ static void test_time_waits_for_a_client_in_lock_step(void)
     osal_socket_t idler           = join_raw();
     osal_socket_t client          = join_raw();
     const osal_can_frame_t sync   = {.id = 0x080U};
-    TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 500U * 1000U, 0U)); // Nobody to wait for.
+    // There is no client to wait for.
+    TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 500U * 1000U, 0U));
     say(&client, "< step 0 >");
     TEST_ASSERT_EQUAL_STRING("< error syntax of step >", take(&client));
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 500U * 1000U, 0U));
@@ -229,9 +230,10 @@ static void test_time_waits_for_a_client_in_lock_step(void)
     TEST_ASSERT_EQUAL_PTR(answer, strstr(answer, "< frame 080 ")); // The frames of the step,
     TEST_ASSERT_NOT_NULL(strstr(answer, " >< step 1.234567 >"));   // and that these were all.
     bus_run_until(bus, bus_now_ns(bus) + MS);
-    TEST_ASSERT_EQUAL_UINT(1U, heard_count); // Its answer is on the bus before anything else happens.
-    TEST_ASSERT_EQUAL_UINT(1U, socketcand_end_step(server, 1235067000U, 20U)); // It says no more:
-    TEST_ASSERT_EQUAL_UINT(1U, socketcand_clients(server));                    // left behind.
+    TEST_ASSERT_EQUAL_UINT(1U, heard_count); // Its answer is on the bus before the next step.
+    // The client does not answer any more:
+    TEST_ASSERT_EQUAL_UINT(1U, socketcand_end_step(server, 1235067000U, 20U));
+    TEST_ASSERT_EQUAL_UINT(1U, socketcand_clients(server)); // it is dropped.
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1235567000U, 20000U));
     osal_socket_close(&client);
     osal_socket_close(&idler);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// With the environment variable TRUTH_FILE the sample log stays there, for readers in other languages.
+// With the environment variable TRUTH_FILE the sample log is kept, for readers in other languages.
 #include "sim/truth/truth.h"
 #include "unity.h"
 
@@ -29,7 +29,7 @@ void tearDown(void)
     }
 }
 
-/// One event of each kind; numbers tell what they are, so that a reader can see members out of place.
+/// One event of each kind; the numbers identify the members, so that a reader detects exchanged ones.
 static void write_sample(const char* where)
 {
     const truth_joints_t joints = {
@@ -105,7 +105,7 @@ static void test_two_runs_give_the_same_octets(void)
     static unsigned char second[4096];
     write_sample(path);
     const size_t used = read_all(path, first, sizeof(first));
-    write_sample(path); // Over the old one.
+    write_sample(path); // Overwrites the old one.
     TEST_ASSERT_GREATER_THAN_UINT(400U, used);
     TEST_ASSERT_EQUAL_UINT64(used, read_all(path, second, sizeof(second)));
     TEST_ASSERT_EQUAL_MEMORY(first, second, used);
@@ -120,7 +120,7 @@ static void test_long_words_are_cut(void)
     TEST_ASSERT_EQUAL(STATUS_OK, truth_open(path, &truth));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 0U, &fault));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
-    write_sample(path); // Leaves the sample behind for other readers.
+    write_sample(path); // Keeps the sample for other readers.
 }
 
 static void test_failures_are_told(void)
@@ -131,7 +131,7 @@ static void test_failures_are_told(void)
     TEST_ASSERT_NULL(truth);
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(NULL));
 
-    // A full disk shows at the latest when the log is closed.
+    // A full disk is detected at the latest when the log is closed.
     TEST_ASSERT_EQUAL(STATUS_OK, truth_open("/dev/full", &truth));
     status_t written = STATUS_OK;
     for (unsigned i = 0U; (i < 1000U) && (written == STATUS_OK); i++) {
