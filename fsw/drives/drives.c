@@ -32,11 +32,22 @@ static const canopen_network_config_t network_config = {
     .quick_stop_limit_ns = 200U * MILLISECOND_NS,
 };
 
-void drives_init(drives_t* const drives, subsystem_t* const generic, const flow_resolver_t* const resolver)
+void drives_init(drives_t* const drives, subsystem_t* const generic, const flow_resolver_t* const resolver,
+                 void (*const abandon)(void* self))
 {
     FSW_ASSERT((drives != NULL) && (generic != NULL) && (resolver != NULL));
-    *drives = (drives_t){.generic = generic, .resolver = resolver, .goal = CIA402_GOAL_DISABLED};
+    *drives = (drives_t){
+        .generic = generic, .abandon = abandon, .resolver = resolver, .goal = CIA402_GOAL_DISABLED};
     canopen_network_init(&drives->network, &network_config);
+}
+
+static void enter(drives_t* const drives, const drives_activity_t activity)
+{
+    const bool is_new = (activity != drives->activity);
+    drives->activity  = activity;
+    if (is_new && (drives->abandon != NULL)) {
+        drives->abandon(drives);
+    }
 }
 
 // ---- Events -------------------------------------------------------------------------------------
@@ -161,9 +172,11 @@ void drives_give_back(drives_t* const drives)
     drives->is_borrowed = false;
 }
 
-status_t drives_hardware_init(drives_t* const drives)
+status_t drives_hardware_init(void* const self)
 {
-    FSW_ASSERT(drives != NULL);
+    FSW_ASSERT(self != NULL);
+    drives_t* const drives = self;
+    enter(drives, DRIVES_RESTING);
     const status_t opened = open_bus(drives);
     if (opened != STATUS_OK) {
         return opened;
@@ -232,9 +245,11 @@ static status_t begin_configuration(drives_t* const drives,
     return status;
 }
 
-status_t drives_configure(drives_t* const drives, const descriptor_configuration_t* const configuration)
+status_t drives_configure(void* const self, const descriptor_configuration_t* const configuration)
 {
-    FSW_ASSERT((drives != NULL) && (configuration != NULL));
+    FSW_ASSERT((self != NULL) && (configuration != NULL));
+    drives_t* const drives = self;
+    enter(drives, DRIVES_RESTING);
     const uint64_t now_ns = subsystem_now_ns(drives->generic);
     const bool is_new     = (drives->configuration != configuration) || drives->network.is_running ||
                         ((now_ns - drives->called_ns) > CONFIGURE_GAP_NS);
@@ -268,20 +283,23 @@ int drives_mode(const subsystem_descriptor_t* const descriptor, const descriptor
     return mode;
 }
 
-status_t drives_post(drives_t* const drives)
+status_t drives_post(void* const self)
 {
-    FSW_ASSERT(drives != NULL);
+    FSW_ASSERT(self != NULL);
+    drives_t* const drives = self;
+    enter(drives, DRIVES_RESTING);
     canopen_network_stop(&drives->network);
     drives->configuration = NULL;
     drives->goal          = CIA402_GOAL_DISABLED;
     return STATUS_OK;
 }
 
-status_t drives_hardware_deinit(drives_t* const drives)
+status_t drives_hardware_deinit(void* const self)
 {
-    FSW_ASSERT(drives != NULL);
-    drives->configuration = NULL;
-    drives->is_borrowed   = false;
+    FSW_ASSERT(self != NULL);
+    drives_t* const drives = self;
+    drives->configuration  = NULL;
+    drives->is_borrowed    = false;
     if (!flow_can_is_open(drives->network.flow)) {
         return STATUS_OK;
     }
@@ -295,9 +313,10 @@ status_t drives_hardware_deinit(drives_t* const drives)
     return STATUS_OK;
 }
 
-void drives_release(drives_t* const drives)
+void drives_release(void* const self)
 {
-    FSW_ASSERT(drives != NULL);
+    FSW_ASSERT(self != NULL);
+    drives_t* const drives = self;
     if ((drives->network.flow != NULL) && flow_can_is_open(drives->network.flow)) {
         canopen_network_close(&drives->network);
     }
@@ -305,9 +324,9 @@ void drives_release(drives_t* const drives)
 
 // ---- The cycle ----------------------------------------------------------------------------------
 
-status_t drives_go(drives_t* const drives, const canopen_cia402_goal_t goal)
+/// All axes to a goal.
+static status_t go(drives_t* const drives, const canopen_cia402_goal_t goal)
 {
-    FSW_ASSERT(drives != NULL);
     if (goal != drives->goal) {
         // A fault may be reset on the way out of the safe state, never on the way into operation.
         canopen_network_set_goal(&drives->network, goal, goal == CIA402_GOAL_STANDBY);
@@ -317,9 +336,54 @@ status_t drives_go(drives_t* const drives, const canopen_cia402_goal_t goal)
     return canopen_network_is_at_goal(&drives->network) ? STATUS_OK : STATUS_BUSY;
 }
 
-status_t drives_secure(drives_t* const drives)
+/// First the axes, then the activity: what needs moving axes must wait until they can move.
+static status_t rise(drives_t* const drives, const canopen_cia402_goal_t goal,
+                     const drives_activity_t activity)
 {
-    FSW_ASSERT(drives != NULL);
+    const status_t status = go(drives, goal);
+    if (status == STATUS_OK) {
+        enter(drives, activity);
+    }
+    return status;
+}
+
+/// First the activity, then the axes.
+static status_t descend(drives_t* const drives, const drives_activity_t activity,
+                        const canopen_cia402_goal_t goal)
+{
+    enter(drives, activity);
+    return go(drives, goal);
+}
+
+status_t drives_start_control(void* const self)
+{
+    FSW_ASSERT(self != NULL);
+    return rise(self, CIA402_GOAL_STANDBY, DRIVES_PREPARED);
+}
+
+status_t drives_stop_control(void* const self)
+{
+    FSW_ASSERT(self != NULL);
+    return descend(self, DRIVES_RESTING, CIA402_GOAL_DISABLED);
+}
+
+status_t drives_engage(void* const self)
+{
+    FSW_ASSERT(self != NULL);
+    return rise(self, CIA402_GOAL_ENABLED, DRIVES_ENGAGED);
+}
+
+status_t drives_disengage(void* const self)
+{
+    FSW_ASSERT(self != NULL);
+    return descend(self, DRIVES_PREPARED, CIA402_GOAL_STANDBY);
+}
+
+status_t drives_secure(void* const self)
+{
+    FSW_ASSERT(self != NULL);
+    drives_t* const drives = self;
+    enter(drives, DRIVES_RESTING);
     drives->goal = CIA402_GOAL_DISABLED;
     return canopen_network_secure(&drives->network, subsystem_now_ns(drives->generic));
 }
@@ -351,9 +415,10 @@ status_t drives_select_channel(drives_t* const drives, const uint8_t channel)
     return status;
 }
 
-void drives_sense(drives_t* const drives)
+void drives_sense(void* const self)
 {
-    FSW_ASSERT(drives != NULL);
+    FSW_ASSERT(self != NULL);
+    drives_t* const drives = self;
     const uint64_t now_ns  = subsystem_now_ns(drives->generic);
     const bool is_given_up = (drives->configuration != NULL) && !drives->network.is_running &&
                              ((now_ns - drives->called_ns) > CONFIGURE_GAP_NS);
@@ -365,9 +430,10 @@ void drives_sense(drives_t* const drives)
     raise_faults(drives);
 }
 
-void drives_emit(drives_t* const drives)
+void drives_emit(void* const self)
 {
-    FSW_ASSERT(drives != NULL);
+    FSW_ASSERT(self != NULL);
+    drives_t* const drives = self;
     canopen_network_emit(&drives->network, subsystem_now_ns(drives->generic));
 }
 

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The part that every subsystem with drives on a CAN bus has in common: commissioning from the descriptor,
-/// the cycle, supervision by events, and the safe state.
+/// the cycle, supervision by events, counters, and the safe state. Functions with the parameter `self` are
+/// callbacks for subsystem_callbacks_t: a subsystem names them in its table, or calls them from its own.
+/// drives_t is the first member of the subsystem's structure, so that `self` is both.
 ///
-/// The functions are those of subsystem_callbacks_t; a subsystem calls them from its own callbacks. Devices,
-/// their settings and their end nodes come from the descriptor: in HARDWARE_INIT all devices that any
-/// configuration names are brought up, in PRE_OPERATIONAL those get their settings that the configuration
-/// names. Faults become the events DEVICE_LOST, DRIVE_FAULT {node u8, code u16}, DRIVE_WARNING, BUS_WARNING
-/// {node u8, code u16}, DEVICE_REFUSED {node u8, reason u8 as canopen_network_refusal_t, object u32, detail
-/// u32} and FOREIGN_SYNC, if the descriptor has them; CHANNEL_SELECTED {channel u8} reports the selection of
-/// a channel.
+/// Devices, settings and end nodes come from the descriptor: HARDWARE_INIT brings up the devices of all
+/// configurations, PRE_OPERATIONAL writes the settings of one. Faults become the events DEVICE_LOST,
+/// DRIVE_FAULT {node u8, code u16}, DRIVE_WARNING, BUS_WARNING {node u8, code u16}, DEVICE_REFUSED {node u8,
+/// reason u8 as canopen_network_refusal_t, object u32, detail u32}, FOREIGN_SYNC and CHANNEL_SELECTED
+/// {channel u8}, if the descriptor has them.
 ///
 /// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
-/// Context    The subsystem's task. Never blocks.
-/// Time       That of the subsystem.
+/// Context    The subsystem's task and time. Never blocks.
 /// Errors     Each function lists its statuses; STATUS_BUSY: call again in the next cycle.
 #ifndef FSW_DRIVES_DRIVES_H
 #define FSW_DRIVES_DRIVES_H
@@ -27,6 +26,13 @@
 #include <stdint.h>
 
 #define DRIVES_ACCESS_SLOTS 16U ///< Transfers of drives_access.h at most.
+#define DRIVES_COUNTERS 27U     ///< Of drives_counters.h, without PDO_MISSED.
+
+typedef enum {
+    DRIVES_RESTING,  ///< Controllers off.
+    DRIVES_PREPARED, ///< Controllers on, actuators off.
+    DRIVES_ENGAGED   ///< Actuators on.
+} drives_activity_t;
 
 typedef struct {    // Private: one transfer.
     uint8_t device; // In the network.
@@ -37,8 +43,10 @@ typedef struct {    // Private: one transfer.
     const descriptor_quantity_t* quantity; // Null: the object as it is.
 } drives_transfer_t;
 
-typedef struct { // Private, except network: as network.h says.
+typedef struct { // Private, except network (as network.h says) and activity (read-only).
     subsystem_t* generic;
+    void (*abandon)(void* self);
+    drives_activity_t activity;
     const flow_resolver_t* resolver;
     canopen_network_t network;
     canopen_cia402_goal_t goal;
@@ -52,14 +60,21 @@ typedef struct { // Private, except network: as network.h says.
         uint8_t owners[NETWORK_DEVICES_MAX]; // Slot + 1 of the transfer to a device; 0 none.
         uint64_t pulse_end_ns;               // Pulses have left by then.
     } access;
+    struct { // Of drives_counters.c: where the counters are published; null: not in the descriptor.
+        uint8_t* places[DRIVES_COUNTERS];
+        uint8_t* missed;
+        uint16_t missed_count;
+    } counters;
 } drives_t;
 
-void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* resolver);
+/// `abandon` ends what was commanded; called when the activity changes. May be null.
+void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* resolver,
+                 void (*abandon)(void* self));
 
 /// Open the bus, boot and identify the devices. STATUS_BUSY; STATUS_OK; STATUS_INVALID (a device without a
 /// CAN end node, or on another bus than the others); STATUS_NOT_FOUND (device class, or bus); statuses of
 /// canopen_network_add, canopen_network_open and canopen_network_boot.
-status_t drives_hardware_init(drives_t* drives);
+status_t drives_hardware_init(void* self);
 /// Open the bus for frames outside of the cycle, in any state; devices do not change. Statuses of
 /// drives_hardware_init but STATUS_BUSY.
 status_t drives_borrow(drives_t* drives);
@@ -68,17 +83,23 @@ void drives_give_back(drives_t* drives);
 /// Settings into the devices, process data on; the axes stay without voltage. STATUS_BUSY; STATUS_OK;
 /// STATUS_NOT_FOUND (device not brought up); STATUS_EXHAUSTED (settings); statuses of
 /// canopen_network_configure and _start.
-status_t drives_configure(drives_t* drives, const descriptor_configuration_t* configuration);
-/// All axes to a goal. STATUS_BUSY; STATUS_OK.
-status_t drives_go(drives_t* drives, canopen_cia402_goal_t goal);
-/// Safe state, from any condition. STATUS_BUSY; STATUS_OK.
-status_t drives_secure(drives_t* drives);
-/// Process data off. STATUS_OK.
-status_t drives_post(drives_t* drives);
+status_t drives_configure(void* self, const descriptor_configuration_t* configuration);
+/// All axes to standby, and then PREPARED. STATUS_BUSY; STATUS_OK.
+status_t drives_start_control(void* self);
+/// RESTING, and all axes without voltage. STATUS_BUSY; STATUS_OK.
+status_t drives_stop_control(void* self);
+/// All axes into operation, and then ENGAGED. STATUS_BUSY; STATUS_OK.
+status_t drives_engage(void* self);
+/// PREPARED, and all axes to standby. STATUS_BUSY; STATUS_OK.
+status_t drives_disengage(void* self);
+/// RESTING, and the safe state, from any condition. STATUS_BUSY; STATUS_OK.
+status_t drives_secure(void* self);
+/// RESTING, and process data off. STATUS_OK.
+status_t drives_post(void* self);
 /// Nodes reset, bus closed. STATUS_BUSY; STATUS_OK.
-status_t drives_hardware_deinit(drives_t* drives);
+status_t drives_hardware_deinit(void* self);
 /// The program ends, in any state: close the buses and leave the devices as they are.
-void drives_release(drives_t* drives);
+void drives_release(void* self);
 
 /// Make channel 0 (A) or 1 (B) of the bus the active one, at once or for the next HARDWARE_INIT. It must be
 /// called only where all axes are out of operation. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel, or a bus
@@ -86,9 +107,9 @@ void drives_release(drives_t* drives);
 status_t drives_select_channel(drives_t* drives, uint8_t channel);
 
 /// Start of a cycle: process received frames and raise an event for each fault.
-void drives_sense(drives_t* drives);
+void drives_sense(void* self);
 /// End of a cycle: process data, requests, SYNC.
-void drives_emit(drives_t* drives);
+void drives_emit(void* self);
 
 /// Device number `position` (0..) of the applied configuration, or null.
 canopen_device_t* drives_device(drives_t* drives, uint16_t position);

@@ -239,9 +239,9 @@ static void abandon(void* const context, const uint8_t slot)
     drives->access.owners[device] = 0U;
 }
 
-pus_device_port_t drives_access_port(drives_t* const drives)
+pus_device_port_t drives_access_port(void* const self)
 {
-    FSW_ASSERT(drives != NULL);
+    FSW_ASSERT(self != NULL);
     return (pus_device_port_t){
-        .context = drives, .check = check, .begin = begin, .poll = poll, .abandon = abandon};
+        .context = self, .check = check, .begin = begin, .poll = poll, .abandon = abandon};
 }

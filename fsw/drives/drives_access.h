@@ -14,7 +14,7 @@
 #define DRIVES_ACCESS_CLOSED 1U
 #define DRIVES_ACCESS_WRONG 2U
 
-/// The port; its context is `drives`. At most DRIVES_ACCESS_SLOTS operations.
-pus_device_port_t drives_access_port(drives_t* drives);
+/// The callback device_port: its context is the subsystem's drives_t. At most DRIVES_ACCESS_SLOTS operations.
+pus_device_port_t drives_access_port(void* self);
 
 #endif // FSW_DRIVES_DRIVES_ACCESS_H

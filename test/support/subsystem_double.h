@@ -28,7 +28,7 @@ typedef struct {
 typedef struct { // A port: the value read from it, and the value written to it.
     status_t read_status;
     uint8_t sample[DOUBLE_PAYLOAD];
-    uint64_t age_ns;
+    uint32_t age_us;
     status_t write_status;
     uint8_t written[DOUBLE_PAYLOAD];
     size_t written_size;

@@ -115,12 +115,18 @@ parameter_dictionary_t* subsystem_dictionary(subsystem_t* subsystem);
 /// Publish one parameter in software_init. Statuses of parameter_publish.
 MUST_USE status_t subsystem_publish(subsystem_t* subsystem, const parameter_definition_t* definition,
                                     void* storage);
+/// Publish all parameters of the generated header: its definitions and places, and where its storage is.
+MUST_USE status_t subsystem_publish_all(subsystem_t* subsystem, const parameter_definition_t* definitions,
+                                        const size_t* places, size_t count, void* storage);
 
 /// Raise an event of the descriptor with auxiliary octets (big-endian, as its ParamRefs say). With none
 /// given, the parameters that the event names are sampled now. HIGH takes the subsystem to ERROR_OPERATIONAL
 /// in this cycle, before anything else is emitted; MEDIUM waits for the supervisor's order and acts by itself
 /// after 4 cycles without one. STATUS_OK, STATUS_NOT_FOUND (no such event).
 status_t subsystem_raise(subsystem_t* subsystem, uint16_t event_id, const uint8_t* auxiliary, size_t size);
+/// Raise an event by command, without data. Only events of severity LOW: the others have consequences.
+/// STATUS_OK, STATUS_OUT_OF_RANGE (another severity, or no such event).
+status_t subsystem_raise_by_command(subsystem_t* subsystem, uint16_t event_id);
 
 /// End a function command that perform left running: code 0 is success, else a failure code and detail.
 void subsystem_function_done(subsystem_t* subsystem, uint32_t call_token, uint16_t failure_code,
@@ -132,8 +138,8 @@ void subsystem_function_done(subsystem_t* subsystem, uint32_t call_token, uint16
 MUST_USE status_t subsystem_link_read(subsystem_t* subsystem, uint16_t port, void* payload, size_t size);
 /// State of the producer of a required port from its last frame; STATE_OFFLINE without a link.
 state_t subsystem_link_peer_state(const subsystem_t* subsystem, uint16_t port);
-/// Age of the last sample [ns]; UINT64_MAX without one.
-uint64_t subsystem_link_age_ns(const subsystem_t* subsystem, uint16_t port);
+/// Age of the last sample [us]; UINT32_MAX without one, or if that is too small.
+uint32_t subsystem_link_age_us(const subsystem_t* subsystem, uint16_t port);
 typedef struct { // Over all links this subsystem has consumed since it started [wrap].
     uint32_t received;
     uint32_t lost;    ///< Missing in the sequence.

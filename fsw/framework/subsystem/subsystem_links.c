@@ -515,14 +515,15 @@ state_t subsystem_link_peer_state(const subsystem_t* const subsystem, const uint
     return ((link != NULL) && link->consumer.has_sample) ? (state_t)link->consumer.peer_state : STATE_OFFLINE;
 }
 
-uint64_t subsystem_link_age_ns(const subsystem_t* const subsystem, const uint16_t port)
+uint32_t subsystem_link_age_us(const subsystem_t* const subsystem, const uint16_t port)
 {
     const subsystem_link_t* const link = subsystem_link_of((subsystem_t*)subsystem, port);
     if ((link == NULL) || !link->consumer.has_sample) {
-        return UINT64_MAX;
+        return UINT32_MAX;
     }
     const uint64_t sample_ns = link->consumer.sample_time_ns; // A producer's clock may be a little ahead.
-    return (subsystem->now_ns > sample_ns) ? (subsystem->now_ns - sample_ns) : 0U;
+    const uint64_t age_us = (subsystem->now_ns > sample_ns) ? ((subsystem->now_ns - sample_ns) / 1000U) : 0U;
+    return (age_us < UINT32_MAX) ? (uint32_t)age_us : UINT32_MAX;
 }
 
 status_t subsystem_link_write(subsystem_t* const subsystem, const uint16_t port, const void* const payload,

@@ -3,6 +3,7 @@
 #include "fsw/subsystems/joystick/joystick.h"
 
 #include "fsw/canopen/cia402.h"
+#include "fsw/drives/drives_counters.h"
 #include "fsw/drives/drives_fitting.h"
 #include "base/assertion.h"
 #include "fsw/subsystems/joystick/joystick_internal.h"
@@ -13,8 +14,8 @@ void joystick_init(joystick_t* const joystick, subsystem_t* const generic,
                    const flow_resolver_t* const resolver)
 {
     FSW_ASSERT((joystick != NULL) && (generic != NULL) && (resolver != NULL));
-    *joystick = (joystick_t){.generic = generic, .activity = JOYSTICK_RESTING};
-    drives_init(&joystick->drives, generic, resolver);
+    *joystick = (joystick_t){.generic = generic};
+    drives_init(&joystick->drives, generic, resolver, joystick_abandon);
     joystick_stick_control_init(&joystick->control);
     joystick_force_display_clear(&joystick->display);
 }
@@ -22,26 +23,16 @@ void joystick_init(joystick_t* const joystick, subsystem_t* const generic,
 static status_t software_init(void* const self)
 {
     joystick_t* const joystick = self;
-    uint8_t* const storage     = (uint8_t*)&joystick->parameters;
-    status_t status            = STATUS_OK;
-    for (size_t i = 0U; (status == STATUS_OK) && (i < JOYSTICK_PARAMETER_COUNT); i++) {
-        status = subsystem_publish(joystick->generic, &joystick_definitions[i], &storage[joystick_places[i]]);
-    }
-    return status;
-}
-
-static status_t hardware_init(void* const self)
-{
-    joystick_t* const joystick = self;
-    joystick->activity         = JOYSTICK_RESTING;
-    return drives_hardware_init(&joystick->drives);
+    drives_counters_place(&joystick->drives, &joystick_definitions[JOYSTICK_INDEX_COUNTERS],
+                          &joystick->parameters.counters);
+    return subsystem_publish_all(joystick->generic, joystick_definitions, joystick_places,
+                                 JOYSTICK_PARAMETER_COUNT, &joystick->parameters);
 }
 
 static status_t configure(void* const self, const descriptor_configuration_t* const configuration)
 {
     joystick_t* const joystick                     = self;
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(joystick->generic);
-    joystick->activity                             = JOYSTICK_RESTING;
     joystick->is_reflecting =
         descriptor_find_port(descriptor, configuration, JOYSTICK_PORT_ROBOT_STATE) != NULL;
     joystick->felt_nm[0] = 0.0;
@@ -51,71 +42,14 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
     const bool is_one_device =
         (configuration->device_count == 1U) &&
         (drives_mode(descriptor, &descriptor->devices[configuration->first_device]) == CIA402_MODE_CST);
-    return is_one_device ? drives_configure(&joystick->drives, configuration) : STATUS_INVALID;
-}
-
-static status_t start_control(void* const self)
-{
-    joystick_t* const joystick = self;
-    const status_t status      = drives_go(&joystick->drives, CIA402_GOAL_STANDBY);
-    if (status == STATUS_OK) {
-        joystick->activity = JOYSTICK_PREPARED;
-    }
-    return status;
-}
-
-static status_t stop_control(void* const self)
-{
-    joystick_t* const joystick = self;
-    joystick->activity         = JOYSTICK_RESTING;
-    joystick_abandon(joystick);
-    return drives_go(&joystick->drives, CIA402_GOAL_DISABLED);
+    return is_one_device ? drives_configure(joystick, configuration) : STATUS_INVALID;
 }
 
 static status_t engage(void* const self)
 {
     joystick_t* const joystick = self;
-    const status_t status      = drives_go(&joystick->drives, CIA402_GOAL_ENABLED);
     joystick->share            = 0.0; // Whatever the robot feels comes to the hand smoothly.
-    if (status == STATUS_OK) {
-        joystick->activity = JOYSTICK_ENGAGED;
-    }
-    return status;
-}
-
-static status_t disengage(void* const self)
-{
-    joystick_t* const joystick = self;
-    joystick->activity         = JOYSTICK_PREPARED;
-    joystick_abandon(joystick);
-    return drives_go(&joystick->drives, CIA402_GOAL_STANDBY);
-}
-
-static status_t secure(void* const self)
-{
-    joystick_t* const joystick = self;
-    joystick->activity         = JOYSTICK_RESTING;
-    joystick_abandon(joystick);
-    return drives_secure(&joystick->drives);
-}
-
-static status_t post(void* const self)
-{
-    joystick_t* const joystick = self;
-    joystick->activity         = JOYSTICK_RESTING;
-    joystick_abandon(joystick);
-    return drives_post(&joystick->drives);
-}
-
-static status_t hardware_deinit(void* const self)
-{
-    joystick_t* const joystick = self;
-    return drives_hardware_deinit(&joystick->drives);
-}
-
-static void release(void* const self)
-{
-    drives_release(&((joystick_t*)self)->drives);
+    return drives_engage(joystick);
 }
 
 static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
@@ -135,21 +69,21 @@ const subsystem_callbacks_t* joystick_callbacks(void)
 {
     static const subsystem_callbacks_t callbacks = {
         .software_init   = software_init,
-        .hardware_init   = hardware_init,
+        .hardware_init   = drives_hardware_init,
         .configure       = configure,
-        .start_control   = start_control,
-        .stop_control    = stop_control,
+        .start_control   = drives_start_control,
+        .stop_control    = drives_stop_control,
         .engage          = engage,
-        .disengage       = disengage,
-        .secure          = secure,
-        .post            = post,
-        .hardware_deinit = hardware_deinit,
+        .disengage       = drives_disengage,
+        .secure          = drives_secure,
+        .post            = drives_post,
+        .hardware_deinit = drives_hardware_deinit,
         .sense           = joystick_sense,
         .control         = joystick_control,
-        .emit            = joystick_emit,
+        .emit            = drives_emit,
         .perform         = joystick_perform,
         .parameter_set   = joystick_parameter_set,
-        .release         = release,
+        .release         = drives_release,
         .fits            = fits,
     };
     return &callbacks;

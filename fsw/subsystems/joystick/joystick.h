@@ -25,17 +25,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef enum {         // Private.
-    JOYSTICK_RESTING,  ///< Controllers off.
-    JOYSTICK_PREPARED, ///< Controllers on, actuators off.
-    JOYSTICK_ENGAGED   ///< Actuators on.
-} joystick_activity_t;
-
-typedef struct { // All fields are private.
+typedef struct {     // All fields are private.
+    drives_t drives; ///< First: the callbacks of drives.h have the same context.
     subsystem_t* generic;
-    drives_t drives;
     joystick_parameters_t parameters;
-    joystick_activity_t activity;
     bool is_reflecting; ///< The configuration has a robot to feel.
     joystick_stick_control_t control;
     double felt_nm[STICK_AXES]; ///< External torque of the robot; falls to zero without fresh samples.

@@ -3,12 +3,12 @@
 #include "fsw/subsystems/joystick/joystick_internal.h"
 
 #include "fsw/canopen/axis.h"
+#include "fsw/drives/drives_counters.h"
 #include "fsw/framework/control/elementary.h"
 
 #include <stddef.h>
 
 #define FORGET_1_S 200.0 // Rate at which a torque is forgotten that is not renewed: gone in 20 ms.
-#define NS_PER_US 1000U
 
 static double period_s(const joystick_t* const joystick)
 {
@@ -72,59 +72,11 @@ static void command(joystick_t* const joystick, canopen_device_t* const device)
     }
 }
 
-static void count(joystick_t* const joystick, joystick_counters_t* const counters)
-{
-    const canopen_network_t* const network        = &joystick->drives.network;
-    const canopen_master_counters_t* const master = &network->master.counters;
-    canopen_network_bus_counters_t bus;
-    canopen_network_bus_counters(network, &bus);
-    subsystem_link_totals_t links;
-    subsystem_link_totals(joystick->generic, &links);
-    counters->link_lost        = links.lost;
-    counters->link_stale       = links.late;
-    counters->link_refused     = links.refused;
-    counters->cycles           = subsystem_cycle(joystick->generic);
-    counters->frames_received  = bus.received;
-    counters->frames_sent      = bus.sent;
-    counters->frames_refused   = master->unknown + master->malformed + master->remote;
-    counters->pdo_missed       = drives_missed(&joystick->drives, 0U);
-    counters->emergencies      = master->emergencies;
-    counters->transmit_full    = bus.full;
-    counters->transmit_refused = bus.refused;
-    counters->bus_lost         = bus.lost;
-    counters->command_limited  = joystick->control.limited + drives_limited(&joystick->drives);
-    subsystem_health_t health;
-    subsystem_health(joystick->generic, &health);
-    counters->tc_refused        = health.requests_refused;
-    counters->parameter_refused = health.parameters_refused;
-    counters->pool_peak         = health.pool_peak;
-    counters->pool_refused      = health.pool_refused;
-    counters->events_suppressed = health.events_suppressed;
-    counters->reports_lost      = health.reports_lost;
-    counters->channel           = network->channel;
-    counters->error_frames      = bus.errors;
-    counters->bus_off           = bus.bus_offs;
-    counters->bus_restarts      = bus.restarts;
-    counters->no_acknowledge    = bus.missing_acknowledges;
-    counters->transmit_timeouts = bus.transmit_timeouts;
-    counters->arbitrations_lost = bus.lost_arbitrations;
-    counters->receive_overruns  = bus.overruns;
-    counters->foreign_syncs     = master->foreign_syncs;
-}
-
-/// Age of the samples of a link for the parameter LINK_AGE [us]; without a link the largest number.
-static uint32_t link_age_us(const joystick_t* const joystick)
-{
-    const uint64_t age_us = subsystem_link_age_ns(joystick->generic, JOYSTICK_PORT_ROBOT_STATE) / NS_PER_US;
-    return (age_us < UINT32_MAX) ? (uint32_t)age_us : UINT32_MAX;
-}
-
 static void publish(joystick_t* const joystick, const canopen_device_t* const device)
 {
     const joystick_stick_control_t* const control = &joystick->control;
     joystick_parameters_t* const parameters       = &joystick->parameters;
     parameter_dictionary_t* const dictionary      = subsystem_dictionary(joystick->generic);
-    const uint32_t age_us                         = link_age_us(joystick);
     parameter_lock(dictionary);
     parameters->cur_values.state = (int32_t)subsystem_state(joystick->generic);
     for (unsigned i = 0U; i < STICK_AXES; i++) {
@@ -134,8 +86,8 @@ static void publish(joystick_t* const joystick, const canopen_device_t* const de
         parameters->cur_values.statusword[i]  = (device != NULL) ? device->axes[i].statusword : 0U;
         parameters->des_torque[i] = joystick->is_reflecting ? 0.0 : joystick->display.torque_nm[i];
     }
-    count(joystick, &parameters->counters);
-    parameters->link_age = age_us;
+    drives_counters_publish(&joystick->drives, control->limited);
+    parameters->link_age = subsystem_link_age_us(joystick->generic, JOYSTICK_PORT_ROBOT_STATE);
     parameter_unlock(dictionary);
 }
 
@@ -150,10 +102,4 @@ void joystick_control(void* const self)
         .position = {joystick->control.position_rad[0], joystick->control.position_rad[1]}};
     (void)subsystem_link_write(joystick->generic, JOYSTICK_PORT_HAND_POSITION, &payload, sizeof payload);
     publish(joystick, device);
-}
-
-void joystick_emit(void* const self)
-{
-    joystick_t* const joystick = self;
-    drives_emit(&joystick->drives);
 }

@@ -17,9 +17,10 @@ static void end_force(joystick_t* const joystick, const uint16_t failure_code)
     }
 }
 
-void joystick_abandon(joystick_t* const joystick)
+void joystick_abandon(void* const self)
 {
-    FSW_ASSERT(joystick != NULL);
+    FSW_ASSERT(self != NULL);
+    joystick_t* const joystick = self;
     joystick_force_display_clear(&joystick->display);
     end_force(joystick, PUS_FAILURE_ABORTED);
 }
@@ -41,7 +42,7 @@ void joystick_display_step(joystick_t* const joystick, const double period_s)
 
 static bool may_display(const joystick_t* const joystick)
 {
-    return (joystick->activity == JOYSTICK_ENGAGED) && !joystick->is_reflecting;
+    return (joystick->drives.activity == DRIVES_ENGAGED) && !joystick->is_reflecting;
 }
 
 static bool is_in_range(const joystick_t* const joystick, const double torque_nm[STICK_AXES])
@@ -74,17 +75,6 @@ static status_t stop(joystick_t* const joystick)
     return STATUS_OK;
 }
 
-/// Only low-severity events may be raised by command: the others have consequences.
-static status_t raise_event(joystick_t* const joystick, const uint16_t event_id)
-{
-    const descriptor_event_t* const event =
-        descriptor_find_event(subsystem_descriptor(joystick->generic), event_id);
-    if ((event == NULL) || (event->severity != DESCRIPTOR_LOW)) {
-        return STATUS_OUT_OF_RANGE;
-    }
-    return subsystem_raise(joystick->generic, event_id, NULL, 0U);
-}
-
 status_t joystick_perform(void* const self, const subsystem_function_t* const function)
 {
     joystick_t* const joystick = self;
@@ -92,7 +82,8 @@ status_t joystick_perform(void* const self, const subsystem_function_t* const fu
     case JOYSTICK_FUNCTION_FORCE:
         return force(joystick, function->arguments, function->call_token);
     case JOYSTICK_FUNCTION_RAISE:
-        return raise_event(joystick, ((const joystick_raise_arguments_t*)function->arguments)->event);
+        return subsystem_raise_by_command(joystick->generic,
+                                          ((const joystick_raise_arguments_t*)function->arguments)->event);
     case JOYSTICK_FUNCTION_STOP:
         return stop(joystick);
     case JOYSTICK_FUNCTION_CHANNEL:

@@ -8,14 +8,13 @@
 /// joystick_cycle.c: the cyclic callbacks.
 void joystick_sense(void* self);
 void joystick_control(void* self);
-void joystick_emit(void* self);
 
 /// joystick_functions.c: function commands.
 status_t joystick_perform(void* self, const subsystem_function_t* function);
 void joystick_parameter_set(void* self, uint32_t parameter_id);
 /// Next torque of the commanded display; ends its function command.
 void joystick_display_step(joystick_t* joystick, double period_s);
-/// Abort everything commanded.
-void joystick_abandon(joystick_t* joystick);
+/// Abort everything commanded; the hook of drives.h.
+void joystick_abandon(void* self);
 
 #endif // FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_INTERNAL_H

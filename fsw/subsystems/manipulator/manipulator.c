@@ -4,6 +4,7 @@
 
 #include "fsw/canopen/cia402.h"
 #include "fsw/drives/drives_access.h"
+#include "fsw/drives/drives_counters.h"
 #include "fsw/drives/drives_fitting.h"
 #include "base/assertion.h"
 #include "fsw/subsystems/manipulator/manipulator_internal.h"
@@ -14,8 +15,8 @@ void manipulator_init(manipulator_t* const manipulator, subsystem_t* const gener
                       const flow_resolver_t* const resolver)
 {
     FSW_ASSERT((manipulator != NULL) && (generic != NULL) && (resolver != NULL));
-    *manipulator = (manipulator_t){.generic = generic, .activity = MANIPULATOR_RESTING};
-    drives_init(&manipulator->drives, generic, resolver);
+    *manipulator = (manipulator_t){.generic = generic};
+    drives_init(&manipulator->drives, generic, resolver, manipulator_abandon);
     manipulator_arm_control_init(&manipulator->control);
     manipulator_arm_tare_init(&manipulator->tare);
 }
@@ -30,22 +31,18 @@ manipulator_arm_setup_t manipulator_setup(const manipulator_t* const manipulator
 static status_t software_init(void* const self)
 {
     manipulator_t* const manipulator = self;
-    uint8_t* const storage           = (uint8_t*)&manipulator->parameters;
-    status_t status                  = STATUS_OK;
-    for (size_t i = 0U; (status == STATUS_OK) && (i < MANIPULATOR_PARAMETER_COUNT); i++) {
-        status = subsystem_publish(manipulator->generic, &manipulator_definitions[i],
-                                   &storage[manipulator_places[i]]);
-    }
-    return status;
+    drives_counters_place(&manipulator->drives, &manipulator_definitions[MANIPULATOR_INDEX_COUNTERS],
+                          &manipulator->parameters.counters);
+    return subsystem_publish_all(manipulator->generic, manipulator_definitions, manipulator_places,
+                                 MANIPULATOR_PARAMETER_COUNT, &manipulator->parameters);
 }
 
 static status_t hardware_init(void* const self)
 {
     manipulator_t* const manipulator = self;
-    manipulator->activity            = MANIPULATOR_RESTING;
     manipulator->has_zero            = false;
     manipulator_arm_tare_init(&manipulator->tare);
-    return drives_hardware_init(&manipulator->drives);
+    return drives_hardware_init(manipulator);
 }
 
 /// Torque or position mode, the same for all joints. STATUS_OK, STATUS_INVALID (neither, or mixed, or not as
@@ -68,31 +65,21 @@ static status_t find_mode(manipulator_t* const manipulator,
 static status_t configure(void* const self, const descriptor_configuration_t* const configuration)
 {
     manipulator_t* const manipulator = self;
-    manipulator->activity            = MANIPULATOR_RESTING;
     manipulator_arm_control_init(&manipulator->control);
     manipulator->control.zero_nm[0] = manipulator->tare.offset_nm[0];
     manipulator->control.zero_nm[1] = manipulator->tare.offset_nm[1];
     const status_t status           = find_mode(manipulator, configuration);
-    return (status == STATUS_OK) ? drives_configure(&manipulator->drives, configuration) : status;
+    return (status == STATUS_OK) ? drives_configure(manipulator, configuration) : status;
 }
 
 static status_t start_control(void* const self)
 {
     manipulator_t* const manipulator = self;
-    const status_t status            = drives_go(&manipulator->drives, CIA402_GOAL_STANDBY);
+    const status_t status            = drives_start_control(manipulator);
     if (status == STATUS_OK) {
-        manipulator->activity = MANIPULATOR_PREPARED;
         manipulator_arm_tare_begin(&manipulator->tare);
     }
     return status;
-}
-
-static status_t stop_control(void* const self)
-{
-    manipulator_t* const manipulator = self;
-    manipulator->activity            = MANIPULATOR_RESTING;
-    manipulator_abandon(manipulator);
-    return drives_go(&manipulator->drives, CIA402_GOAL_DISABLED);
 }
 
 /// In torque mode a tare is needed, and a running one is waited for: forces felt with a wrong zero would be
@@ -106,54 +93,12 @@ static status_t engage(void* const self)
     if (manipulator->is_torque_mode && !manipulator->has_zero) {
         return STATUS_FORBIDDEN;
     }
-    const status_t status = drives_go(&manipulator->drives, CIA402_GOAL_ENABLED);
+    const status_t status = drives_engage(manipulator);
     if (status == STATUS_OK) {
-        manipulator_abandon(manipulator);
-        manipulator->activity           = MANIPULATOR_ENGAGED;
         manipulator->is_beyond_limit[0] = false;
         manipulator->is_beyond_limit[1] = false;
     }
     return status;
-}
-
-static status_t disengage(void* const self)
-{
-    manipulator_t* const manipulator = self;
-    manipulator->activity            = MANIPULATOR_PREPARED;
-    manipulator_motion_reset(manipulator);
-    return drives_go(&manipulator->drives, CIA402_GOAL_STANDBY);
-}
-
-static status_t secure(void* const self)
-{
-    manipulator_t* const manipulator = self;
-    manipulator->activity            = MANIPULATOR_RESTING;
-    manipulator_abandon(manipulator);
-    return drives_secure(&manipulator->drives);
-}
-
-static status_t post(void* const self)
-{
-    manipulator_t* const manipulator = self;
-    manipulator->activity            = MANIPULATOR_RESTING;
-    manipulator_abandon(manipulator);
-    return drives_post(&manipulator->drives);
-}
-
-static status_t hardware_deinit(void* const self)
-{
-    manipulator_t* const manipulator = self;
-    return drives_hardware_deinit(&manipulator->drives);
-}
-
-static pus_device_port_t device_port(void* const context)
-{
-    return drives_access_port(&((manipulator_t*)context)->drives);
-}
-
-static void release(void* const self)
-{
-    drives_release(&((manipulator_t*)self)->drives);
 }
 
 static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
@@ -178,19 +123,19 @@ const subsystem_callbacks_t* manipulator_callbacks(void)
         .hardware_init   = hardware_init,
         .configure       = configure,
         .start_control   = start_control,
-        .stop_control    = stop_control,
+        .stop_control    = drives_stop_control,
         .engage          = engage,
-        .disengage       = disengage,
-        .secure          = secure,
-        .post            = post,
-        .hardware_deinit = hardware_deinit,
+        .disengage       = drives_disengage,
+        .secure          = drives_secure,
+        .post            = drives_post,
+        .hardware_deinit = drives_hardware_deinit,
         .sense           = manipulator_sense,
         .control         = manipulator_control,
-        .emit            = manipulator_emit,
+        .emit            = drives_emit,
         .perform         = manipulator_perform,
         .parameter_set   = manipulator_parameter_set,
-        .release         = release,
-        .device_port     = device_port,
+        .release         = drives_release,
+        .device_port     = drives_access_port,
         .fits            = fits,
     };
     return &callbacks;

@@ -26,17 +26,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef enum {            // Private.
-    MANIPULATOR_RESTING,  ///< Controllers off.
-    MANIPULATOR_PREPARED, ///< Controllers on, actuators off.
-    MANIPULATOR_ENGAGED   ///< Actuators on.
-} manipulator_activity_t;
-
-typedef struct { // All fields are private.
+typedef struct {     // All fields are private.
+    drives_t drives; ///< First: the callbacks of drives.h have the same context.
     subsystem_t* generic;
-    drives_t drives;
     manipulator_parameters_t parameters;
-    manipulator_activity_t activity;
     bool is_torque_mode;
     manipulator_arm_control_t control;
     manipulator_arm_tare_t tare;

@@ -3,13 +3,13 @@
 #include "fsw/subsystems/manipulator/manipulator_internal.h"
 
 #include "fsw/canopen/axis.h"
+#include "fsw/drives/drives_counters.h"
 #include "base/octets.h"
 #include "fsw/framework/control/elementary.h"
 
 #include <stddef.h>
 
 #define LIMIT_HYSTERESIS 0.95 // An excess is over when the torque has fallen to this share of the limit.
-#define NS_PER_US 1000U
 
 static canopen_cia402_axis_t* joint_axis(manipulator_t* const manipulator, const unsigned joint)
 {
@@ -79,9 +79,9 @@ void manipulator_sense(void* const self)
     manipulator_arm_control_sense(&manipulator->control, &setup, motor, torque);
     manipulator->has_hand = subsystem_link_read(manipulator->generic, MANIPULATOR_PORT_HAND_POSITION,
                                                 &manipulator->hand, sizeof manipulator->hand) == STATUS_OK;
-    if (manipulator->activity == MANIPULATOR_PREPARED) {
+    if (manipulator->drives.activity == DRIVES_PREPARED) {
         step_tare(manipulator, &setup);
-    } else if (manipulator->activity == MANIPULATOR_ENGAGED) {
+    } else if (manipulator->drives.activity == DRIVES_ENGAGED) {
         watch_torque(manipulator);
     } else {
         // Nothing is watched while the controllers are off.
@@ -94,7 +94,7 @@ static void command(manipulator_t* const manipulator, const manipulator_arm_setu
 {
     manipulator_arm_control_t* const control = &manipulator->control;
     const double* const hand                 = manipulator->has_hand ? manipulator->hand.position : NULL;
-    if (manipulator->activity != MANIPULATOR_ENGAGED) {
+    if (manipulator->drives.activity != DRIVES_ENGAGED) {
         manipulator_arm_control_hold(control, setup, hand);
     } else {
         const manipulator_arm_motion_t desired = manipulator->is_torque_mode
@@ -125,61 +125,11 @@ static void tell_link(manipulator_t* const manipulator)
     (void)subsystem_link_write(manipulator->generic, MANIPULATOR_PORT_ROBOT_STATE, &payload, sizeof payload);
 }
 
-static void count(manipulator_t* const manipulator, manipulator_counters_t* const counters)
-{
-    const canopen_network_t* const network        = &manipulator->drives.network;
-    const canopen_master_counters_t* const master = &network->master.counters;
-    canopen_network_bus_counters_t bus;
-    canopen_network_bus_counters(network, &bus);
-    subsystem_link_totals_t links;
-    subsystem_link_totals(manipulator->generic, &links);
-    counters->link_lost        = links.lost;
-    counters->link_stale       = links.late;
-    counters->link_refused     = links.refused;
-    counters->cycles           = subsystem_cycle(manipulator->generic);
-    counters->frames_received  = bus.received;
-    counters->frames_sent      = bus.sent;
-    counters->frames_refused   = master->unknown + master->malformed + master->remote;
-    counters->pdo_missed[0]    = drives_missed(&manipulator->drives, 0U);
-    counters->pdo_missed[1]    = drives_missed(&manipulator->drives, 1U);
-    counters->emergencies      = master->emergencies;
-    counters->transmit_full    = bus.full;
-    counters->transmit_refused = bus.refused;
-    counters->bus_lost         = bus.lost;
-    counters->command_limited  = manipulator->control.limited + drives_limited(&manipulator->drives);
-    subsystem_health_t health;
-    subsystem_health(manipulator->generic, &health);
-    counters->tc_refused        = health.requests_refused;
-    counters->parameter_refused = health.parameters_refused;
-    counters->pool_peak         = health.pool_peak;
-    counters->pool_refused      = health.pool_refused;
-    counters->events_suppressed = health.events_suppressed;
-    counters->reports_lost      = health.reports_lost;
-    counters->channel           = network->channel;
-    counters->error_frames      = bus.errors;
-    counters->bus_off           = bus.bus_offs;
-    counters->bus_restarts      = bus.restarts;
-    counters->no_acknowledge    = bus.missing_acknowledges;
-    counters->transmit_timeouts = bus.transmit_timeouts;
-    counters->arbitrations_lost = bus.lost_arbitrations;
-    counters->receive_overruns  = bus.overruns;
-    counters->foreign_syncs     = master->foreign_syncs;
-}
-
-/// Age of the samples of a link for the parameter LINK_AGE [us]; without a link the largest number.
-static uint32_t link_age_us(const manipulator_t* const manipulator)
-{
-    const uint64_t age_us =
-        subsystem_link_age_ns(manipulator->generic, MANIPULATOR_PORT_HAND_POSITION) / NS_PER_US;
-    return (age_us < UINT32_MAX) ? (uint32_t)age_us : UINT32_MAX;
-}
-
 static void publish(manipulator_t* const manipulator)
 {
     const manipulator_arm_control_t* const control = &manipulator->control;
     manipulator_parameters_t* const parameters     = &manipulator->parameters;
     parameter_dictionary_t* const dictionary       = subsystem_dictionary(manipulator->generic);
-    const uint32_t age_us                          = link_age_us(manipulator);
     parameter_lock(dictionary);
     parameters->cur_values.state = (int32_t)subsystem_state(manipulator->generic);
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
@@ -194,8 +144,8 @@ static void publish(manipulator_t* const manipulator)
         parameters->des_position[i]          = control->reference[i].position;
         parameters->torque_offset[i]         = control->zero_nm[i];
     }
-    count(manipulator, &parameters->counters);
-    parameters->link_age = age_us;
+    drives_counters_publish(&manipulator->drives, control->limited);
+    parameters->link_age = subsystem_link_age_us(manipulator->generic, MANIPULATOR_PORT_HAND_POSITION);
     parameter_unlock(dictionary);
 }
 
@@ -208,10 +158,4 @@ void manipulator_control(void* const self)
     }
     tell_link(manipulator);
     publish(manipulator);
-}
-
-void manipulator_emit(void* const self)
-{
-    manipulator_t* const manipulator = self;
-    drives_emit(&manipulator->drives);
 }

@@ -26,16 +26,6 @@ static void end_move(manipulator_t* const manipulator, const uint16_t failure_co
     }
 }
 
-void manipulator_motion_reset(manipulator_t* const manipulator)
-{
-    FSW_ASSERT(manipulator != NULL);
-    for (unsigned i = 0U; i < ARM_JOINTS; i++) {
-        manipulator->point[i] = (control_motion_point_t){.position = manipulator->control.link_rad[i]};
-        control_motion_rest(&manipulator->motion[i], manipulator->control.link_rad[i]);
-    }
-    end_move(manipulator, PUS_FAILURE_ABORTED);
-}
-
 manipulator_arm_motion_t manipulator_motion_step(manipulator_t* const manipulator)
 {
     FSW_ASSERT(manipulator != NULL);
@@ -71,7 +61,7 @@ static bool is_in_range(const manipulator_t* const manipulator, const double pos
 
 static bool may_move(const manipulator_t* const manipulator)
 {
-    return (manipulator->activity == MANIPULATOR_ENGAGED) && !manipulator->is_torque_mode &&
+    return (manipulator->drives.activity == DRIVES_ENGAGED) && !manipulator->is_torque_mode &&
            !manipulator->is_moving;
 }
 
@@ -108,7 +98,7 @@ static status_t move_to(manipulator_t* const manipulator,
 
 static status_t stop(manipulator_t* const manipulator)
 {
-    if ((manipulator->activity != MANIPULATOR_ENGAGED) || manipulator->is_torque_mode) {
+    if ((manipulator->drives.activity != DRIVES_ENGAGED) || manipulator->is_torque_mode) {
         return STATUS_FORBIDDEN;
     }
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
@@ -144,10 +134,15 @@ void manipulator_parameter_set(void* const self, const uint32_t parameter_id)
     }
 }
 
-void manipulator_abandon(manipulator_t* const manipulator)
+void manipulator_abandon(void* const self)
 {
-    FSW_ASSERT(manipulator != NULL);
-    manipulator_motion_reset(manipulator);
+    FSW_ASSERT(self != NULL);
+    manipulator_t* const manipulator = self;
+    for (unsigned i = 0U; i < ARM_JOINTS; i++) { // At rest where the arm is.
+        manipulator->point[i] = (control_motion_point_t){.position = manipulator->control.link_rad[i]};
+        control_motion_rest(&manipulator->motion[i], manipulator->control.link_rad[i]);
+    }
+    end_move(manipulator, PUS_FAILURE_ABORTED);
     if (manipulator->tare.result == STATUS_BUSY) { // The old zero stays in force.
         manipulator->tare.result = STATUS_EMPTY;
     }
@@ -163,7 +158,7 @@ void manipulator_abandon(manipulator_t* const manipulator)
 /// A command for a tare takes over one that was started automatically.
 static status_t tare(manipulator_t* const manipulator, const uint32_t call_token)
 {
-    if ((manipulator->activity != MANIPULATOR_PREPARED) || (manipulator->tare_token != 0U)) {
+    if ((manipulator->drives.activity != DRIVES_PREPARED) || (manipulator->tare_token != 0U)) {
         return STATUS_FORBIDDEN;
     }
     if (manipulator->tare.result != STATUS_BUSY) {
@@ -194,17 +189,6 @@ void manipulator_tare_ended(manipulator_t* const manipulator)
     }
 }
 
-/// Only low-severity events may be raised by command: the others have consequences.
-static status_t raise_event(manipulator_t* const manipulator, const uint16_t event_id)
-{
-    const descriptor_event_t* const event =
-        descriptor_find_event(subsystem_descriptor(manipulator->generic), event_id);
-    if ((event == NULL) || (event->severity != DESCRIPTOR_LOW)) {
-        return STATUS_OUT_OF_RANGE;
-    }
-    return subsystem_raise(manipulator->generic, event_id, NULL, 0U);
-}
-
 status_t manipulator_perform(void* const self, const subsystem_function_t* const function)
 {
     manipulator_t* const manipulator = self;
@@ -214,7 +198,8 @@ status_t manipulator_perform(void* const self, const subsystem_function_t* const
     case MANIPULATOR_FUNCTION_TARE:
         return tare(manipulator, function->call_token);
     case MANIPULATOR_FUNCTION_RAISE:
-        return raise_event(manipulator, ((const manipulator_raise_arguments_t*)function->arguments)->event);
+        return subsystem_raise_by_command(manipulator->generic,
+                                          ((const manipulator_raise_arguments_t*)function->arguments)->event);
     case MANIPULATOR_FUNCTION_STOP:
         return stop(manipulator);
     case MANIPULATOR_FUNCTION_CHANNEL:

@@ -11,17 +11,14 @@ manipulator_arm_setup_t manipulator_setup(const manipulator_t* manipulator);
 /// manipulator_cycle.c: the cyclic callbacks.
 void manipulator_sense(void* self);
 void manipulator_control(void* self);
-void manipulator_emit(void* self);
 
 /// manipulator_functions.c: function commands, and the motion they ask for.
 status_t manipulator_perform(void* self, const subsystem_function_t* function);
 void manipulator_parameter_set(void* self, uint32_t parameter_id);
 /// Next point of the commanded motion; ends its function command.
 manipulator_arm_motion_t manipulator_motion_step(manipulator_t* manipulator);
-/// At rest where the arm is; function commands under way are aborted.
-void manipulator_motion_reset(manipulator_t* manipulator);
-/// The controllers are switched off: abort everything commanded.
-void manipulator_abandon(manipulator_t* manipulator);
+/// Abort everything commanded; the hook of drives.h.
+void manipulator_abandon(void* self);
 /// End a TARE under way with the result of the tare.
 void manipulator_tare_ended(manipulator_t* manipulator);
 

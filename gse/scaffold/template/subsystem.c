@@ -17,13 +17,8 @@ static status_t software_init(void* const self)
 {
     @name@_t* const own = self;
 
-    status_t status = STATUS_OK;
-    for (size_t i = 0U; (status == STATUS_OK) && (i < @NAME@_PARAMETER_COUNT); i++) {
-        uint8_t* const place = (uint8_t*)&own->parameters + @name@_places[i];
-
-        status = subsystem_publish(own->generic, &@name@_definitions[i], place);
-    }
-    return status;
+    return subsystem_publish_all(own->generic, @name@_definitions, @name@_places, @NAME@_PARAMETER_COUNT,
+                                 &own->parameters);
 }
 
 /// Nothing moves until it is told to.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mismatches between a descriptor and a bus; normal operation is tested with the subsystems that use the
 // library.
-#include "fsw/drives/drives.h"
+#include "fsw/drives/drives_counters.h"
 #include "test/support/scripted_bus.h"
 #include "test/support/subsystem_double.h"
 
@@ -62,23 +62,15 @@ static status_t software_init(void* const self)
     return STATUS_OK;
 }
 
-static void sense(void* const self)
-{
-    drives_sense(self);
-}
-
-static void emit(void* const self)
-{
-    drives_emit(self);
-}
-
-static status_t secure(void* const self)
-{
-    return drives_secure(self);
-}
-
 static const subsystem_callbacks_t callbacks = {
-    .software_init = software_init, .sense = sense, .emit = emit, .secure = secure};
+    .software_init = software_init, .sense = drives_sense, .emit = drives_emit, .secure = drives_secure};
+static unsigned abandoned;
+
+static void abandon(void* const self)
+{
+    TEST_ASSERT_EQUAL_PTR(&drives, self);
+    abandoned++;
+}
 
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
@@ -118,7 +110,8 @@ void setUp(void)
     nodes[0] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
     nodes[1] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
     double_init(&generic, &descriptor, &callbacks, &drives);
-    drives_init(&drives, &generic, &resolver);
+    abandoned = 0U;
+    drives_init(&drives, &generic, &resolver, abandon);
 }
 
 void tearDown(void)
@@ -149,29 +142,9 @@ static status_t walk(const action_t action)
     return status;
 }
 
-static status_t hardware_init(void* const self)
-{
-    return drives_hardware_init(self);
-}
-
 static status_t configure(void* const self)
 {
     return drives_configure(self, generic.configuration);
-}
-
-static status_t standby(void* const self)
-{
-    return drives_go(self, CIA402_GOAL_STANDBY);
-}
-
-static status_t enable(void* const self)
-{
-    return drives_go(self, CIA402_GOAL_ENABLED);
-}
-
-static status_t deinit(void* const self)
-{
-    return drives_hardware_deinit(self);
 }
 
 static void select(const uint16_t id)
@@ -181,7 +154,7 @@ static void select(const uint16_t id)
 
 static void devices_of_all_configurations_are_brought_up_once(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     TEST_ASSERT_EQUAL_UINT8(2U, drives.network.device_count);
     TEST_ASSERT_NULL(drives_device(&drives, 0U));
     TEST_ASSERT_FALSE(drives_are_running(&drives));
@@ -197,7 +170,7 @@ static void a_deadline_of_the_mission_holds_at_both_ends(void)
         uint32_t syncs; // Periods of 0.5 ms.
         uint32_t event_ms;
     } cases[] = {{0U, 3U, 2U}, {1000000U, 3U, 2U}, {2100000U, 5U, 3U}, {10000000U, 20U, 10U}};
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         generic.device_deadline_ns = cases[i].deadline_ns;
         select(2U);
@@ -211,7 +184,7 @@ static void a_deadline_of_the_mission_holds_at_both_ends(void)
 
 static void devices_are_known_by_their_place_in_the_configuration(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     select(2U);
     TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
     TEST_ASSERT_TRUE(drives_are_running(&drives));
@@ -237,26 +210,26 @@ static void devices_are_known_by_their_place_in_the_configuration(void)
 static void a_device_without_a_can_endnode_is_refused(void)
 {
     descriptor.endnodes[descriptor.devices[0].first_endnode].type = DESCRIPTOR_ENDNODE_UDP;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, cycle(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, cycle(drives_hardware_init));
 }
 
 static void devices_on_two_buses_are_refused(void)
 {
     descriptor.endnodes[descriptor.devices[1].first_endnode].bus = "other";
-    TEST_ASSERT_EQUAL(STATUS_INVALID, cycle(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, cycle(drives_hardware_init));
 }
 
 static void an_unknown_class_and_no_device_at_all_are_refused(void)
 {
     descriptor.devices[1].type = "toaster";
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(drives_hardware_init));
     descriptor.device_count = 0U;
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(drives_hardware_init));
 }
 
 static void a_device_that_was_not_brought_up_cannot_be_configured(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     select(1U);
     descriptor.endnodes[descriptor.devices[generic.configuration->first_device].first_endnode].node = 0x33U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, walk(configure));
@@ -264,7 +237,7 @@ static void a_device_that_was_not_brought_up_cannot_be_configured(void)
 
 static void a_configuration_that_was_given_up_begins_anew(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     select(2U);
     nodes[1]->is_pdo_mute = true;
     for (unsigned i = 0U; i < 50U; i++) {
@@ -285,11 +258,11 @@ static void a_configuration_that_was_given_up_begins_anew(void)
 
 static void a_drive_that_drops_out_raises_an_event_with_its_statusword(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     select(2U);
     TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(standby));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(enable));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_start_control));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_engage));
     generic.state        = STATE_OPERATIONAL;
     nodes[0]->status[0]  = 0x0218U;
     const uint8_t told[] = {0x11U, 0x02U, 0x18U};
@@ -300,7 +273,7 @@ static void a_drive_that_drops_out_raises_an_event_with_its_statusword(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(told, generic.events[0].octets, 3U);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, generic.state);
     TEST_ASSERT_EQUAL_HEX16(0x0002U, nodes[1]->control[0]); // The other one brakes in the same cycle.
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_secure));
 }
 
 /// Last event DEVICE_REFUSED, the only one.
@@ -315,11 +288,11 @@ static void expect_refusal(const uint8_t told[10])
 static void why_a_device_is_not_commissioned_is_an_event(void)
 {
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00010192U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(hardware_init)); // Raised in the cycle that fails.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(drives_hardware_init)); // Raised in the cycle that fails.
     expect_refusal((const uint8_t[]){0x12U, 4U, 0U, 0x10U, 0U, 0U, 0U, 0x01U, 0x01U, 0x92U});
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00020192U;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(deinit));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_deinit));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     select(2U);
     scripted_object(nodes[1], 0x6065U, 0U)->abort_code = 0x08000022U;
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, walk(configure));
@@ -337,7 +310,7 @@ static void why_a_device_is_not_commissioned_is_an_event(void)
 
 static void an_event_the_descriptor_does_not_have_is_left_out(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     scripted_bus_emergency(&bus, 0x11U, 0x4310U); // DRIVE_WARNING is not in this descriptor.
     (void)cycle(NULL);
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
@@ -345,21 +318,21 @@ static void an_event_the_descriptor_does_not_have_is_left_out(void)
 
 static void going_down_works_from_anywhere(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, cycle(deinit));
+    TEST_ASSERT_EQUAL(STATUS_OK, cycle(drives_hardware_deinit));
     for (unsigned i = 0U; i < 20U; i++) { // During commissioning.
-        (void)cycle(hardware_init);
+        (void)cycle(drives_hardware_init);
         if (i == 10U) {
-            TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(deinit));
-            TEST_ASSERT_EQUAL(STATUS_OK, cycle(deinit));
+            TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(drives_hardware_deinit));
+            TEST_ASSERT_EQUAL(STATUS_OK, cycle(drives_hardware_deinit));
         }
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     nodes[0]->is_plugged = false;
     nodes[1]->is_plugged = false;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(deinit));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_deinit));
     nodes[0]->is_plugged = true;
     nodes[1]->is_plugged = true;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
 }
 
 static void a_bus_without_channel_b_has_none_to_select(void)
@@ -378,9 +351,9 @@ static void the_selected_channel_is_the_one_that_is_opened(void)
     has_channel_b = false;
     TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 1U));
     TEST_ASSERT_EQUAL_UINT8(1U, double_last_event(&generic, 5U)->octets[0]);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, walk(hardware_init)); // This run has no such bus.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, walk(drives_hardware_init)); // This run has no such bus.
     TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init)); // Channel A is enough,
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init)); // Channel A is enough,
     (void)cycle(NULL);
     TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&generic, 4U)->size);     // a missing B is reported,
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and B is absent.
@@ -388,7 +361,7 @@ static void the_selected_channel_is_the_one_that_is_opened(void)
 
 static void limited_commands_of_all_axes_are_summed(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     TEST_ASSERT_EQUAL_UINT32(0U, drives_limited(&drives));
     uint32_t next = 1U;
     uint32_t sum  = 0U;
@@ -404,6 +377,71 @@ static void limited_commands_of_all_axes_are_summed(void)
     TEST_ASSERT_EQUAL_UINT32(sum, drives_limited(&drives));
 }
 
+/// What was commanded is abandoned once, when the activity changes; on the way up, when the axes are there.
+static void each_change_of_activity_abandons_once(void)
+{
+    static const struct {
+        action_t action;
+        drives_activity_t before; // While the axes are under way.
+        drives_activity_t after;
+    } steps[] = {{drives_start_control, DRIVES_RESTING, DRIVES_PREPARED},
+                 {drives_engage, DRIVES_PREPARED, DRIVES_ENGAGED},
+                 {drives_disengage, DRIVES_PREPARED, DRIVES_PREPARED},
+                 {drives_engage, DRIVES_PREPARED, DRIVES_ENGAGED},
+                 {drives_stop_control, DRIVES_RESTING, DRIVES_RESTING},
+                 {drives_start_control, DRIVES_RESTING, DRIVES_PREPARED},
+                 {drives_secure, DRIVES_RESTING, DRIVES_RESTING},
+                 {drives_start_control, DRIVES_RESTING, DRIVES_PREPARED},
+                 {drives_post, DRIVES_RESTING, DRIVES_RESTING}};
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    select(2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL_UINT(0U, abandoned);
+    for (size_t i = 0U; i < (sizeof steps / sizeof steps[0]); i++) {
+        (void)cycle(steps[i].action);
+        TEST_ASSERT_EQUAL(steps[i].before, drives.activity);
+        TEST_ASSERT_EQUAL(STATUS_OK, walk(steps[i].action));
+        TEST_ASSERT_EQUAL(steps[i].after, drives.activity);
+        TEST_ASSERT_EQUAL_UINT(i + 1U, abandoned);
+    }
+    drives_init(&drives, &generic, &resolver, NULL); // Nothing can be commanded: nothing is called.
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_start_control));
+    TEST_ASSERT_EQUAL(DRIVES_PREPARED, drives.activity);
+}
+
+/// The descriptor says which counters there are and in which order.
+static void counters_are_published_where_the_descriptor_names_them(void)
+{
+    static const parameter_field_t fields[] = {
+        {"FRAMES_SENT", VALUE_UINT32, 1U, 4U}, {"PDO_MISSED", VALUE_UINT32, 2U, 8U},
+        {"CYCLES", VALUE_UINT32, 1U, 16U},     {"COMMAND_LIMITED", VALUE_UINT32, 1U, 20U},
+        {"CHANNEL", VALUE_UINT8, 1U, 24U},     {"TEMPERATURE", VALUE_UINT32, 1U, 28U}};
+    static const parameter_definition_t definition = {"COUNTERS", 1U, fields, 6U, 32U, 32U};
+    static const parameter_definition_t none       = {"COUNTERS", 1U, fields, 0U, 32U, 32U};
+    uint32_t storage[9];
+    memset(storage, 0xA5, sizeof storage);
+    const uint32_t untouched = storage[0];
+    drives_counters_place(&drives, &definition, storage);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    select(2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    drives.network.devices[0].missed                      = 11U;
+    drives.network.devices[1].missed                      = 12U; // Node 0x12 is the first of configuration 2.
+    drives.network.devices[0].device.axes[0].limited      = 3U;
+    drives.network.flows[0].counters.sent                 = 1000U;
+    drives.network.flows[NETWORK_CHANNEL_B].counters.sent = 1U;
+    drives_counters_publish(&drives, 4U);
+    const uint32_t expected[9] = {untouched, 1001U,     12U,       11U,      generic.cycle,
+                                  7U,        untouched, untouched, untouched};
+    TEST_ASSERT_EQUAL_HEX32_ARRAY(expected, storage, 9U);
+    drives_counters_place(&drives, &none, storage);
+    drives.network.flows[0].counters.sent = 2000U;
+    drives_counters_publish(&drives, 5U);
+    TEST_ASSERT_EQUAL_HEX32_ARRAY(expected, storage, 9U);
+}
+
 /// As at the end of its process: the bus is closed, nothing is sent, and a second call has no effect.
 static void released_drives_have_closed_their_bus(void)
 {
@@ -412,7 +450,7 @@ static void released_drives_have_closed_their_bus(void)
     TEST_ASSERT_NULL(unused.network.flow);
     drives_release(&drives); // It has no bus yet.
     TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
     const unsigned boots = nodes[0]->boots;
     for (unsigned i = 0U; i < 2U; i++) {
@@ -422,7 +460,7 @@ static void released_drives_have_closed_their_bus(void)
     scripted_bus_run(&bus);
     TEST_ASSERT_EQUAL_UINT(boots, nodes[0]->boots); // No reset, which an orderly end would send.
     TEST_ASSERT_EQUAL(STATUS_OK, drives_hardware_deinit(&drives));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(hardware_init)); // The hardware can be initialised again.
+    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init)); // The hardware can be initialised again.
 }
 
 int main(void)
@@ -444,6 +482,8 @@ int main(void)
     RUN_TEST(a_bus_without_channel_b_has_none_to_select);
     RUN_TEST(the_selected_channel_is_the_one_that_is_opened);
     RUN_TEST(going_down_works_from_anywhere);
+    RUN_TEST(each_change_of_activity_abandons_once);
+    RUN_TEST(counters_are_published_where_the_descriptor_names_them);
     RUN_TEST(released_drives_have_closed_their_bus);
     return UNITY_END();
 }

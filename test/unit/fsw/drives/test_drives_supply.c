@@ -59,7 +59,7 @@ void setUp(void)
     scripted_bus_open(&bus, "test-supply");
     (void)scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
     double_init(&generic, &descriptor, &no_callback, &drives);
-    drives_init(&drives, &generic, &resolver);
+    drives_init(&drives, &generic, &resolver, NULL);
     port = drives_access_port(&drives);
 }
 

@@ -347,6 +347,40 @@ static void events_without_their_data_sample_parameters(void)
     fixture_expect("5.1 event 4 aux \n");
 }
 
+static void only_events_of_low_severity_are_raised_by_command(void)
+{
+    fixture_bring(STATE_SAFE_OPERATIONAL, FIXTURE_ALONE);
+    fixture_forget();
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, subsystem_raise_by_command(&fixture.subsystem, 1U)); // HIGH.
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, subsystem_raise_by_command(&fixture.subsystem, 2U)); // MEDIUM.
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE,
+                      subsystem_raise_by_command(&fixture.subsystem, 4U)); // INFORMATIVE.
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, subsystem_raise_by_command(&fixture.subsystem, 99U));
+    fixture_run(2U);
+    fixture_expect("");
+    TEST_ASSERT_EQUAL(STATUS_OK, subsystem_raise_by_command(&fixture.subsystem, 3U));
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("5.2 event 3"));
+}
+
+static void publishing_all_ends_at_the_first_that_is_refused(void)
+{
+    static const parameter_field_t field               = {"X", VALUE_UINT32, 1U, 0U};
+    static const size_t places[]                       = {4U, 0U, 8U};
+    static const parameter_definition_t definitions[3] = {
+        {"ONE", PARAMETER_ID(FIXTURE_APID, VALUE_UINT32, 11U), &field, 1U, 4U, 4U},
+        {"ONE", PARAMETER_ID(FIXTURE_APID, VALUE_UINT32, 12U), &field, 1U, 4U, 4U}, // A name that is taken.
+        {"TWO", PARAMETER_ID(FIXTURE_APID, VALUE_UINT32, 13U), &field, 1U, 4U, 4U}};
+    uint32_t storage[3]                      = {1U, 2U, 3U};
+    parameter_dictionary_t* const dictionary = subsystem_dictionary(&fixture.subsystem);
+    const parameter_entry_t* entry           = NULL;
+    TEST_ASSERT_EQUAL(STATUS_EXISTS,
+                      subsystem_publish_all(&fixture.subsystem, definitions, places, 3U, storage));
+    TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(dictionary, definitions[0].id, &entry));
+    TEST_ASSERT_EQUAL_PTR(&storage[1], entry->storage);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find(dictionary, definitions[2].id, &entry));
+}
+
 static void a_strain_waits_four_cycles_for_the_order(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
@@ -493,6 +527,8 @@ int main(void)
     RUN_TEST(errors_turn_back_what_is_being_initialised);
     RUN_TEST(an_error_in_error_is_only_reported);
     RUN_TEST(events_without_their_data_sample_parameters);
+    RUN_TEST(only_events_of_low_severity_are_raised_by_command);
+    RUN_TEST(publishing_all_ends_at_the_first_that_is_refused);
     RUN_TEST(a_strain_waits_four_cycles_for_the_order);
     RUN_TEST(the_order_in_time_is_followed);
     RUN_TEST(a_strain_below_operational_is_logged);

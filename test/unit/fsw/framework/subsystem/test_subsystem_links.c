@@ -154,7 +154,7 @@ static void a_consumer_opens_and_reads(void)
     fixture_expect("1.1 #1\n130.10 link 1 2>3 reason 0\n1.3 #1\n1.7 #1\n");
     fixture_run(1U);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, in_status);
-    TEST_ASSERT_EQUAL(UINT64_MAX, subsystem_link_age_ns(&fixture.subsystem, PORT_IN));
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, subsystem_link_age_us(&fixture.subsystem, PORT_IN));
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_link_peer_state(&fixture.subsystem, PORT_IN));
     other_state = STATE_SAFE_OPERATIONAL;
     run(1U);
@@ -163,11 +163,15 @@ static void a_consumer_opens_and_reads(void)
     TEST_ASSERT_EQUAL_DOUBLE(-8.0, in_value[1]);
     TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, subsystem_link_peer_state(&fixture.subsystem, PORT_IN));
     fixture_run(2U);
-    TEST_ASSERT_EQUAL(2U * FIXTURE_PERIOD_NS, subsystem_link_age_ns(&fixture.subsystem, PORT_IN));
+    TEST_ASSERT_EQUAL_UINT32(2U * FIXTURE_PERIOD_NS / 1000U,
+                             subsystem_link_age_us(&fixture.subsystem, PORT_IN));
+    fixture.now_ns += 5000U * 1000000000ULL; // More than a parameter of 32 bits can say.
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, subsystem_link_age_us(&fixture.subsystem, PORT_IN));
     const double values[2] = {1.0, 2.0}; // A producer whose clock is ahead.
     (void)rtlink_producer_write(&other, 4U, fixture.now_ns + FIXTURE_PERIOD_NS, (const uint8_t*)values);
     fixture_run(1U);
-    TEST_ASSERT_EQUAL(0U, subsystem_link_age_ns(&fixture.subsystem, PORT_IN));
+    TEST_ASSERT_EQUAL_UINT32(0U, subsystem_link_age_us(&fixture.subsystem, PORT_IN));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
                       subsystem_link_read(&fixture.subsystem, 99U, in_value, sizeof in_value));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, subsystem_link_read(&fixture.subsystem, PORT_EXTRA, in_value, 4U));

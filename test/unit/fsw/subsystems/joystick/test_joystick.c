@@ -101,7 +101,7 @@ static void robot_feels(const double first_nm, const double second_nm)
     const joystick_robot_state_payload_t robot = {{1.0, -1.5}, {first_nm, second_nm}};
     memcpy(generic.ports[ROBOT].sample, &robot, sizeof robot);
     generic.ports[ROBOT].read_status = STATUS_OK;
-    generic.ports[ROBOT].age_ns      = 500000U;
+    generic.ports[ROBOT].age_us      = 500U;
 }
 
 static void bring(const uint16_t configuration, const state_t state)

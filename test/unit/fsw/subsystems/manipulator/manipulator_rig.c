@@ -106,7 +106,7 @@ void rig_hand_at(const double first_rad, const double second_rad)
     const manipulator_hand_position_payload_t hand = {{first_rad, second_rad}};
     memcpy(rig_generic.ports[HAND].sample, &hand, sizeof hand);
     rig_generic.ports[HAND].read_status = STATUS_OK;
-    rig_generic.ports[HAND].age_ns      = 1500000U;
+    rig_generic.ports[HAND].age_us      = 1500U;
 }
 
 /// Go up to a state in a configuration.

@@ -386,7 +386,7 @@ static void current_values_and_counters_are_published(void)
     TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // It was another reason.
     TEST_ASSERT_EQUAL_UINT32(1U, counters->emergencies);
     TEST_ASSERT_EQUAL_UINT32(1U, counters->pdo_missed[1]);
-    rig_generic.ports[HAND].age_ns = UINT64_MAX;
+    rig_generic.ports[HAND].age_us = UINT32_MAX;
     rig_idle(1U);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, rig_manipulator.parameters.link_age);
     manipulator_robot_state_payload_t robot;
