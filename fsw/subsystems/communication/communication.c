@@ -182,12 +182,16 @@ static unsigned participant_client(const communication_t* const self)
 }
 
 /// With a key, a client that has not shown it is replaced by one that may have it, and one that has shown it
-/// only if it is silent. Without a key nothing tells the operator from others, so that all take turns.
+/// only if it is silent. Without a key nothing tells the operator from others, so that all take turns. The
+/// participant of the scheduler gets a place at once: simulated time does not pass while it waits.
 static unsigned make_room(void* const context)
 {
     const communication_t* const self = (const communication_t*)context;
-    const unsigned stranger =
-        communication_ground_security_stranger(&self->security, participant_client(self));
+    const unsigned participant        = participant_client(self);
+    if ((participant == NO_CLIENT) && (self->hooks.participant_port(self->hooks.context) != 0U)) {
+        return longest(self, self->connected_ns, 0U); // The newcomer may be the participant.
+    }
+    const unsigned stranger = communication_ground_security_stranger(&self->security, participant);
     if (stranger < COMMUNICATION_CLIENTS) {
         return stranger;
     }

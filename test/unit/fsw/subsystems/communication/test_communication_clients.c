@@ -129,6 +129,27 @@ static void a_participant_keeps_its_place(void)
     TEST_ASSERT_TRUE(fixture_is_ended(1U));
 }
 
+/// Simulated time waits for it, so no bound of simulated time may keep it out.
+static void a_participant_that_comes_gets_a_place_at_once(void)
+{
+    osal_address_t own = {0U, 0U};
+    for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
+        fixture_connect(i);
+    }
+    osal_socket_t* const last = &fixture.clients[COMMUNICATION_CLIENTS];
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(last, fixture.address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(last, &own));
+    fixture.ports[COMMUNICATION_CLIENTS] = own.port;
+    fixture.participant                  = own.port;
+    fixture_run(2U);
+    TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
+    TEST_ASSERT_TRUE(fixture_is_ended(0U)); // Connected longest.
+    TEST_ASSERT_FALSE(fixture_is_ended(1U));
+    fixture_disconnect(0U);
+    fixture_connect(0U); // Another one has to wait as before.
+    TEST_ASSERT_TRUE(fixture_is_ended(0U));
+}
+
 static void misuse_is_counted_and_told_once_a_second(void)
 {
     uint8_t garbage[64];
@@ -216,6 +237,7 @@ int main(void)
     RUN_TEST(busy_clients_take_turns);
     RUN_TEST(what_is_no_valid_request_keeps_no_place);
     RUN_TEST(a_participant_keeps_its_place);
+    RUN_TEST(a_participant_that_comes_gets_a_place_at_once);
     RUN_TEST(misuse_is_counted_and_told_once_a_second);
     RUN_TEST(who_poses_as_a_user_on_board_is_counted_and_told);
     RUN_TEST(who_does_not_read_sends_no_more);
