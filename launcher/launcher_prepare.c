@@ -18,13 +18,20 @@
 #define PORT_TRIES 200U
 #define FOLDER_TRIES 1000U
 
-static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
+static bool fail_at(launcher_t* const launcher, const char* const what, const char* const detail,
+                    const char* const next)
 {
     text_t text = text_in(launcher->reason, sizeof launcher->reason);
     text_add(&text, what);
     text_add(&text, detail);
+    text_add(&text, next);
     launcher->exit_code = 1;
     return false;
+}
+
+static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
+{
+    return fail_at(launcher, what, detail, "");
 }
 
 // ---- Mission and folder ----
@@ -295,6 +302,54 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     return true;
 }
 
+/// `file` says which mission has written the storage: this one, or none yet, which is then recorded.
+static bool check_owner(launcher_t* const launcher, osal_file_t* const file, const char* const path)
+{
+    char owner[LAUNCH_PATH_MAX] = {'\0'};
+    uint64_t size               = 0U;
+    status_t status             = osal_file_size(file, &size);
+    if (status == STATUS_OK) {
+        status =
+            osal_file_read_at(file, 0U, owner, (size < sizeof owner) ? (size_t)size : (sizeof owner - 1U));
+    }
+    if ((status == STATUS_OK) && (owner[0] == '\0')) { // New, or the power was cut while it was made.
+        status = osal_file_write(file, launcher->options.mission, strlen(launcher->options.mission));
+        status = (status == STATUS_OK) ? osal_file_sync(file) : status;
+    } else if ((status == STATUS_OK) && (strcmp(owner, launcher->options.mission) != 0)) {
+        char next[(2U * LAUNCH_PATH_MAX) + 128U];
+        text_t text = text_in(next, sizeof next);
+        text_add(&text, " says '");
+        text_add(&text, owner);
+        text_add(&text, "', expected '");
+        text_add(&text, launcher->options.mission);
+        text_add(&text, "'; choose another folder with --storage, or fly that mission with --mission");
+        return fail_at(launcher, "the storage is that of another mission: ", path, next);
+    } else {
+        // As it shall be, or it cannot be read.
+    }
+    return (status == STATUS_OK) ||
+           fail_at(launcher, status_text(status), ": the storage cannot be used: ", path);
+}
+
+/// Schedules, definitions and stores of one mission name subsystems, modes and services by numbers that mean
+/// others in another mission.
+static bool claim_storage(launcher_t* const launcher)
+{
+    char path[LAUNCH_PATH_MAX + 32U];
+    osal_file_t file = {-1};
+    text_t text      = text_in(path, sizeof path);
+    text_add(&text, launcher->run->storage);
+    text_add(&text, "/mission");
+    const status_t status = osal_file_update(&file, path);
+    if (status != STATUS_OK) {
+        return fail_at(launcher, "cannot write the storage: ", path,
+                       "; make it writable, or choose another folder with --storage");
+    }
+    const bool is_ours = check_owner(launcher, &file, path);
+    osal_file_close(&file);
+    return is_ours;
+}
+
 /// A supervisor that dies is running again after its declared boot time.
 static void let_supervisor_return(const launcher_t* const launcher)
 {
@@ -381,7 +436,8 @@ static bool write_line(launcher_t* const launcher, const char* const name, const
     text_add(&text, launcher->run->folder);
     text_add(&text, name);
     if (osal_file_create(&file, path) != STATUS_OK) {
-        return fail(launcher, "cannot write ", path);
+        return fail_at(launcher, "cannot write the output folder: ", path,
+                       "; make it writable, or choose another one with --out");
     }
     const bool is_written = (osal_file_write(&file, line, strlen(line)) == STATUS_OK) &&
                             (osal_file_write(&file, "\n", 1U) == STATUS_OK);
@@ -460,9 +516,9 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
         read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_remote_endian(launcher) &&
         launcher_check_system(launcher) && find_scenario(launcher) && launcher_ready_interfaces(launcher) &&
         make_folder(launcher, folder, sizeof folder) && make_run_state(launcher, mission_path, folder) &&
-        make_scheduler(launcher) && make_checkpoint(launcher) && launcher_make_buses(launcher) &&
-        launcher_make_nodes(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
-        tell_ground(launcher);
+        claim_storage(launcher) && make_scheduler(launcher) && make_checkpoint(launcher) &&
+        launcher_make_buses(launcher) && launcher_make_nodes(launcher) && launcher_open_sockets(launcher) &&
+        listen_to_ground(launcher) && tell_ground(launcher);
     if (is_ready) {
         find_bench_devices(launcher);
         name_cosimulation(launcher);

@@ -176,6 +176,42 @@ def test_folder_of_another_run_is_refused(folder):
     assert flying.Flight(folder, None).octets("packets.log") == before
 
 
+def _fly_with_storage(folder, storage, mission="rokviss"):
+    scenario = flying.write_scenario(folder.with_suffix(".scn"), "0.1 operator ping SUPERVISOR", "0.2 operator shutdown")
+    return flying.fly(folder, "--mission", mission, "--scenario", scenario, "--form", "image", "--storage", storage)
+
+
+def test_storage_of_another_mission_is_refused_and_left_as_it_is(folder, tmp_path):
+    """Its schedules, stores and definitions name subsystems by numbers that have another meaning in this mission."""
+    folder.mkdir()
+    storage = tmp_path / "storage"
+    assert _fly_with_storage(folder / "1", storage).code == 0
+    before = {path.name: path.read_bytes() for path in storage.iterdir() if path.is_file()}
+    assert before["mission"] == b"rokviss" and "SUPERVISOR.journal.0" in before
+    refused = _fly_with_storage(folder / "2", storage, "classic")
+    assert refused.code == 1
+    for words in (f"{storage}/mission", "says 'rokviss'", "expected 'classic'", "--storage", "--mission"):
+        assert words in refused.output, refused.output
+    assert {path.name: path.read_bytes() for path in storage.iterdir() if path.is_file()} == before
+    assert _fly_with_storage(folder / "3", storage).code == 0
+    (storage / "mission").write_bytes(b"")  # As a power cut may leave it.
+    assert _fly_with_storage(folder / "4", storage).code == 0
+    assert (storage / "mission").read_bytes() == b"rokviss"
+
+
+def test_folders_that_cannot_be_written_are_told_apart(folder, tmp_path):
+    """A folder in the place of the first file that is written there has the effect of a read-only disk."""
+    storage = tmp_path / "storage"
+    (storage / "mission").mkdir(parents=True)
+    refused = flying.refuse("run", "--scenario", "commissioning", "--storage", storage, "--out", folder / "1")
+    assert refused.returncode == 1
+    assert f"cannot write the storage: {storage}/mission; " in refused.stderr and "--storage" in refused.stderr
+    (folder / "2" / "ground.mission").mkdir(parents=True)
+    refused = flying.refuse("run", "--scenario", "commissioning", "--storage", tmp_path / "other", "--out", folder / "2")
+    assert refused.returncode == 1
+    assert f"cannot write the output folder: {folder}/2/ground.mission; " in refused.stderr and "--out" in refused.stderr
+
+
 @pytest.mark.parametrize(
     ("line", "words"),
     [
