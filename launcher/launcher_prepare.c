@@ -254,54 +254,6 @@ static void sweep(void* const context, const char* const name)
 
 // ---- Shared memory ----
 
-static bool make_run_state(launcher_t* const launcher, const char* const mission_path,
-                           const char* const folder)
-{
-    char identity[RUN_IDENTITY_MAX];
-    text_t text = text_in(identity, sizeof identity);
-    text_add(&text, IDENTITY);
-    text_add_unsigned(&text, (uint64_t)osal_process_own_id());
-    if (run_state_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
-        return fail(launcher, "cannot make shared memory for the run ", identity);
-    }
-    run_state_t* const run = launcher->run;
-    text                   = text_in(run->mission_path, sizeof run->mission_path);
-    text_add(&text, mission_path);
-    text = text_in(run->folder, sizeof run->folder);
-    text_add(&text, folder);
-    text = text_in(run->storage, sizeof run->storage);
-    text_add(&text, (launcher->options.storage[0] != '\0') ? launcher->options.storage : folder);
-    text_add(&text, (launcher->options.storage[0] != '\0') ? "" : "/storage");
-    if (text.cut || (osal_directory_create(run->storage) != STATUS_OK)) {
-        return fail(launcher, "cannot make the storage folder ", run->storage);
-    }
-    text = text_in(run->key, sizeof run->key);
-    text_add(&text, launcher->key_path);
-    // Also in wall-clock time: simulated hardware belongs to the scheduler, unless all is free.
-    run->is_stepped      = launch_has_scheduler(&launcher->options);
-    run->is_real         = !launcher->options.is_stepped;
-    run->link_methods    = link_methods(launcher->options.links);
-    run->transport       = (uint8_t)((strcmp(launcher->options.transport, "tipc") == 0) ? RUN_TRANSPORT_TIPC
-                                                                                        : RUN_TRANSPORT_UDP);
-    run->instance        = (uint32_t)osal_process_own_id();
-    run->component_count = launcher->mission.subsystem_count;
-    for (uint16_t i = 0U; i < run->component_count; i++) {
-        run_component_t* const component           = &run->components[i];
-        const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
-        component->apid                            = subsystem->apid;
-        component->message_descriptor              = -1;
-        component->life                            = 1U;
-        component->wanted_life                     = 1U;
-        run_state_beat(run, i, 0U, OSAL_LOCKSTEP_NEVER);
-        text = text_in(component->name, sizeof component->name);
-        text_add(&text, subsystem->name);
-    }
-    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
-        run->link_descriptors[i] = -1;
-    }
-    return true;
-}
-
 /// `file` says which mission has written the storage: this one, or none yet, which is then recorded.
 static bool check_owner(launcher_t* const launcher, osal_file_t* const file, const char* const path)
 {
@@ -348,6 +300,57 @@ static bool claim_storage(launcher_t* const launcher)
     const bool is_ours = check_owner(launcher, &file, path);
     osal_file_close(&file);
     return is_ours;
+}
+
+static bool make_run_state(launcher_t* const launcher, const char* const mission_path,
+                           const char* const folder)
+{
+    char identity[RUN_IDENTITY_MAX];
+    text_t text = text_in(identity, sizeof identity);
+    text_add(&text, IDENTITY);
+    text_add_unsigned(&text, (uint64_t)osal_process_own_id());
+    if (run_state_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
+        return fail(launcher, "cannot make shared memory for the run ", identity);
+    }
+    run_state_t* const run = launcher->run;
+    text                   = text_in(run->mission_path, sizeof run->mission_path);
+    text_add(&text, mission_path);
+    text = text_in(run->folder, sizeof run->folder);
+    text_add(&text, folder);
+    text = text_in(run->storage, sizeof run->storage);
+    text_add(&text, (launcher->options.storage[0] != '\0') ? launcher->options.storage : folder);
+    text_add(&text, (launcher->options.storage[0] != '\0') ? "" : "/storage");
+    if (text.cut || (osal_directory_create(run->storage) != STATUS_OK)) {
+        return fail(launcher, "cannot make the storage folder ", run->storage);
+    }
+    if (!claim_storage(launcher)) {
+        return false;
+    }
+    text = text_in(run->key, sizeof run->key);
+    text_add(&text, launcher->key_path);
+    // Also in wall-clock time: simulated hardware belongs to the scheduler, unless all is free.
+    run->is_stepped      = launch_has_scheduler(&launcher->options);
+    run->is_real         = !launcher->options.is_stepped;
+    run->link_methods    = link_methods(launcher->options.links);
+    run->transport       = (uint8_t)((strcmp(launcher->options.transport, "tipc") == 0) ? RUN_TRANSPORT_TIPC
+                                                                                        : RUN_TRANSPORT_UDP);
+    run->instance        = (uint32_t)osal_process_own_id();
+    run->component_count = launcher->mission.subsystem_count;
+    for (uint16_t i = 0U; i < run->component_count; i++) {
+        run_component_t* const component           = &run->components[i];
+        const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
+        component->apid                            = subsystem->apid;
+        component->message_descriptor              = -1;
+        component->life                            = 1U;
+        component->wanted_life                     = 1U;
+        run_state_beat(run, i, 0U, OSAL_LOCKSTEP_NEVER);
+        text = text_in(component->name, sizeof component->name);
+        text_add(&text, subsystem->name);
+    }
+    for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
+        run->link_descriptors[i] = -1;
+    }
+    return true;
 }
 
 /// A supervisor that dies is running again after its declared boot time.
@@ -516,9 +519,9 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
         read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_remote_endian(launcher) &&
         launcher_check_system(launcher) && find_scenario(launcher) && launcher_ready_interfaces(launcher) &&
         make_folder(launcher, folder, sizeof folder) && make_run_state(launcher, mission_path, folder) &&
-        claim_storage(launcher) && make_scheduler(launcher) && make_checkpoint(launcher) &&
-        launcher_make_buses(launcher) && launcher_make_nodes(launcher) && launcher_open_sockets(launcher) &&
-        listen_to_ground(launcher) && tell_ground(launcher);
+        make_scheduler(launcher) && make_checkpoint(launcher) && launcher_make_buses(launcher) &&
+        launcher_make_nodes(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
+        tell_ground(launcher);
     if (is_ready) {
         find_bench_devices(launcher);
         name_cosimulation(launcher);

@@ -76,9 +76,16 @@ static bool open_mark(ground_key_t* const self, const char* const path, char err
     text_t text = text_in(name, sizeof name);
     text_add(&text, path);
     text_add(&text, ".received");
-    if (text.cut || !osal_file_exists(name)) { // Not created here: old sessions would be accepted again.
+    uint8_t octet[1];
+    size_t size           = 0U;
+    const status_t looked = text.cut ? STATUS_NOT_FOUND : osal_file_load_secret(name, octet, 1U, &size);
+    if (looked == STATUS_NOT_FOUND) { // Not created here: old sessions would be accepted again.
         return fail(error, path, ".received",
                     "the mark of the key is missing; `gse key make FILE` makes a new key");
+    }
+    if (looked == STATUS_FORBIDDEN) { // Who can write it can make old sessions new, or end the key's use.
+        return fail(error, path, ".received",
+                    "other users than its owner have access to the mark of the key; run chmod 600 on it");
     }
     const status_t opened = osal_file_update(&self->mark, name);
     const status_t status = (opened == STATUS_OK) ? osal_file_lock(&self->mark) : opened;

@@ -123,6 +123,8 @@ def next_session(path, check):
     except OSError as error:
         raise SecurityError(f"{mark}: {error.strerror}: without it numbers could be used twice; make a new key: gse key make") from error
     try:
+        if os.fstat(descriptor).st_mode & OTHERS:
+            raise SecurityError(f"{mark}: other users than its owner have access to the mark of the key; run chmod 600 {mark}")
         fcntl.flock(descriptor, fcntl.LOCK_EX)
         last = read_mark(descriptor, check)
         if last is None or last >= NUMBER_MAX:

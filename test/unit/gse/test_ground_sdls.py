@@ -108,6 +108,15 @@ def _mark(key):
     return key.with_name(key.name + ".sent")
 
 
+@pytest.mark.parametrize("mode", [0o666, 0o660, 0o602, 0o644])
+def test_a_mark_to_which_others_have_access_is_refused(key, mode):
+    _mark(key).chmod(mode)
+    with pytest.raises(SecurityError, match=r"\.sent: other users .*chmod 600"):
+        sdls.Sender(key)(PACKET)
+    _mark(key).chmod(0o600)
+    assert _numbers(sdls.Sender(key)(PACKET)) == [(1, 0, sdls.WHOLE)]
+
+
 @pytest.mark.parametrize("damage", [lambda path: path.unlink(), lambda path: path.write_bytes(b""), lambda path: path.write_bytes(bytes(544))])
 def test_a_lost_mark_is_not_made_anew(key, damage):
     damage(_mark(key))

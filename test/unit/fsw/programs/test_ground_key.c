@@ -39,6 +39,7 @@ void setUp(void)
     const medium_t medium = file_medium(&file);
     sealer_make_mark(&medium, sealer_key, 6U);
     osal_file_close(&file);
+    TEST_ASSERT_EQUAL(0, chmod(mark, 0600U));
 }
 
 void tearDown(void)
@@ -105,6 +106,18 @@ static void what_others_may_read_is_no_secret(void)
     opens();
 }
 
+/// Who can write the mark can set it back, and send recorded telecommands again.
+static void a_mark_that_others_may_write_is_refused(void)
+{
+    static const mode_t modes[] = {0666U, 0660U, 0606U, 0620U, 0602U, 0644U};
+    for (size_t i = 0U; i < (sizeof modes / sizeof modes[0]); i++) {
+        TEST_ASSERT_EQUAL(0, chmod(mark, modes[i]));
+        refuses("key.received: other users than its owner have access to the mark of the key; run chmod 600");
+    }
+    TEST_ASSERT_EQUAL(0, chmod(mark, 0600U));
+    opens();
+}
+
 static void missing_files_are_not_made(void)
 {
     TEST_ASSERT_EQUAL(0, unlink(mark));
@@ -140,6 +153,7 @@ int main(void)
     RUN_TEST(octets_and_digits_are_keys);
     RUN_TEST(other_contents_are_none);
     RUN_TEST(what_others_may_read_is_no_secret);
+    RUN_TEST(a_mark_that_others_may_write_is_refused);
     RUN_TEST(missing_files_are_not_made);
     RUN_TEST(marks_of_others_and_damaged_ones);
     RUN_TEST(one_flight_has_a_key);
