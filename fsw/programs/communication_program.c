@@ -98,8 +98,8 @@ static size_t sockets_of(void* const context, osal_socket_t** const out_sockets,
     return communication_sockets(&((communication_program_t*)context)->communication, out_sockets, capacity);
 }
 
-/// The launcher has looked at the key before the run began. If it is gone since, telemetry flows and every
-/// telecommand is refused, which an event tells.
+/// The launcher has checked the key before the run began. If the key was removed since, telemetry is sent and
+/// every telecommand is refused, which an event reports.
 static void secure(communication_program_t* const self, const char* const path)
 {
     char error[GROUND_KEY_ERROR_MAX];

@@ -28,7 +28,7 @@ static uint16_t bus_of(const mission_descriptor_t* const mission, const char* co
     return index;
 }
 
-/// Names of the run are made unique by its identity; hosts and devices are what the descriptor says they are.
+/// Names of the run are made unique by its identity; hosts and devices are those of the descriptor.
 static status_t resolve_flow(void* const context, const flow_endnode_kind_t kind, const char* const name,
                              flow_endnode_address_t* const out_address)
 {
@@ -215,8 +215,8 @@ static bool has_ended(const run_component_t* const one, const uint32_t life)
 }
 
 /// The lives of all components, from the run. They change only in grants of the supervisor, so they are
-/// constant during another component's grant. Where time is real, a process may end at any instant: this
-/// looks before the sockets are read, so that its last words are known before its end.
+/// constant during another component's grant. Where time is real, a process may end at any instant: this is
+/// read before the sockets, so that the last messages of a life are received before its end.
 static void learn_lives(component_runtime_t* const runtime)
 {
     for (unsigned i = 0U; i < runtime->run->component_count; i++) {
@@ -241,7 +241,7 @@ static status_t send_up(void* const context, const uint8_t* const packet, const 
 }
 
 CAPACITY_CHECK(peers_fit, MESSAGE_PEERS_MAX >= (MISSION_SUBSYSTEMS_MAX - 1U));
-// A wait watches the sockets of messages and of the links that the component consumes, and eight of its own.
+// A wait polls the sockets of messages and of the links that the component consumes, and eight of its own.
 CAPACITY_CHECK(sockets_fit, COMPONENT_RUNTIME_SOCKETS_MAX >= (1U + CAPACITY_SUBSYSTEM_LINKS + 8U));
 
 // ---- Opening a runtime ----
@@ -495,7 +495,7 @@ static uint32_t sweep(component_runtime_t* const runtime,
     return taken;
 }
 
-/// Wait a moment for more to come in.
+/// Wait a short time for further datagrams.
 static void wait_for_more(component_runtime_t* const runtime, const uint32_t patience_ms)
 {
     osal_socket_t* sockets[COMPONENT_RUNTIME_SOCKETS_MAX];

@@ -49,10 +49,10 @@ typedef struct { // Private, except the members named below.
         uint32_t life;
         uint32_t link_floor;
         uint64_t told_ns; // Time of the first message sent to it since its last step.
-        bool is_gone;     // Its process in that life has ended: what it has sent was taken in.
+        bool is_gone;     // Its process in that life has ended, and its messages were received.
     } peers[MISSION_SUBSYSTEMS_MAX];
     uint32_t pumps;
-    uint32_t owed; // Datagrams that were announced and have not come yet: the way may be cut.
+    uint32_t owed; // Datagrams that were announced and not received yet: the connection may be cut.
     uint32_t vain; // Intakes in a row that missed some.
     osal_socket_t message_socket;
     osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Of links that this component consumes,
@@ -63,7 +63,7 @@ typedef struct { // Private, except the members named below.
     pus_port_t uplink; ///< To the supervisor.
     char error[COMPONENT_RUNTIME_ERROR_MAX];
     bool is_kept;                // Its message channels continue although the component restarts.
-    message_ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run says.
+    message_ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_t;
 
 /// Before any component takes a runtime.
@@ -75,7 +75,7 @@ typedef struct { // What the components of a program share.
     component_runtime_reader_t* reader;
     osal_lockstep_t* scheduler;  ///< Null: real time, or, where the run is stepped, a clock whose grants are
                                  ///< brought (osal_clock_take_grant).
-    message_ring_carrier_t* hub; ///< Null: messages by UDP or TIPC, as the run says.
+    message_ring_carrier_t* hub; ///< Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_surroundings_t;
 
 /// Take the runtime of component `index` of the run, whose descriptor is `own`. The component then opens its
@@ -85,7 +85,7 @@ MUST_USE status_t component_runtime_take(component_runtime_t* runtime,
                                          subsystem_descriptor_t* own, unsigned index);
 /// Give the endpoint the places in which messages to this component wait: one for each peer. The peers of the
 /// supervisor are all other components; the only peer of another component is the supervisor. `places` must
-/// live as long as the runtime. No message is taken in before this call.
+/// remain valid as long as the runtime. No message is received before this call.
 /// STATUS_OK; else `error` says why: STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t component_runtime_open_inbox(component_runtime_t* runtime, message_place_t* places,
                                                size_t place_count);

@@ -12,7 +12,7 @@
 
 #include <string.h>
 
-#define REAL_WAIT_MAX_NS 50000000ULL ///< Real time: look at least so often whether the run has ended.
+#define REAL_WAIT_MAX_NS 50000000ULL ///< Real time: longest time between checks of the end of the run.
 
 typedef struct { // All storage that the program itself needs, in addition to its component's.
     component_runtime_t runtime;

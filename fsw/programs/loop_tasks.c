@@ -4,7 +4,7 @@
 #include "base/assertion.h"
 #include "osal/include/osal/console.h"
 
-#define LOOK_NS 20000000ULL ///< A task looks at least so often whether it has a loop, or an end.
+#define LOOK_NS 20000000ULL ///< Longest time between two checks of a task whether it has a loop, or must end.
 
 static void follow_priority(loop_task_t* const self, uint8_t* const priority)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Protocol between a proxy and the remote-endian program that it stands for. A remote-endian program is a
+/// Protocol between a proxy and its remote-endian program. A remote-endian program is a
 /// component's program of another byte order or word size: it cannot read run state, scheduler and CAN rings,
 /// which are structures in shared memory. A native proxy (proxy_main.c) has its place in the scheduler and
 /// its end of the buses, and passes data on by a local stream:
@@ -70,7 +70,7 @@ bool remote_endian_read_done(octet_reader_t* reader, remote_endian_done_t* out_d
 /// A grant, with the lives of all components from the run state.
 void remote_endian_write_grant(octet_writer_t* writer, const osal_grant_t* grant, const run_state_t* run);
 bool remote_endian_read_grant(octet_reader_t* reader, osal_grant_t* out_grant, run_state_t* run);
-/// All frames that have come on the ends, as the last of a message.
+/// All frames received at the ends, as the last part of a message.
 void remote_endian_write_frames(octet_writer_t* writer, remote_endian_buses_t* buses);
 /// Send them on the ends of the same numbers.
 bool remote_endian_read_frames(octet_reader_t* reader, remote_endian_buses_t* buses);

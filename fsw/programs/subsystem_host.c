@@ -55,7 +55,7 @@ bool subsystem_host_load(subsystem_host_t* const host, component_runtime_t* cons
                               runtime->clock.mode != OSAL_CLOCK_REAL) == STATUS_OK);
 }
 
-/// File, line, value and what was expected: more than the report of a failure can say.
+/// Print file, line, value found and value expected, which the report of a failure cannot contain.
 static void tell_refusal(const subsystem_host_t* const host)
 {
     char line[LINE_CHARACTERS];
@@ -132,7 +132,7 @@ void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
     uint16_t from   = 0U;
     size_t size     = 0U;
     status_t status = STATUS_OK;
-    message_take_control(&host->runtime->endpoint); // Credit comes in whether or not requests may.
+    message_take_control(&host->runtime->endpoint); // Process credit also while requests are not accepted.
     while ((status != STATUS_EMPTY) && subsystem_may_accept(&host->component)) {
         status = message_receive(&host->runtime->endpoint, &from, host->packet, sizeof host->packet, &size);
         if ((status == STATUS_OK) && (size > 0U)) {

@@ -44,7 +44,7 @@ static run_component_t* component_of(void* const context, const uint16_t apid)
     return run_state_find(runtime->run, apid, &index) ? &runtime->run->components[index] : NULL;
 }
 
-/// In stepped time the scheduler knows the running processes, otherwise the launcher.
+/// Running processes: from the scheduler in stepped time, otherwise from the launcher.
 static bool is_alive(const component_runtime_t* const runtime, const run_component_t* const component)
 {
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {

@@ -387,7 +387,7 @@ static void leave_own(supervisor_t* const supervisor)
     }
 }
 
-/// Continue the channels in their present life, then take in the frames that arrived after the commit.
+/// Continue the channels in their present life, then process the frames that arrived after the commit.
 static void take_messages(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
     message_endpoint_t* const endpoint   = supervisor->config.endpoint;

@@ -62,7 +62,7 @@ static bool is_covered(const state_t open, const state_t state)
     }
 }
 
-/// True if an order that is owed, or was given and not answered yet, does what an order for `state` would.
+/// True if an order that is kept, or was sent and not answered yet, has the effect of an order for `state`.
 static bool is_ordered(const supervisor_t* const supervisor, const registry_entry_t* const entry,
                        const state_t state)
 {

@@ -23,7 +23,7 @@
 #define GROUND_FIRM_OCTETS 32768U
 #define GROUND_PLAIN_OCTETS 16384U
 #define GROUND_BULK_OCTETS 16384U
-/// With less room for FIRM or for PLAIN reports no request is taken in: octets, and the number of smallest
+/// With less room for FIRM or for PLAIN reports no request is accepted: octets, and the number of smallest
 /// reports.
 #define GROUND_INTAKE 8192U
 #define GROUND_INTAKE_REPORTS 128U
@@ -93,7 +93,7 @@ void supervisor_ground_backlog_sent(ground_backlog_t* backlog, const ground_repo
 void supervisor_ground_backlog_copy(const ground_backlog_t* backlog, message_ring_t* ring);
 /// Octets of room that are left for a class.
 uint32_t supervisor_ground_backlog_room(const ground_backlog_t* backlog, pus_class_t class);
-/// True if there is room for the answers to the requests that are taken in now.
+/// True if there is room for the answers to the requests that are accepted now.
 bool supervisor_ground_backlog_takes_requests(const ground_backlog_t* backlog);
 bool supervisor_ground_backlog_is_empty(const ground_backlog_t* backlog);
 

@@ -44,7 +44,7 @@ typedef enum { // Job for the file.
     PACKET_LOG_LOOK ///< Check that the file still has its name.
 } packet_log_job_kind_t;
 
-typedef struct { // Private: one job for the file. The writer has it, the file and the piece while it is busy.
+typedef struct { // Private: one job for the file. While busy, the writer owns it, the file and the piece.
     packet_log_job_kind_t kind;
     packet_log_strategy_t strategy;
     uint64_t since_ns;
@@ -115,7 +115,7 @@ MUST_USE status_t supervisor_packet_log_open_after(packet_log_t* log, const char
                                                    packet_log_strategy_t strategy,
                                                    const packet_log_past_t* past, uint32_t ring_records);
 /// From now on a task of its own does what waits for the disk, until the log is closed. For runs in which
-/// time does not stand still while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task).
+/// time advances while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task).
 MUST_USE status_t supervisor_packet_log_start_writer(packet_log_t* log);
 /// Close the file without writing, as at the end of the program; the log has no writer.
 void supervisor_packet_log_abandon(packet_log_t* log);

@@ -7,7 +7,7 @@
 
 #include "fsw/framework/descriptor/mission_descriptor.h"
 
-typedef struct { // What a telecommand requests, as the supervisor knows it.
+typedef struct { // The properties of a telecommand that permissions check.
     uint8_t service;
     uint8_t subtype;
     const char* select; ///< Function name (TC[8,1]) without padding; otherwise NULL.

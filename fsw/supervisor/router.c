@@ -7,7 +7,7 @@
 #define HOUSEKEEPING_REPORT 25U
 #define DIAGNOSTIC_REPORT 26U
 #define APID_MASK 0x07FFU                // In the first word of a packet.
-#define REQUEST_PATIENCE_NS 100000000ULL ///< A running subsystem takes in packets more often than this.
+#define REQUEST_PATIENCE_NS 100000000ULL ///< A running subsystem takes packets more often than this.
 #define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
 /// Report once that the ring replaces the selected strategy, and once that it no longer does.
@@ -246,7 +246,7 @@ static uint16_t* taken_of(intake_t* const intake, const uint16_t apid)
 }
 
 /// A storm of one subsystem fills its own window, not the step of the supervisor. No request of the ground is
-/// taken in while there is no room for its answers: it waits in the window, then in the connection.
+/// accepted while there is no room for its answers: it waits in the window, then in the connection.
 static bool admits(void* const context, const uint16_t peer)
 {
     intake_t* const intake              = (intake_t*)context;
@@ -266,8 +266,8 @@ static bool is_peer(void* const context, const uint16_t peer)
 }
 
 /// True if the ground's next packet is a request to a subsystem that has no room for it now. The request
-/// waits, and all later packets of the ground with it, for the time in which a running subsystem takes in a
-/// packet. If that subsystem needs longer, requests to it are refused at once until it takes in a packet.
+/// waits, and all later packets of the ground with it, for the time in which a running subsystem takes a
+/// packet. If that subsystem needs longer, requests to it are refused at once until it takes a packet.
 static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head, const size_t size)
 {
     const bool is_request         = (size >= PUS_TC_HEADER_SIZE) && pus_packet_is_tc(head, size);

@@ -9,7 +9,7 @@
 
 // ---- Autostart ----
 
-/// Next order that takes a subsystem from its present state towards OPERATIONAL. True if it is there.
+/// Next order that takes a subsystem from its present state towards OPERATIONAL. True if it is OPERATIONAL.
 static bool bring_up(supervisor_t* const supervisor, const registry_entry_t* const entry)
 {
     const uint16_t apid = entry->mission->apid;

@@ -41,7 +41,7 @@
 typedef struct {
     void* context;
     /// Start a new life of the process; its first step is `boot_ns` from now. Real-time links that it opens
-    /// have epochs above `link_floor`. STATUS_OK, STATUS_EXISTS (it lives), STATUS_NOT_FOUND.
+    /// have epochs above `link_floor`. STATUS_OK, STATUS_EXISTS (it runs), STATUS_NOT_FOUND.
     status_t (*start)(void* context, uint16_t apid, uint32_t link_floor, uint64_t boot_ns);
     status_t (*stop)(void* context, uint16_t apid); ///< Regular end. STATUS_OK, STATUS_NOT_FOUND.
     /// End a process at once because it hangs. Statuses as of `stop`.
@@ -110,7 +110,7 @@ typedef struct { // What is known of one subsystem.
     uint64_t configuration_hash;
     bool is_interface_foreign; ///< The interface hash differs from that of the supervisor's descriptor.
     bool is_in_doubt;          ///< Taken over from the previous supervisor, not reported since.
-    bool is_clogged;           ///< Requests to it no longer wait: it has taken in nothing for too long.
+    bool is_clogged;           ///< Requests to it no longer wait: it has taken no packet for too long.
     bool are_links_in_doubt;   ///< Taken over, and not yet compared with its own report.
     doubt_t doubt;
     struct {

@@ -36,7 +36,7 @@ status_t supervisor_router_send_stored(void* context, uint8_t virtual_channel, c
 status_t supervisor_router_send_time(void* context, const uint8_t* packet, size_t size);
 /// True if the mailbox of `apid` has room for a request now; that of the supervisor itself always has.
 bool supervisor_router_has_room(const supervisor_t* supervisor, uint16_t apid);
-/// Route a request that a service on board has released, as one that came from its source.
+/// Route a request that a service on board has released, like one that its source has sent.
 void supervisor_router_route_released(supervisor_t* supervisor, const uint8_t* packet, size_t size);
 /// Order to a subsystem of the mission: TC[129,8], with its cause. If the mailbox has no room, the order is
 /// kept and sent later, unless another one replaces it or the process dies. Statuses of pus_tc_send.
@@ -85,7 +85,7 @@ void supervisor_registry_start_failed(supervisor_t* supervisor, registry_entry_t
 void supervisor_registry_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// End every unanswered request to a subsystem whose process ended.
 void supervisor_registry_end_pending(supervisor_t* supervisor, uint16_t apid);
-/// End every request whose addressee lives and has not even accepted it for `patience_ns`.
+/// End every request whose addressee runs but has not accepted it within `patience_ns`.
 void supervisor_registry_end_unanswered(supervisor_t* supervisor, uint64_t patience_ns);
 /// Check processes and heartbeats; once per tick.
 void supervisor_registry_watch(supervisor_t* supervisor);

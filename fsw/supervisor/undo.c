@@ -19,7 +19,7 @@ static void save(const undo_medium_t* const place, const uint64_t size, const ui
                                     count);
 }
 
-/// Save the size of the medium, and of the `count` octets from `offset` on those that are there.
+/// Save the size of the medium, and those of the `count` octets from `offset` on that exist.
 static void save_all(const undo_medium_t* const place, const uint64_t offset, const uint64_t count)
 {
     const medium_t* const inner = &place->inner;

@@ -30,7 +30,7 @@ void control_motion_rest(control_motion_t* motion, double position);
 void control_motion_begin(control_motion_t* motion, double start, double goal, double duration_s);
 /// Stop from a point of a motion. deceleration > 0.
 void control_motion_brake(control_motion_t* motion, const control_motion_point_t* from, double deceleration);
-/// Go on by one period; the point reached. After the end: at rest at the goal.
+/// Advance by one period; returns the point reached. After the end: at rest at the goal.
 control_motion_point_t control_motion_step(control_motion_t* motion, double period_s);
 bool control_motion_is_done(const control_motion_t* motion);
 /// Largest speed of a motion over a distance.

@@ -36,7 +36,7 @@ bool flow_can_is_open(const flow_can_t* const flow)
 static void discard_received(flow_can_t* const flow)
 {
     osal_can_frame_t frame;
-    for (unsigned i = 0U; i < OSAL_CAN_RING_FRAMES; i++) { // A sender that never pauses cannot hold us here.
+    for (unsigned i = 0U; i < OSAL_CAN_RING_FRAMES; i++) { // Bounded, even if a sender never pauses.
         if (osal_can_receive(&flow->can, &frame) != STATUS_OK) {
             break;
         }
@@ -85,7 +85,7 @@ status_t flow_can_open(flow_can_t* const flow, const flow_resolver_t* const reso
     return status;
 }
 
-/// The interface has gone under us.
+/// The interface was removed, or is down.
 static void lose_bus(flow_can_t* const flow)
 {
     osal_can_close(&flow->can);

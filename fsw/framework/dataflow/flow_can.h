@@ -4,8 +4,8 @@
 /// Error frames are taken out of the stream: they change `health` and `errors`, the caller of
 /// flow_can_receive sees data frames only.
 ///
-/// An interface that goes down or away under an open flow is met as bus-off: health says BUS_OFF, sending and
-/// receiving return STATUS_CLOSED, and flow_can_attend opens the bus again once it is back.
+/// An interface that goes down or is removed while the flow is open is handled as bus-off: health is BUS_OFF,
+/// sending and receiving return STATUS_CLOSED, and flow_can_attend opens the bus again once it is back.
 ///
 /// Ownership  The caller places flow_can_t; it must not be moved while open.
 /// Context    One task. Never blocks, but for the counted hand-over of stepped time (osal/can.h).
@@ -22,7 +22,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef enum { // Error state of our controller, from its last error frame.
+typedef enum { // Error state of the controller, from its last error frame.
     FLOW_CAN_ACTIVE,
     FLOW_CAN_WARNING, ///< An error counter has passed 96.
     FLOW_CAN_PASSIVE, ///< An error counter has passed 127.
@@ -31,7 +31,7 @@ typedef enum { // Error state of our controller, from its last error frame.
 
 typedef struct {
     flow_can_state_t state;
-    bool is_unacknowledged; ///< No node acknowledges our frames; ends with the next frame received.
+    bool is_unacknowledged; ///< No node acknowledges sent frames; ends with the next frame received.
     uint8_t transmit_errors;
     uint8_t receive_errors;
 } flow_can_health_t;
@@ -64,7 +64,7 @@ typedef struct { // Private, except health, counters and errors: read-only.
     osal_can_t can;
     flow_endnode_address_t address;
     bool is_open;
-    bool is_lost; // The interface is gone or down.
+    bool is_lost; // The interface is removed or down.
     bool is_fd;
     flow_reconnect_t reconnect;
     uint32_t queue_overruns; // As the carrier counted them last.
@@ -81,10 +81,10 @@ void flow_can_init(flow_can_t* flow);
 /// interface that carries classic ones only), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t flow_can_open(flow_can_t* flow, const flow_resolver_t* resolver, const char* bus);
 void flow_can_close(flow_can_t* flow);
-/// True from flow_can_open to flow_can_close, also while the interface is away.
+/// True from flow_can_open to flow_can_close, also while the interface is missing.
 bool flow_can_is_open(const flow_can_t* flow);
-/// Each cycle, before receiving: opens the bus again after a loss, with a back-off from 10 ms to 1 s. What it
-/// carried meanwhile is gone; health starts as ACTIVE.
+/// Each cycle, before receiving: opens the bus again after a loss, with a back-off from 10 ms to 1 s. Frames
+/// sent meanwhile are lost; health starts as ACTIVE.
 void flow_can_attend(flow_can_t* flow, uint64_t now_ns);
 
 /// Queue a classic data frame, 0..8 octets, 11-bit identifier.

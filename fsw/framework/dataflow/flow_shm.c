@@ -9,7 +9,7 @@
 // builtins: C99 has no atomics). LATEST guards the words with a sequence that is odd while they change.
 
 #define MAGIC 0x464C4F57U
-#define ENDED 0x454E4445U // In its place, when no more values come.
+#define ENDED 0x454E4445U // Replaces the magic number when no more values follow.
 #define VALUE_OCTETS_MAX 65536U
 #define DEPTH_MAX 65536U
 #define READ_ATTEMPTS 4U

@@ -32,7 +32,7 @@ typedef enum {
     FLOW_SHM_QUEUE
 } flow_shm_kind_t;
 
-typedef struct { // Both ends must say the same.
+typedef struct { // Both ends must have the same values.
     flow_shm_kind_t kind;
     uint32_t value_octets; ///< 1..65536.
     uint32_t depth;        ///< Values a queue holds, 1..65536; 1 for LATEST.

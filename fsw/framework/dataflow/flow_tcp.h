@@ -25,7 +25,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FLOW_TCP_UNLIMITED SIZE_MAX ///< No limit on the octets one call takes in.
+#define FLOW_TCP_UNLIMITED SIZE_MAX ///< No limit on the octets that one call receives.
 
 typedef struct { // Private; `epoch` counts the connections this place has seen.
     osal_socket_t socket;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Framing of octet streams: payloads out of octets that come in any pieces, and octets out of payloads.
+/// Framing of octet streams: decodes payloads from octets in any pieces, and encodes payloads.
 ///
-/// The assembler looks at each octet once and keeps what it needs between calls, so that a frame may be cut
+/// The assembler reads each octet once and keeps its state between calls, so that a frame may be cut
 /// anywhere. Octets that are no frame, and frames too long for the buffer, are counted and skipped up to the
 /// next frame; invalid octets never end a flow.
 ///

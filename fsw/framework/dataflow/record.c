@@ -8,7 +8,7 @@
 
 #define SCALAR_OCTETS_MAX 8U
 
-/// Copy one scalar, turning it around for the little end: base/value knows the big one.
+/// Copy one scalar; reverse its octets for little-endian records, since base/value encodes big-endian.
 static void copy_scalar(const uint8_t* const from, const size_t size, const flow_order_t order,
                         uint8_t* const to)
 {

@@ -11,9 +11,10 @@
 typedef struct mission_builder mission_builder_t;
 
 struct mission_scope { // Further work of a reader of the whole mission.
-    /// Handler of elements that only such a reader looks at: power, modes, permissions, plans, buses, ground.
+    /// Handler of elements that only such a reader processes: power, modes, permissions, plans, buses,
+    /// ground.
     void (*element)(source_t* source);
-    /// A descriptor, read from `path`, has been taken in.
+    /// A descriptor, read from `path`, was added to the model.
     void (*take)(mission_builder_t* builder, mission_subsystem_t* subsystem, const char* path,
                  const subsystem_descriptor_t* descriptor);
     void (*resolve)(mission_builder_t* builder); ///< All have been.
@@ -45,7 +46,7 @@ enum { // Kinds of elements.
 struct mission_builder {
     source_t source;
     mission_descriptor_t* mission;
-    const mission_scope_t* scope;              ///< NULL: only subsystem `only` is taken in.
+    const mission_scope_t* scope;              ///< NULL: only subsystem `only` is read.
     uint16_t only;                             ///< APID.
     uint16_t power_seen;                       ///< Bit n: power of state n of the subsystem being read.
     const char* rule_words[MISSION_RULES_MAX]; ///< Function or configuration still to be found, or NULL.
@@ -55,14 +56,14 @@ struct mission_builder {
 };
 
 /// Empty the model and begin. The builder outlives the document and its resolution. Without a scope only
-/// subsystem `apid` will be taken in, and what needs others is dropped.
+/// subsystem `apid` will be read, and elements that need others are dropped.
 void descriptor_mission_builder_begin(mission_builder_t* builder, mission_descriptor_t* mission,
                                       const char* path, uint16_t apid, const mission_scope_t* scope,
                                       text_t* error);
 /// Take in the descriptor of subsystem `index`, read from `path`. STATUS_OK, or the error of the source.
 MUST_USE status_t descriptor_mission_builder_take(mission_builder_t* builder, uint16_t index,
                                                   const char* path, const subsystem_descriptor_t* descriptor);
-/// The descriptors are taken in: every name must have been found. Statuses as above.
+/// All descriptors were read: every name must have been found. Statuses as above.
 MUST_USE status_t descriptor_mission_builder_resolve(mission_builder_t* builder);
 
 // Lists whose names attributes give: mission_elements.c

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What holds between the parts of a mission and the descriptors of its subsystems. Launcher and supervisor
-// look at it before any subsystem starts; a subsystem's own program does not look again.
+// check it before any subsystem starts; a subsystem's own program does not check it again.
 #include "fsw/framework/descriptor/mission_builder.h"
 
 #include <string.h>
@@ -57,7 +57,7 @@ static void end_modes(source_t* const source)
     }
 }
 
-/// What uses subsystems and modes stands behind them.
+/// Elements that refer to subsystems and modes must follow them.
 static void check_lists(source_t* const source)
 {
     const mission_descriptor_t* const mission = source->item;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may stand in a mission descriptor, and where it goes in the model.
+// The permitted contents of a mission descriptor, and their places in the model.
 #include "fsw/framework/descriptor/mission_builder.h"
 
 #include <string.h>

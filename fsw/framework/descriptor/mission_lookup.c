@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the supervisor looks up in a mission; subsystems do not.
+// Look-ups of the supervisor in a mission; subsystems do not use them.
 #include "base/assertion.h"
 #include "fsw/framework/descriptor/mission_descriptor.h"
 

@@ -9,7 +9,7 @@
 #define PARAMETER_OCTETS_MAX 4000U
 #define MEMBER_ID 1U ///< Place of the id among the attributes of a member.
 
-// Alignment of each scalar type inside a structure, as this compiler has it.
+// Alignment of each scalar type inside a structure with this compiler.
 #define DEFINE_ALIGNED(type)                                                                                 \
     typedef struct {                                                                                         \
         char before;                                                                                         \
@@ -77,7 +77,7 @@ static size_t shared_groups(const char* const one, const char* const other)
     return shared;
 }
 
-/// Where an offset comes to lie when all groups of `name` beyond its first `kept` characters begin there, or
+/// The aligned offset if all groups of `name` beyond its first `kept` characters begin or
 /// end: each group is aligned as a structure, and is a multiple of that long.
 static uint32_t pass_groups(const subsystem_descriptor_t* const descriptor, const uint16_t first,
                             const uint16_t count, const char* const name, const size_t kept,

@@ -202,7 +202,7 @@ void* descriptor_source_item(source_t* const source, const source_list_t* const 
 
 // ---- Elements ----
 
-/// Every attribute that is there is known, and every one that must be there is.
+/// Check that every present attribute is known and every required one is present.
 static void check_attributes(source_t* const source, const source_row_t* const row,
                              const char* const* const attributes)
 {

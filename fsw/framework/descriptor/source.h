@@ -67,7 +67,7 @@ typedef struct {      // A list of items in the model. Offsets are small and not
     uint16_t number; ///< Offset, in that item, of the length of the range (uint16_t), or 0: no range.
 } source_list_t;
 
-typedef struct { // One element that may stand below a parent.
+typedef struct { // One permitted child element of a parent.
     uint8_t parent;
     uint8_t kind;   ///< 1..63; the parent of its children.
     uint8_t times;  ///< SOURCE_ANY..
@@ -79,7 +79,7 @@ typedef struct { // One element that may stand below a parent.
     void (*end)(source_t* source);        ///< Or NULL.
 } source_row_t;
 
-// How often an element stands in its parent.
+// How often an element may occur in its parent.
 #define SOURCE_ANY 0U
 #define SOURCE_ONCE 1U    ///< At most once.
 #define SOURCE_SOME 2U    ///< At least once.
@@ -114,9 +114,9 @@ struct source {
 xml_handler_t descriptor_source_handler(source_t* source);
 
 /// Errors. Each begins a text, to which more is added with descriptor_source_say; if it is not the first
-/// error, all of it is dropped. In a pattern the first % stands for `one`, the next for `other`, and # for
+/// error, all of it is dropped. In a pattern the first % is replaced by `one`, the next by `other`, and # by
 /// `number`: one call instead of one for each piece. `fail` takes a message as it is; `wrong` names an
-/// attribute that is there, its value and what is expected; `taken` an earlier line.
+/// present attribute, its value and the expected value; `taken` an earlier line.
 void descriptor_source_refuse(source_t* source, uint32_t line, const char* pattern, const char* one,
                               const char* other, uint32_t number);
 void descriptor_source_say(source_t* source, const char* pattern, const char* one, const char* other,
@@ -166,7 +166,7 @@ uint64_t descriptor_source_number(source_t* source, const char* attribute, value
 
 /// Place in `words` of a word of `length` characters, or UINT32_MAX.
 uint32_t descriptor_source_place(const char* word, size_t length, const char* words);
-/// Places in `words` of those in `chosen`, in their order; 0 if one is unknown, stands twice, or there is
+/// Places in `words` of those in `chosen`, in their order; 0 if one is unknown, occurs twice, or there is
 /// none.
 uint32_t descriptor_source_places(const char* chosen, const char* words, uint8_t* out_places);
 /// True if the words are separated by single spaces, with none before and behind.

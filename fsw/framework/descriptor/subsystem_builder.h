@@ -6,7 +6,7 @@
 #include "fsw/framework/descriptor/source.h"
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 
-#define SUBSYSTEM_TIMEOUT_US 1000000U ///< Of a state whose time-out the descriptor does not say.
+#define SUBSYSTEM_TIMEOUT_US 1000000U ///< Default time-out of a state.
 #define SUBSYSTEM_WARN_PERCENT 75U
 #define SUBSYSTEM_CLEAR_PERCENT 65U
 

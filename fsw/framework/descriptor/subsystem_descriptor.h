@@ -328,7 +328,8 @@ typedef struct {
 } subsystem_descriptor_t;
 
 /// Entry of a list, or NULL: the first of `count` entries of `size` octets with that name, or with that id.
-/// Entries begin with their name; one that has an id has it right behind, in 16 bits. For the searches below.
+/// Entries begin with their name, directly followed by their id of 16 bits if they have one, for the searches
+/// below.
 const void* descriptor_named(const void* entries, uint16_t count, size_t size, const char* name);
 const void* descriptor_numbered(const void* entries, uint16_t count, size_t size, uint16_t id);
 

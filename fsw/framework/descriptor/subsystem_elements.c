@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may stand in a subsystem descriptor, and where it goes in the model.
+// The permitted contents of a subsystem descriptor, and their places in the model.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
 #include <string.h>

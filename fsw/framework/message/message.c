@@ -252,7 +252,7 @@ static void meet(message_endpoint_t* const endpoint, message_channel_t* const ch
     channel->strays       = 0U;
     channel->sync_at      = STRAYS_MAX;
     channel->refusals     = 0U;
-    if (is_restart) { // What was under way to its predecessor is gone.
+    if (is_restart) { // Frames on the way to the earlier life are lost.
         endpoint->counters.abandoned += channel->sent - channel->credited;
         channel->sent      = 0U;
         channel->credited  = 0U;
@@ -273,7 +273,7 @@ void message_set_life(message_endpoint_t* const endpoint, const uint16_t peer, c
     channel->is_life_said = true;
 }
 
-/// What a frame says cannot be. One frame may be late; several in a row show that both sides count
+/// The numbers of a frame are impossible. One frame may be late; several in a row show that both sides count
 /// differently.
 static void out_of_step(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
@@ -287,7 +287,7 @@ static void out_of_step(message_endpoint_t* const endpoint, message_channel_t* c
     }
 }
 
-/// A frame that is outside of the window, or names a life that is not ours.
+/// A frame that is outside of the window, or names another life of this component.
 static void stray(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     endpoint->counters.stale++;
@@ -300,8 +300,8 @@ static void in_step(message_channel_t* const channel)
     channel->sync_at = STRAYS_MAX;
 }
 
-/// An answer to a SYNC comes from the present life of the peer: if it is an earlier life than the known one,
-/// the later one came from a forged or damaged frame. Another exchange gives the numbers.
+/// The present life of the peer answers a SYNC: if it is an earlier life than the known one,
+/// the later one was read from a forged or damaged frame. Another exchange determines the numbers.
 static void correct_life(message_endpoint_t* const endpoint, message_channel_t* const channel,
                          const message_frame_t* const frame)
 {
@@ -385,7 +385,7 @@ static bool is_current(message_endpoint_t* const endpoint, message_channel_t* co
     }
     const bool is_for_us = is_own_life(endpoint, frame->to_life);
     if (!is_for_us && (frame->kind == MESSAGE_SYNC)) {
-        endpoint->counters.stale++; // Its numbers are of another life, but it shall know ours.
+        endpoint->counters.stale++; // Its numbers are of another life; the answer contains this life.
         answer(endpoint, channel, frame);
         return false;
     }

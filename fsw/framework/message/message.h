@@ -134,7 +134,7 @@ void message_take_control(message_endpoint_t* endpoint);
 MUST_USE status_t message_receive(message_endpoint_t* endpoint, uint16_t* out_from, uint8_t* octets,
                                   size_t capacity, size_t* out_size);
 /// Sender, size and first octets (up to MESSAGE_HEAD_OCTETS) of the block that message_receive_if would take;
-/// the octets are there until the endpoint does anything else. STATUS_OK, STATUS_EMPTY.
+/// the octets are valid until the next call for this endpoint. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t message_next(message_endpoint_t* endpoint, const message_filter_t* filter,
                                uint16_t* out_from, const uint8_t** out_head, size_t* out_size);
 /// As message_receive, but only from peers that the filter admits. Blocks of other peers wait, and their

@@ -43,8 +43,8 @@ status_t message_inbox_put(message_inbox_t* const inbox, const uint8_t kind, con
     return status;
 }
 
-/// The note that came first of those before the next data. What one of them says may be older than what
-/// another says: they are judged in the order they came.
+/// The note that arrived first of those before the next data. Its content may be older than that of another
+/// note, so notes are processed in their order of arrival.
 static message_note_t* next_note(message_inbox_t* const inbox)
 {
     message_note_t* found = NULL;

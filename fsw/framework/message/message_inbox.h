@@ -25,8 +25,8 @@
 
 typedef struct { // Private. A frame without data.
     uint8_t header[MESSAGE_INBOX_HEADER];
-    uint32_t after; // Number of frames with data that came before it.
-    uint32_t stamp; // When it came.
+    uint32_t after; // Number of frames with data that arrived before it.
+    uint32_t stamp; // When it arrived.
     bool is_set;
 } message_note_t;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Carrier of message frames over TIPC: one datagram a frame, one socket a component, each addressed by the
-/// name {mission instance, component}, on whatever node it lives.
+/// name {mission instance, component}, independent of its node.
 ///
 /// A returned frame was never taken: it is counted, and the sequence numbers show its receiver the loss. The
 /// kernel's topology service reports names that disappear and appear: when the name of a peer appears again,
@@ -33,7 +33,7 @@ typedef struct { // Private, except the counters.
     size_t peer_count;
     message_delivery_notice_t notice;
     uint32_t foreign;   ///< Datagrams of a socket that is no peer's, dropped.
-    uint32_t returned;  ///< Frames that came back: no room at the receiver, or it is gone.
+    uint32_t returned;  ///< Returned frames: no room at the receiver, or no receiver.
     uint32_t withdrawn; ///< Times a peer's name went away.
 } message_tipc_carrier_t;
 

@@ -89,7 +89,7 @@ static void write_slot(link_slot_t* const slot, const rtlink_frame_header_t* con
 {
     uint64_t words[HEADER_WORDS];
     for (size_t i = 0U; i < (HEADER_WORDS + WORDS_OF(size)); i += LINE_WORDS) {
-        __builtin_prefetch(&slot->words[i], 1); // All lines come at once from the reader's processor.
+        __builtin_prefetch(&slot->words[i], 1); // Request all lines at once from the reader's processor.
     }
     rtlink_frame_pack(header, words);
     const uint32_t guard = __atomic_load_n(&slot->guard, __ATOMIC_RELAXED);
@@ -295,7 +295,7 @@ status_t rtlink_consumer_deliver(rtlink_consumer_t* const consumer, const uint8_
     if (!consumer->is_open) {
         return STATUS_CLOSED;
     }
-    if (!comes_by_datagram(&consumer->terms)) { // Its samples come another way: no datagram is its own.
+    if (!comes_by_datagram(&consumer->terms)) { // Its samples do not arrive as datagrams.
         consumer->counters.refused++;
         return STATUS_INVALID;
     }

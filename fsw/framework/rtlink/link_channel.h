@@ -86,7 +86,7 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
     bool is_open;
     bool has_sample;
     osal_shm_t shm;
-    struct link_slot* slot; // In the shared memory; null: its samples come by datagrams.
+    struct link_slot* slot; // In the shared memory; null: its samples arrive as datagrams.
     uint32_t guard;         // Of the last sample that was read.
     uint32_t sequence;
     uint8_t peer_state;      ///< State number of the producer in its last frame.
@@ -116,7 +116,7 @@ status_t rtlink_consumer_read(rtlink_consumer_t* consumer, uint64_t now_ns);
 /// A datagram for this link has arrived. STATUS_OK, STATUS_INVALID (refused and counted), STATUS_CLOSED.
 status_t rtlink_consumer_deliver(rtlink_consumer_t* consumer, const uint8_t* frame, size_t size);
 /// What the producer rings after each sample in shared memory; null if not open, or another method. For an
-/// executive that lets a sample start its cycle, in place of a look at each cycle; see osal/doorbell.h.
+/// executive that lets a sample start its cycle, instead of a poll in each cycle; see osal/doorbell.h.
 osal_doorbell_t* rtlink_consumer_doorbell(const rtlink_consumer_t* consumer);
 void rtlink_consumer_close(rtlink_consumer_t* consumer);
 

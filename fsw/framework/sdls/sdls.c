@@ -70,7 +70,7 @@ void sdls_begin(sdls_session_t* const session)
     (void)memset(session, 0, offsetof(sdls_session_t, packet));
 }
 
-/// Length of the frame, or 0: not a frame of ours.
+/// Length of the frame; 0: not a frame of this link.
 static size_t length_of(const uint8_t* const octets)
 {
     const uint16_t word = octets_u16_at(&octets[LENGTH_OFFSET]); // The channel, 0, and the length less 1.

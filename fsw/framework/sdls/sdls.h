@@ -64,7 +64,7 @@ typedef struct { // Private: one connection.
 
 typedef struct {
     size_t taken; ///< Octets of the frame, accepted or refused; 0: the start of the next one is unknown.
-    const uint8_t* packet; ///< Null: the packet has parts to come. Valid until the session is used again.
+    const uint8_t* packet; ///< Null: more parts of the packet follow. Valid until the session is used again.
     size_t size;
 } sdls_frame_t;
 

@@ -18,7 +18,7 @@
 
 #define SESSION_MARK_RECORD 32U ///< Octets of a copy.
 #define SESSION_MARK_APART 512U ///< From one copy to the other: they share no sector.
-#define SESSION_MARK_CHECK 8U   ///< Octets that tell one key from another.
+#define SESSION_MARK_CHECK 8U   ///< Octets that distinguish keys.
 
 typedef struct { // Private, except `session`.
     medium_t medium;

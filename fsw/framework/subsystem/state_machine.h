@@ -75,7 +75,7 @@ typedef enum {
 } state_event_t;
 
 typedef enum {
-    ANSWER_DONE,    ///< The machine is there already.
+    ANSWER_DONE,    ///< The machine is in that state already.
     ANSWER_STARTED, ///< On the way; ends in reached, failed or superseded.
     ANSWER_BUSY,    ///< An action is running that this request may not pre-empt.
     ANSWER_NO       ///< Not allowed from the present state.

@@ -88,7 +88,7 @@ void subsystem_accept(subsystem_t* const subsystem, const uint8_t* const packet,
     } else if (subsystem->config.callbacks->report != NULL) {
         subsystem->config.callbacks->report(subsystem->config.self, packet, size);
     } else {
-        // A heartbeat of the supervisor: having come is all it says.
+        // A heartbeat of the supervisor; its arrival was noted above.
     }
 }
 
@@ -112,7 +112,7 @@ static void watch_medium(subsystem_t* const subsystem)
         subsystem->is_medium_pending = false;
         subsystem_machine_event(subsystem, EVENT_MEDIUM_ORDER, CAUSE_OWN_ERROR, subsystem->last_code);
     } else {
-        // The order may still come.
+        // The order may still arrive.
     }
 }
 

@@ -105,7 +105,7 @@ typedef struct {        // Private: a loop of services. `mutex` guards inbox and
     uint64_t first_tick;
     uint32_t cycle;
     uint8_t priority;
-    uint8_t services; // DESCRIPTOR_LOOP_*: only the component's own loop looks.
+    uint8_t services; // DESCRIPTOR_LOOP_*: read only by the main loop.
     osal_mutex_t mutex;
     message_ring_t inbox;   // Accepted requests: token, application data.
     message_ring_t mailbox; // Finished: structure id, time of the values, values; or 0, 0, a whole report.
@@ -135,7 +135,7 @@ typedef struct { // Private: one end of a real-time link.
     rtlink_consumer_t consumer;
 } subsystem_link_t;
 
-struct subsystem { // Private. What most of the code looks at lies in front.
+struct subsystem { // Private. The most frequently used members come first.
     const subsystem_descriptor_t* descriptor;
     uint64_t now_ns;
     const descriptor_configuration_t* configuration; // Applied, or being applied.
@@ -148,7 +148,7 @@ struct subsystem { // Private. What most of the code looks at lies in front.
     bool has_pending;              // A request for a state or configuration is under way.
     bool is_medium_pending;
     bool is_supervisor_lost;
-    uint16_t loop_count; // Of the applied configuration; only the component's own loop looks.
+    uint16_t loop_count; // Of the applied configuration; read only by the main loop.
     bool has_reload;     // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
     state_machine_t machine;
     pus_app_process_t process;
@@ -214,7 +214,7 @@ struct subsystem { // Private. What most of the code looks at lies in front.
 
 /// OFFLINE, services registered. The configuration is copied.
 void subsystem_init(subsystem_t* subsystem, const subsystem_config_t* config);
-/// True if a request may be taken in: there is room for its reports. While it is false, leave packets in
+/// True if a request may be accepted: there is room for its reports. While it is false, leave packets in
 /// their inbox, so that their senders wait. It becomes true again in a later step, after the port accepts the
 /// reports of the component.
 bool subsystem_may_accept(subsystem_t* subsystem);
@@ -227,7 +227,7 @@ void subsystem_tell_time(subsystem_t* subsystem, uint64_t now_ns);
 /// Run what is due. Returns the time of the next wake [ns of the run].
 uint64_t subsystem_step(subsystem_t* subsystem, uint64_t now_ns);
 /// Priority of the loop that runs subsystem_step, 1..99: that of the applied configuration; before one is
-/// applied, the highest of all. The devices are there from HARDWARE_INIT on, and expect heartbeats.
+/// applied, the highest of all. The devices run from HARDWARE_INIT on, and expect heartbeats.
 uint8_t subsystem_component_priority(const subsystem_t* subsystem);
 /// The program ends: close everything that the component and its subsystem have open, without any message.
 void subsystem_release(subsystem_t* subsystem);

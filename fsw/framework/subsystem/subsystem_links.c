@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The member side of real-time links: offers, negotiation, opening, and the watch over freshness.
+// The member side of real-time links: offers, negotiation, opening, and monitoring of freshness.
 #include "fsw/framework/subsystem/subsystem_internal.h"
 
 #include "base/assertion.h"
@@ -194,7 +194,7 @@ static void refuse(pus_link_answer_t* const answer, const rtlink_verdict_t verdi
     write_properties(terms, &answer->refuse.supported);
 }
 
-/// The endpoint's name is logical, so that no packet tells where the program runs.
+/// The endpoint's name is logical, so that no packet depends on where the program runs.
 static void name_endpoint(const uint8_t methods, const uint16_t link, pus_endpoint_t* const out_endpoint)
 {
     (void)memset(out_endpoint, 0, sizeof(*out_endpoint));
@@ -370,7 +370,7 @@ pus_rtlink_port_t subsystem_link_port(subsystem_t* const subsystem)
     return (pus_rtlink_port_t){subsystem, offer_link, request_link, open_link, close_requested, link_status};
 }
 
-// ---- Watch ----
+// ---- Monitoring ----
 
 static void tell_stale(subsystem_t* const subsystem, subsystem_link_t* const link)
 {
@@ -396,7 +396,7 @@ static void watch_consumer(subsystem_t* const subsystem, subsystem_link_t* const
         link->is_stale_told = false;
         change_state(subsystem, link, LINK_OPEN, PUS_LINK_REASON_NONE);
     } else {
-        // Fresh as before, or the first sample may still come.
+        // Still fresh, or the first sample is not overdue yet.
     }
     const bool is_live      = (subsystem->machine.state <= STATE_OPERATIONAL); // Before, there are no links.
     const bool peer_is_lost = (status == STATUS_OK) && (link->consumer.peer_state == STATE_ERROR_OPERATIONAL);
@@ -419,7 +419,7 @@ void subsystem_watch_links(subsystem_t* const subsystem)
         } else if (!link->is_producer && ((link->state == LINK_OPEN) || (link->state == LINK_STALE))) {
             watch_consumer(subsystem, link);
         } else {
-            // Producers have nothing to watch.
+            // Producers receive no samples.
         }
     }
 }

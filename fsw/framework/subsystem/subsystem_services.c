@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins descriptor, parameters and packet services: the one place that knows all three.
+// Connects descriptor, parameters and packet services; no other file uses all three.
 #include "fsw/framework/subsystem/subsystem_internal.h"
 
 #include "base/assertion.h"

@@ -106,6 +106,6 @@ void xml_arena_give(void* const block)
     xml_arena_t* const arena = in_use;
     FSW_ASSERT(arena != NULL);
     if ((block != NULL) && ((uint8_t*)block == at(arena, arena->last + HEADER_OCTETS))) {
-        arena->used = arena->last; // The newest block; older ones come back with the whole arena.
+        arena->used = arena->last; // The newest block; older ones are released with the whole arena.
     }
 }
