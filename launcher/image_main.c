@@ -74,7 +74,7 @@ static void delivered(void* const context, const uint16_t to)
         FSW_ASSERT(self->running > RUN_SIMULATOR); // Components send in their own turns only.
         component_runtime_told(&self->runtimes[self->running - 1U], component,
                                osal_lockstep_now_ns(self->scheduler));
-        // This only wakes the receiver: the frame is in its inbox and does not come by its sockets.
+        // This only wakes the receiver: the frame is in its inbox and does not use sockets.
         osal_lockstep_deliver(self->scheduler, self->running, run_participant(component),
                               component_runtime_life_of(&self->runtimes[self->running - 1U], component), 0U,
                               0U);
@@ -175,7 +175,7 @@ static void close_ended(image_t* const self)
     }
 }
 
-/// The supervisor comes back as long as its budget lasts, and takes over at the place of its earlier life.
+/// The supervisor is started again while its budget lasts, and takes the place of its earlier life.
 static bool may_return(image_t* const self)
 {
     const uint64_t now_ns = osal_lockstep_now_ns(self->scheduler);
@@ -273,7 +273,7 @@ static const char* open_cosimulation(image_t* const self, const char* const path
     }
     if ((status == STATUS_TIMEOUT) && is_stop_requested(self)) {
         osal_lockstep_end(self->scheduler, order,
-                          OSAL_LOCKSTEP_ANY_LIFE); // It has ended before it came: go down in order.
+                          OSAL_LOCKSTEP_ANY_LIFE); // It ended before it joined: shut down in order.
         return NULL;
     }
     if (status != STATUS_OK) {

@@ -33,8 +33,8 @@ typedef struct {
     size_t interface_count;
     const char* sim_interfaces[LAUNCH_INTERFACES_MAX]; ///< The same: the simulator's, on the same wires.
     size_t sim_interface_count;
-    const char* transport; ///< "udp" or "tipc"; "": as the mission says.
-    const char* links;     ///< "shm", "udp" or "tipc"; "": as the mission says.
+    const char* transport; ///< "udp" or "tipc"; "": that of the mission.
+    const char* links;     ///< "shm", "udp" or "tipc"; "": that of the mission.
     uint8_t nodes;         ///< On-board computers, 1 or 2.
     uint16_t port;         ///< Ground port; 0: the first free from the mission's.
     uint16_t tools;        ///< Port of the simulator's socketcand server for bus tools; 0: none.
@@ -59,7 +59,7 @@ bool launch_has_simulator(const launch_options_t* options);
 bool launch_has_scheduler(const launch_options_t* options);
 /// How time passes, in the words of the command line: "stepped", "real" or "free".
 const char* launch_time_text(const launch_options_t* options);
-/// The carrier of buses as the command line has it: "shm", "vcan" or "can".
+/// The carrier of buses in words of the command line: "shm", "vcan" or "can".
 const char* launch_bus_text(launch_bus_t bus);
 const char* launch_options_help(void);
 

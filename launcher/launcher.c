@@ -12,7 +12,7 @@
 #define PROGRESS_FILE_NS 5000000000ULL ///< The same if the output is not a terminal.
 #define LEFT_NS 2000000000ULL   ///< Simulated time for which a mission continues after its operator has left.
 #define STALL_NS 30000000000ULL ///< Wall-clock time without any progress of simulated time.
-#define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to come up.
+#define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to start.
 #define ASK_NS 1000000000ULL     ///< Wall-clock time for a process to end by itself after its last grant.
 #define KILL_NS 2000000000ULL    ///< The same until it is killed.
 #define DOWN_NS 30000000000ULL   ///< Simulated time for the mission to go down; the supervisor needs 12 s.

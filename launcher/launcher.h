@@ -42,7 +42,7 @@ typedef struct { // Private: the interfaces of one bus, "" where it has none.
     char simulator[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
     char shown[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
     bool is_fd;
-    bool is_flight_made; // By us, to be removed.
+    bool is_flight_made; // By this run, to be removed.
     bool is_shown_made;
     osal_can_claim_t claim;
 } launcher_bus_t;
@@ -105,7 +105,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     char reason[LAUNCHER_REASON_MAX];
 } launcher_t;
 
-/// Read the mission, make the folder and everything shared. False: `reason` says what is wrong and what to
+/// Read the mission, make the folder and everything shared. False: `reason` is the error and what to
 /// do.
 bool launcher_prepare(launcher_t* launcher, const launch_options_t* options, const char* program_folder);
 /// Start all processes and wait until the run has ended. exit_code and reason give the result.

@@ -26,7 +26,7 @@ static bool refuse(launcher_t* const launcher, const char* const first, const ch
     return false;
 }
 
-/// What to type when a virtual interface is missing and we may not make it.
+/// The command that creates a missing virtual interface, if this user may not create it.
 static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* const bus, const status_t status)
 {
     text_t text         = text_in(launcher->reason, sizeof launcher->reason);
@@ -158,7 +158,7 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
 
 // ---- Virtual interfaces ----
 
-/// Use the existing interface, or make it. One with our label was left by a killed run.
+/// Use the existing interface, or create it. A killed run has left one with the label.
 static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
                          const mission_bus_t* const wanted, const char* const name, bool* const out_is_made)
 {

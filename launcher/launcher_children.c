@@ -168,7 +168,7 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
     }
 }
 
-/// Each component by the name of its program, as run.json has it, and by its own.
+/// Each component by the name of its program, as in run.json, and by its own name.
 static void add_processes(arguments_t* const arguments, const launcher_t* const launcher)
 {
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {

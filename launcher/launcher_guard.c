@@ -6,9 +6,9 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
 
-#define LOOK_MS 20U     ///< Until the run state is there.
-#define STAY_MS 60000U  ///< From then on the launcher's end wakes us.
-#define GONE_MS 30000U  ///< For children that have been killed to be gone.
+#define LOOK_MS 20U     ///< Interval of checks until the run state exists.
+#define STAY_MS 60000U  ///< Afterwards; the end of the launcher ends the wait at once.
+#define GONE_MS 30000U  ///< For killed children to end.
 #define OWN_ARGUMENTS 3 ///< Program, word and identity, before the options.
 
 // ---- The launcher's side ----
@@ -97,7 +97,7 @@ static run_state_t* wait_for_end(osal_shm_t* const shm, const char* const identi
     return (run == NULL) ? run_of(shm, identity) : run;
 }
 
-/// The launcher's children are killed with it: until they are gone.
+/// Wait for the end of the launcher's children, which are killed with it.
 static void wait_for_children(const run_state_t* const run)
 {
     const uint64_t until_ns = osal_clock_monotonic_ns() + (GONE_MS * 1000000ULL);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the process of a subsystem may take of the machine: what its mission says, or what its program needs.
+// Resource limits of the process of a subsystem: those of its mission, or those that its program needs.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/console.h"

@@ -59,7 +59,7 @@ void launcher_leave_node(launcher_t* const launcher)
     }
 }
 
-/// Run one of iproute2's tools. What it says is in console.log.
+/// Run one of iproute2's tools. Its output is in console.log.
 static bool run_ip_tool(launcher_t* const launcher, const char* const* const words)
 {
     arguments_t arguments = {.count = 0U};

@@ -16,7 +16,7 @@
 /// How long it may wait for something of the system: a disk may take its time.
 #define REAL_WAIT_NS (5000U * NS_PER_MS)
 #define STEPPED_WAIT_NS (20000U * NS_PER_MS)
-/// Wall-clock time that a component which was started again has to join; time stands still for it.
+/// Wall-clock time in which a restarted component must join; simulated time waits for it.
 #define JOIN_NS (10000U * NS_PER_MS)
 #define POSTPONED_NS (20U * NS_PER_MS) ///< Simulated time, where it is held back to the wall clock.
 

@@ -2,8 +2,8 @@
 // The writer of the SQLite packet log, a process of its own, and the merge of all parts of a run's packet
 // log.
 //
-//     packet-archive-sqlite follow FOLDER   take packets.spool into packets.db as it grows, until told to end
-//     packet-archive-sqlite merge FOLDER [RECORDS]
+//     packet-archive-sqlite follow FOLDER   insert packets.spool into packets.db as it grows, until
+//     terminated packet-archive-sqlite merge FOLDER [RECORDS]
 //                                           packets.ascii, .spool, .ring -> packets.db and packets.log
 //
 // The merge fails (exit code 1) if a record number up to RECORDS is missing, and names those, or occurs twice
@@ -33,9 +33,9 @@ typedef struct {
     const char* folder;
     sqlite3* database;
     sqlite3_stmt* insert;
-    uint64_t expected; ///< Number of the last record; 0: the last one that is there.
+    uint64_t expected; ///< Number of the last record; 0: the last existing one.
     uint64_t doubled;  ///< Records that were there already with other content.
-    uint64_t gaps;     ///< Records of which the log itself tells that they were not kept.
+    uint64_t gaps;     ///< Records that the log itself reports as lost.
     bool is_failed;    ///< The database accepts no more records.
 } archive_t;
 
@@ -105,7 +105,7 @@ static void open_archive(archive_t* const archive)
     }
 }
 
-/// Header fields of a packet, as far as it has them; -1 stands for NULL.
+/// Header fields of a packet; -1 (NULL) for fields that it does not have.
 typedef struct {
     int apid;
     int service;
@@ -224,7 +224,7 @@ static void take_spool(archive_t* const archive, tail_t* const tail)
         if (reader.failed) {
             break;
         }
-        if ((size < RECORD_HEADER) || (size > RECORD_MAX)) { // Before waiting for octets that never come.
+        if ((size < RECORD_HEADER) || (size > RECORD_MAX)) { // Octets beyond it may never be written.
             used = tail->held; // Framing lost: the rest is unreliable; the merge reports what is missing.
             break;
         }

@@ -70,7 +70,7 @@ static void add_options(text_t* const text, const launch_options_t* const option
     }
 }
 
-/// Frames of SocketCAN buses that did not come as announced, and interfaces that went away.
+/// Frames of SocketCAN buses that did not arrive as announced, and interfaces that were removed.
 static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
 {
     add_key(text, "bus_frames_late");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// run.json as the launcher knows it; the report adds figures and hashes of the logs.
+/// The launcher's part of run.json; the report adds figures and hashes of the logs.
 #ifndef LAUNCHER_RUN_SUMMARY_H
 #define LAUNCHER_RUN_SUMMARY_H
 

@@ -23,7 +23,7 @@ bool drives_supply_is(const pus_device_action_t* action);
 status_t drives_supply_check(const drives_t* drives, const pus_device_action_t* action);
 /// Send the pulse of one that was judged. STATUS_OK, STATUS_FULL, STATUS_CLOSED; statuses of drives_borrow.
 status_t drives_supply_send(drives_t* drives, const pus_device_action_t* action);
-/// STATUS_BUSY until the frames sent have had time to leave, then STATUS_OK: the bus is given back.
+/// STATUS_BUSY for the time that sent frames need to leave, then STATUS_OK: the bus is released.
 status_t drives_supply_poll(drives_t* drives);
 
 #endif // FSW_DRIVES_DRIVES_SUPPLY_H

@@ -19,7 +19,7 @@
 #define OCTETS_READ 24U      // or reads so many of a number's text,
 #define OCTETS_COMPARED 512U // or compares so many,
 #define NULS_COMPARED 4U     // but only so many if they may be NUL: the C library compares text by text.
-#define NODES_SEARCHED 12U   // or looks at so many keys that collide.
+#define NODES_SEARCHED 12U   // or compares this many colliding keys.
 #define PAIRS_SEARCHED 24ULL // Each among all: half of them, on average.
 #define NODES_LENGTH 3U      // The length of a table searches several times.
 #define STACK_MOVED 768U     // A unit moves so many octets of a stack.

@@ -45,7 +45,7 @@ static void note_stack(procedure_slot_t* const slot, const void* const stack, co
 
 /// Find out where the procedure's stack lies and how large it is. It is the list made with the thread; when
 /// its size changes, a new one is allocated, the content copied, and the old one freed. `result` is null
-/// where `block` is given back.
+/// where `block` is released.
 static void follow_stack(procedure_slot_t* const slot, const void* const block, const size_t before,
                          const void* const result, const size_t after)
 {
@@ -150,7 +150,7 @@ static procedure_slot_t* slot_at(void* const context, const uint16_t index)
     return &engine->slots[index];
 }
 
-/// True if the code has a NUL or says one in a text: `\0`, `\x00`, `\u{0}`.
+/// True if the code contains a NUL or an escape sequence for it in a text: `\0`, `\x00`, `\u{0}`.
 static bool may_have_nul(const uint8_t* const code, const size_t size)
 {
     bool may = false;

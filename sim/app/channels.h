@@ -6,8 +6,8 @@
 #include "sim/app/segment.h"
 #include "sim/app/simulator.h"
 
-/// As the configuration says. out_channel_b has `count` places, one per segment, null at first. STATUS_OK;
-/// else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).
+/// Create the channels of the configuration. out_channel_b has `count` places, one per segment, null at
+/// first. STATUS_OK; else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).
 MUST_USE status_t channels_pair(const segment_t* segments, unsigned count, const simulator_config_t* config,
                                 bus_t** out_channel_b, char error[SIMULATOR_ERROR_MAX]);
 

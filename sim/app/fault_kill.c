@@ -17,7 +17,8 @@
 #define VERB_AT 2U
 #define TEXT_OCTETS 512U
 
-/// Begin of a file of a process, with a NUL at its end. Returns its octets; 0: the process is gone.
+/// Beginning of a /proc file of a process, with a NUL at its end. Returns its octets; 0: the process has
+/// ended.
 static size_t read_of(const char* id, const char* file, char out_text[TEXT_OCTETS])
 {
     char path[64];

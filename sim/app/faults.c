@@ -194,7 +194,7 @@ static status_t take_bus(const scenario_line_t* line, size_t index, bool with_re
     return parse_bus(word, with_redundant, fault) ? STATUS_OK : scenario_error(line, word, expected, error);
 }
 
-/// A joint of the robot bus, or any node of the bus that stands before it.
+/// A joint of the robot bus, or any node of the bus named in the argument before it.
 static status_t take_node(const scenario_line_t* line, size_t index, bool is_joint, fault_t* fault,
                           char error[SCENARIO_ERROR_MAX])
 {

@@ -154,7 +154,7 @@ static void take_from_flight(segment_t* segment, uint64_t now_ns)
         if (status != STATUS_OK) {
             break;
         }
-        // The reports of our own controller are no frames of flight.
+        // Error frames of this end's controller are not frames of flight software.
         const bool is_report = ((frame.id & OSAL_CAN_ERROR) != 0U);
         if (is_report || (bus_submit(segment->bus, segment->flight_node, &frame, now_ns) != STATUS_OK)) {
             segment->refused++;

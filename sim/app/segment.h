@@ -22,7 +22,7 @@ typedef struct { // Private, except name, bus, flight_node and the listener.
     osal_can_t can;       // Wire end of flight's controller.
     bool has_flight;
     const char* address; // Of the wire end.
-    bool is_lost;        // The interface to flight is gone or down.
+    bool is_lost;        // The interface to flight software is removed or down.
     uint64_t retry_ns;
     uint64_t refused; ///< Frames of flight that the bus did not take.
     frame_log_t* log;

@@ -43,7 +43,7 @@ typedef struct {
     uint64_t seed;
     bool classic_bus;         ///< All buses 1 Mbit/s classic.
     bool serve_tools;         ///< Open the socketcand port.
-    bool tools_in_step;       ///< Time stands still until the tool sends; for deterministic tests.
+    bool tools_in_step;       ///< Time waits until the tool sends; for deterministic tests.
     uint16_t tool_port;       ///< 0: any free port, see simulator_tool_port.
     uint64_t tool_quantum_ns; ///< In step: time that each frame of the tool buys; 0: 5 ms.
 } simulator_config_t;

@@ -446,7 +446,7 @@ static void close_cosimulation(port_server_t* server, osal_lockstep_t* scheduler
     }
 }
 
-/// Wait until the wall clock has come to `now_ns`. A run that is far behind does not catch up: its time
+/// Wait until the wall clock has reached `now_ns`. A run that is very late does not catch up: its time
 /// continues from here.
 static void hold_back(osal_clock_t* wall, uint64_t now_ns)
 {

@@ -40,7 +40,7 @@ typedef struct {
 typedef struct {
     void (*on_frame)(void* context, const osal_can_frame_t* frame); ///< time_ns: end of frame.
     void (*on_error)(void* context, const osal_can_frame_t* frame); ///< Report of its own controller.
-    void (*on_wake)(void* context, uint64_t now_ns); ///< The time set by bus_set_wake has come.
+    void (*on_wake)(void* context, uint64_t now_ns); ///< The time set by bus_set_wake is reached.
     void* context;
 } bus_callbacks_t;
 

@@ -26,7 +26,7 @@ typedef struct {
     uint64_t suspend_ns; // May not start a frame before.
     uint64_t delay_ns;
     uint64_t timeout_ns; // A frame that waits longer is reported; 0: none is.
-    uint64_t watch_ns;   // When to look at the oldest frame; BUS_NEVER: nothing waits.
+    uint64_t watch_ns;   // When to check the oldest frame; BUS_NEVER: no frame waits.
     queued_t queue[BUS_QUEUE_FRAMES];
     unsigned head;
     unsigned count;

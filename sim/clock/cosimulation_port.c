@@ -34,7 +34,7 @@ static bool take_number(const char** text, char end, uint64_t max, uint64_t* out
     return is_good;
 }
 
-/// True if `word` stands at *text; moves *text behind it.
+/// True if *text begins with `word`; moves *text behind it.
 static bool take_word(const char** text, const char* word)
 {
     const size_t length = strlen(word);
@@ -132,7 +132,7 @@ static status_t wait_for_line(cosimulation_port_t* cosimulation, char* out_line,
             let_go(cosimulation, &cosimulation->count.vanished);
             return STATUS_CLOSED;
         } else {
-            // Octets were received: look for a line again.
+            // Octets were received: search for a line again.
         }
     }
     if (!take_line(cosimulation, out_line)) {

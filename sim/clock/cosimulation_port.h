@@ -6,11 +6,10 @@
 ///     port:   grant <time_ns> <messages> <octets> <port of its stream if it is served, or 0>
 ///     client: done <wake_ns, or never> <octets sent to its stream> <local TCP port of its stream, or 0>
 ///     client: leave                               (instead of done)
-///
-/// The client takes in exactly the messages and octets of its grant before it runs, and sends only while its
-/// stream is served. When a stream is no longer served, it has ended, whatever the socket says: the client
-/// closes it. A client that vanishes, sends another line, or is silent for longer than the patience loses its
-/// place; that is counted and never stops or fails the run.
+/// The client receives exactly the messages and octets of its grant before it runs, and sends only while its
+/// stream is served. When a stream is no longer served, it has ended, whatever the state of the socket: the
+/// client closes it. A client that vanishes, sends another line, or is silent for longer than the patience
+/// loses its place; that is counted and never stops or fails the run.
 ///
 /// Ownership  The caller places cosimulation_port_t; it borrows the scheduler and the texts given to _open.
 /// Context    One task (processes: a task that runs _serve) or the loop of the image program.
@@ -56,7 +55,7 @@ MUST_USE status_t cosimulation_port_open(cosimulation_port_t* cosimulation, cons
 void cosimulation_port_close(cosimulation_port_t* cosimulation);
 
 /// Wait (wall-clock) for a client that joins in due form, at most timeout_ms. None may be inside; one that
-/// has come and not joined yet is waited for by the next call, as long as the co-simulation port has
+/// has connected and not joined yet is waited for by the next call, as long as the co-simulation port has
 /// patience. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms);
 /// Send the grant to the client and wait for its answer; `served_port`: of osal_lockstep_served_port.
@@ -65,9 +64,9 @@ MUST_USE status_t cosimulation_port_exchange(cosimulation_port_t* cosimulation, 
                                              uint16_t served_port, uint64_t* out_wake_ns,
                                              uint32_t* out_octets_sent);
 /// The turn of the client, which is `order` of the scheduler and has been granted:
-/// cosimulation_port_exchange, and what the client says it sent is delivered to `receiver`. If the client is
-/// gone, its place in the scheduler is ended. STATUS_OK, STATUS_NOT_FOUND (the client is gone), STATUS_CLOSED
-/// (the run ended).
+/// cosimulation_port_exchange, and the messages that the client reports as sent are delivered to `receiver`.
+/// If the client is gone, its place in the scheduler is ended. STATUS_OK, STATUS_NOT_FOUND (the client has
+/// disconnected), STATUS_CLOSED (the run ended).
 MUST_USE status_t cosimulation_port_turn(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler,
                                          unsigned order, unsigned receiver, const osal_grant_t* grant,
                                          uint64_t* out_wake_ns);

@@ -18,7 +18,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// True values of what the drive's sensors look at.
+/// True values of the quantities that the drive's sensors measure.
 typedef struct {
     double motor_position_rad; ///< Referred to the joint.
     double motor_velocity_rad_s;

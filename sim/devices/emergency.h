@@ -51,7 +51,7 @@ void emergencies_reset(emergencies_t* emergencies);
 /// An error appears. Returns true and the message to send if it was not present.
 bool emergency_raise(emergencies_t* emergencies, uint16_t code, uint8_t axis, int32_t raw,
                      uint8_t message[EMERGENCY_OCTETS]);
-/// An error is gone. Returns true and the message to send (code 0) if it was present and none is left.
+/// An error has ended. Returns true and the message to send (code 0) if it was present and none remains.
 bool emergency_clear(emergencies_t* emergencies, uint16_t code, uint8_t axis,
                      uint8_t message[EMERGENCY_OCTETS]);
 bool emergency_is_present(const emergencies_t* emergencies, uint16_t code, uint8_t axis);

@@ -2,11 +2,11 @@
 /// A CANopen node (CiA 301 slave): NMT, boot-up, heartbeat both ways, SYNC, PDOs, SDO server, emergencies.
 /// What the device does with its objects is the application's part: a drive, a joystick.
 ///
-/// The node hangs on a simulated bus and lives by its callbacks. At SYNC the order is: apply the RPDOs
+/// The node is connected to a simulated bus, whose callbacks run it. At SYNC the order is: apply the RPDOs
 /// received, let the application sample, queue TPDOs.
 ///
-/// A node may have a second channel (cold redundant): it lives on one at a time and follows the heartbeat of
-/// the master (0x1016:01) as object 0x2000 says. From power-on, from a reset, and from the loss of that
+/// A node may have a second channel (cold redundant): it uses one at a time and follows the heartbeat of the
+/// master (0x1016:01) by the rules of object 0x2000. From power-on, from a reset, and from the loss of that
 /// heartbeat it changes channel every Ttoggle consumer heartbeat times, Ntoggle times at most; then it rests.
 /// On arrival it sends its own heartbeat at once. Bdefault follows the channel on which the master was heard,
 /// survives an NMT reset, and is that of the EDS after power-on.

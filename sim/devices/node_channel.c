@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two channels of a redundant bus (ECSS-E-ST-50-15C, object 0x2000): which one the node lives on, and its
+// The two channels of a redundant bus (ECSS-E-ST-50-15C, object 0x2000): which one the node uses, and its
 // search for the master.
 #include "sim/devices/node_internal.h"
 
@@ -14,7 +14,7 @@ void node_find_channels(node_t* node)
     node->toggle_count    = dictionary_find(&node->dictionary, OBJECT_REDUNDANCY, 4U);
 }
 
-/// Two channels, all of object 0x2000, a master to watch, and the search not switched off.
+/// True with two channels, a complete object 0x2000, a master to monitor, and the search enabled.
 static bool may_search(const node_t* node)
 {
     return (node->channel[NODE_CHANNEL_B].bus != NULL) && (node->default_channel != NULL) &&

@@ -29,7 +29,7 @@
 #define SDO_ABORT_TOO_LOW 0x06090032U
 #define SDO_ABORT_STATE 0x08000022U
 
-/// What the device has to say about an access.
+/// Checks and reactions of the device to an access.
 typedef struct {
     /// Abort code for setting a number to `value`, 0 if it may be set. May be null.
     uint32_t (*check)(void* context, const object_t* object, int64_t value);

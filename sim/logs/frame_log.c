@@ -128,7 +128,7 @@ size_t frame_log_line(const osal_can_frame_t* frame, const char* interface, char
     return (size_t)(end - text);
 }
 
-static uint8_t* put_u32(uint8_t* octets, uint32_t value) // Little-endian, as the header's magic says.
+static uint8_t* put_u32(uint8_t* octets, uint32_t value) // Little-endian, like the header's magic number.
 {
     octets[0] = (uint8_t)value;
     octets[1] = (uint8_t)(value >> 8);

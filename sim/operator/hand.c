@@ -59,7 +59,7 @@ struct hand {
     double force_n;     // To press with.
     bool gripping;      // Hand on the stick.
     bool expecting;     // Hand leans against what it expects.
-    bool pulling;       // Spring on the finger, as far as the hand knows.
+    bool pulling;       // Spring on the finger, in the hand's model.
     double grip;        // 0..1, follows gripping.
     double expectation; // 0..1, follows expecting.
     double slide;       // -1..1, follows the direction of motion on the contour.

@@ -2,8 +2,8 @@
 /// The operator's hand on the joystick: an impedance whose rest point, the intent, follows a script. The
 /// lines of the actor `hand` are listed in docs/scenarios.md.
 ///
-/// A hand that only plays positions never reaches the force it wants, so the hand knows the scene: it expects
-/// the torque of contour and spring at the wanted pose and leans against it,
+/// A hand that only follows positions never reaches the intended force. So the hand models the scene: it
+/// expects the torque of contour and spring at the wanted pose and leans against it,
 ///     intent = (wanted joint position - home) / s_p - s_f x expected torque / grip stiffness,
 /// with the wanted position corrected by the arm's own compliance.
 ///
@@ -41,7 +41,7 @@ typedef struct {
 typedef struct hand hand_t;
 
 /// A hand that plays the `hand` lines of a scenario; with `path` null it rests. The plant's parameters are
-/// the scene that it knows. Both parameter structs are copied. Returns STATUS_OK; else *out_hand is null and
+/// the scene of its model. Both parameter structs are copied. Returns STATUS_OK; else *out_hand is null and
 /// `error` holds file:line, value and what is expected: STATUS_NOT_FOUND, STATUS_INVALID, STATUS_EXHAUSTED
 /// (more than 256 lines or no memory).
 MUST_USE status_t hand_load(const hand_parameters_t* parameters, const plant_parameters_t* scene,

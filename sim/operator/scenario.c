@@ -87,7 +87,7 @@ static size_t split(scenario_line_t* line, const char* out_head[2])
     return count;
 }
 
-/// Meaning of a line: *out_mine tells whether it belongs to `actor`.
+/// Meaning of a line: *out_mine is true if it belongs to `actor`.
 static status_t parse(scenario_line_t* line, const char* actor, bool* out_mine,
                       char error[SCENARIO_ERROR_MAX])
 {

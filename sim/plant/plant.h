@@ -124,7 +124,7 @@ typedef struct {
 
 typedef struct plant plant_t;
 
-/// A world at rest in its home pose, gears relaxed, brakes as the first step says, stick at zero.
+/// A world at rest in its home pose, gears relaxed, brakes as in the input of the first step, stick at zero.
 /// Returns null when memory is out.
 plant_t* plant_create(const plant_parameters_t* parameters, const plant_options_t* options);
 

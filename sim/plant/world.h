@@ -16,7 +16,7 @@ typedef struct {
 /// Cable spring: rests on its hook until the finger picks it up.
 typedef struct {
     bool hooked;
-    bool below; ///< The finger was below the hook at the last look, so it can pick the cable up.
+    bool below; ///< The finger was below the hook in the last step, so it can pick the cable up.
 } spring_t;
 
 #define CONTOUR_SHAPES 2U   ///< Flat part and bump.

@@ -6,7 +6,7 @@
 /// simulation. FD frames go out as plain frames, as the protocol has no flag for them.
 ///
 /// One message is an addition: a client that sends `< step N >` (1 to 1000) is in lock-step from then on. It
-/// gets `< step SEC.USEC >` after the frames of every N-th step, and time stands still until it sends `< step
+/// gets `< step SEC.USEC >` after the frames of every N-th step, and time waits until it sends `< step
 /// N >` again: frames sent meanwhile are on the bus in the next step, however slow the client is.
 ///
 /// Ownership  socketcand_open allocates; the buses outlive the server.
@@ -46,7 +46,7 @@ void socketcand_send(socketcand_t* server);
 /// End of a step at now_ns: report it to the clients in lock-step, and wait (wall-clock, at most timeout_ms)
 /// until each has finished it. One that is not is dropped. Returns the number of those.
 unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t timeout_ms);
-/// Wait (wall-clock) until a client has sent something or wants in, at most timeout_ms.
+/// Wait (wall-clock) until a client has sent something or connects, at most timeout_ms.
 void socketcand_wait(socketcand_t* server, uint32_t timeout_ms);
 
 unsigned socketcand_clients(const socketcand_t* server);

@@ -12,7 +12,7 @@
 #define SOURCE_OFFSET 9U       ///< Source id of a request.
 #define DESTINATION_OFFSET 11U ///< Destination id of a report.
 #define NO_CLIENT COMMUNICATION_CLIENTS
-#define ANSWERS_ROOM 32768U ///< With less room for its reports no request of a client is taken in [octets].
+#define ANSWERS_ROOM 32768U ///< With less room for its reports no request of a client is accepted [octets].
 
 static uint16_t u16_at(const uint8_t* const octets, const size_t offset)
 {
@@ -212,7 +212,7 @@ static flow_tcp_user_t user_of(communication_t* const self)
 }
 
 /// True while the connection of a participant that has left the scheduler is open. It disconnects before it
-/// leaves, but the kernel may report that later, and our reports about it have a defined simulated time.
+/// leaves, but the kernel may report that later, and the reports about it have a defined simulated time.
 static bool is_hanging_up(communication_t* const self)
 {
     osal_address_t peer = {0U, 0U};

@@ -4,7 +4,7 @@
 /// used, or, unsolicited, to every connection.
 ///
 /// Stepped time: one client may be a participant of the scheduler. Its connection is expected as soon as the
-/// scheduler names its port, and exactly the octets that were announced are taken in. The participant is
+/// scheduler names its port, and exactly the announced octets are received. The participant is
 /// informed in simulated time when its connection is served, and when it has ended. Other clients are
 /// accepted at any time and make the run irreproducible, since they show in events and counters.
 ///
@@ -43,7 +43,7 @@ typedef struct {
     void (*served)(void* context, uint16_t port);
     /// The connection has ended, though the participant has not left.
     void (*cut)(void* context, uint16_t port);
-    /// A client that is no participant has connected, or one of its telecommands was taken in.
+    /// A client that is not a participant has connected, or one of its telecommands was received.
     void (*intruded)(void* context);
 } communication_hooks_t;
 
@@ -61,7 +61,7 @@ typedef struct { // Private.
     } users[COMMUNICATION_USERS];
     // Last port that was connected or given up; 0: none, or the participant has closed the connection.
     uint16_t participant;
-    uint32_t owed;       // Octets of the participant announced and not taken in yet.
+    uint32_t owed;       // Octets of the participant that are announced and not received yet.
     bool is_uplink_full; // A request could not go up in this step.
     bool is_drop_told;
     uint64_t connected_ns[COMMUNICATION_CLIENTS];
@@ -86,7 +86,7 @@ void communication_init(communication_t* communication, subsystem_t* generic, co
 void communication_secure(communication_t* communication, sdls_receiver_t* receiver);
 const subsystem_callbacks_t* communication_callbacks(void);
 /// Take in octets from the ground; `octets_due` more were announced for the participant. Call before the
-/// component's step. True if something of the participant is still to come: its connection, announced octets
+/// component's step. True if the participant still has to be served: its connection, announced octets
 /// or, when it has left the scheduler, the end of its connection. Then wait and call again.
 bool communication_take_in(communication_t* communication, uint32_t octets_due);
 /// No longer expect a connection of the present participant, or the end of the connection of one that has

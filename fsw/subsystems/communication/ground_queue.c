@@ -64,7 +64,7 @@ static bool oldest_stamp(const message_ring_t* const ring, uint32_t* const out_s
     return has_block;
 }
 
-/// The ring whose oldest report came first; null if both are empty.
+/// The ring whose oldest report arrived first; null if both are empty.
 static message_ring_t* next_ring(communication_ground_queue_t* const queue)
 {
     uint32_t firm               = 0U;

@@ -66,7 +66,7 @@ static status_t next_frame(communication_ground_security_t* const self, const un
     if (status != STATUS_OK) {
         return (status == STATUS_TRUNCATED) ? status : refused(self, client, frame.taken);
     }
-    if (frame.packet == NULL) { // The other parts are still to come.
+    if (frame.packet == NULL) { // Further parts follow.
         sdls_accept(self->receiver, &self->sessions[client]);
     } else if ((pus_packet_frame(frame.packet, frame.size, &packet_size) != STATUS_OK) ||
                (packet_size != frame.size)) { // Sent with the key, but not a telecommand packet.

@@ -27,7 +27,7 @@ void joystick_force_display_begin(joystick_force_display_t* display, const doubl
                                   double duration_s);
 /// Let it fall to zero from now on.
 void joystick_force_display_stop(joystick_force_display_t* display);
-/// Go on by one period with a rate of change > 0.
+/// Advance by one period with a rate of change > 0.
 void joystick_force_display_step(joystick_force_display_t* display, double period_s, double rate_nm_s);
 
 #endif // FSW_SUBSYSTEMS_JOYSTICK_FORCE_DISPLAY_H

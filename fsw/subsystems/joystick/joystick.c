@@ -48,7 +48,7 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
 static status_t engage(void* const self)
 {
     joystick_t* const joystick = self;
-    joystick->share            = 0.0; // Whatever the robot feels comes to the hand smoothly.
+    joystick->share            = 0.0; // The torque of the robot is faded in.
     return drives_engage(joystick);
 }
 

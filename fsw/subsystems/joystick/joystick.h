@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The subsystem JOYSTICK: a force-reflecting joystick of two axes.
 ///
-/// TELEPRESENCE tells the robot the hand's position and lets the hand feel the robot's external torque;
+/// TELEPRESENCE sends the hand's position to the robot and reflects the robot's external torque to the hand;
 /// STAND_ALONE displays a commanded torque (FORCE, or DES_TORQUE by telecommand). A configuration with the
 /// required port ROBOT_STATE reflects, one without displays. All tunable values are the parameter CONTROL.
 ///

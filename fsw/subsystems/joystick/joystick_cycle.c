@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 
-#define FORGET_1_S 200.0 // Rate at which a torque is forgotten that is not renewed: gone in 20 ms.
+#define FORGET_1_S 200.0 // Rate at which a torque without new samples decays: to zero within 20 ms.
 
 static double period_s(const joystick_t* const joystick)
 {

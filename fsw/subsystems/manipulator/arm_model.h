@@ -2,7 +2,7 @@
 /// Rigid-body model of the two-joint arm in its vertical plane, as the controller believes it to be.
 ///
 /// Angles are geometric: tip = (l1 cos q1 + l2 cos(q1 + q2), l1 sin q1 + l2 sin(q1 + q2)), x forward, z up.
-/// All values come from the parameter MODEL. Pure functions of their arguments.
+/// All values are those of the parameter MODEL. Pure functions of their arguments.
 ///
 /// Context    Any.
 /// Time       O(1).
