@@ -22,7 +22,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 4711 // A descriptor that is not open.
+#define DESCRIPTOR 0 // The smallest there is: that of a program whose standard input is closed.
 #define INDEX 5
 #define WALL_S 2000000000 // Values of the clocks.
 #define NOW_S 5000

@@ -16,7 +16,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 4711 // A descriptor that is not open.
+#define DESCRIPTOR 0 // The smallest there is: that of a program whose standard input is closed.
 #define AT 1000U
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 

@@ -6,7 +6,9 @@
 #include "osal/include/osal/socket.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -17,7 +19,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 4711 // A descriptor that is not open.
+#define DESCRIPTOR 0 // The smallest there is: that of a program whose standard input is closed.
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
 typedef struct {
@@ -25,6 +27,15 @@ typedef struct {
     status_t status;
 } told_t;
 
+typedef struct {
+    int level;
+    int option;
+    int value;
+} option_t;
+
+static option_t options[2]; // That were set.
+static unsigned option_count;
+static struct sockaddr_in caller = {.sin_family = AF_UNIX};
 static osal_socket_t sock;
 static uint8_t octets[16];
 static size_t size;
@@ -62,11 +73,12 @@ int __wrap_socketpair(int domain, int type, int protocol, int* out_pair)
 
 int __wrap_setsockopt(int descriptor, int level, int option, const void* value, socklen_t octets_of_value)
 {
-    (void)level;
-    (void)option;
-    (void)value;
-    (void)octets_of_value;
     assert_int_equal(DESCRIPTOR, descriptor);
+    assert_int_equal(sizeof(int), octets_of_value);
+    if (option_count < COUNT(options)) {
+        options[option_count] = (option_t){level, option, *(const int*)value};
+    }
+    option_count++;
     return 0;
 }
 
@@ -105,10 +117,10 @@ int __wrap_connect(int descriptor, const struct sockaddr* address, socklen_t oct
 
 int __wrap_accept4(int descriptor, struct sockaddr* address, socklen_t* octets_of_address, int flags)
 {
-    (void)octets_of_address;
     assert_int_equal(DESCRIPTOR, descriptor);
     assert_int_equal(SOCK_CLOEXEC | SOCK_NONBLOCK, flags);
-    address->sa_family = AF_UNIX;
+    assert_true(*octets_of_address >= sizeof caller);
+    (void)memcpy(address, &caller, sizeof caller);
     return answer(mock_type(int));
 }
 
@@ -181,6 +193,8 @@ static int set_up(void** state)
 {
     (void)state;
     sock           = (osal_socket_t){.descriptor = DESCRIPTOR};
+    caller         = (struct sockaddr_in){.sin_family = AF_UNIX};
+    option_count   = 0U;
     flags_to_come  = 0;
     pending        = 0;
     events_to_come = 0;
@@ -477,6 +491,65 @@ static void a_wait_goes_on_after_a_signal_and_ends_with_an_error(void** state)
     assert_int_equal(STATUS_TIMEOUT, osal_socket_wait_readable(&sock, 0U));
 }
 
+static void expect_options(const unsigned count, const option_t* const expected)
+{
+    assert_int_equal(count, option_count);
+    for (unsigned i = 0U; i < count; i++) {
+        assert_int_equal(expected[i].level, options[i].level);
+        assert_int_equal(expected[i].option, options[i].option);
+        assert_int_equal(expected[i].value, options[i].value);
+    }
+    option_count = 0U;
+}
+
+static void each_kind_of_socket_has_its_options(void** state)
+{
+    static const option_t at_once[] = {{IPPROTO_TCP, TCP_NODELAY, 1}};
+    static const option_t again[]   = {{SOL_SOCKET, SO_REUSEADDR, 1}};
+    static const struct {
+        size_t wanted;
+        int set;
+    } buffers[] = {{1U, 1}, {65536U, 65536}, {INT_MAX, INT_MAX}, {(size_t)INT_MAX + 1U, INT_MAX}};
+    osal_address_t peer;
+    osal_socket_t client;
+    (void)state;
+    for (unsigned i = 0U; i < COUNT(buffers); i++) {
+        const option_t size_of_buffer[] = {{SOL_SOCKET, SO_RCVBUF, buffers[i].set},
+                                           {SOL_SOCKET, SO_RCVBUFFORCE, buffers[i].set}};
+        will_return(__wrap_socket, DESCRIPTOR);
+        will_return(__wrap_bind, 0);
+        assert_int_equal(STATUS_OK, osal_udp_open(&sock, somewhere, buffers[i].wanted));
+        expect_options(2U, size_of_buffer);
+    }
+    will_return(__wrap_socket, DESCRIPTOR);
+    will_return(__wrap_bind, 0);
+    assert_int_equal(STATUS_OK, osal_udp_open(&sock, somewhere, 0U)); // As the system has it.
+    expect_options(0U, NULL);
+    will_return(__wrap_socket, DESCRIPTOR);
+    will_return(__wrap_bind, 0);
+    will_return(__wrap_listen, 0);
+    assert_int_equal(STATUS_OK, osal_tcp_listen(&sock, somewhere));
+    expect_options(1U, again);
+    will_return(__wrap_accept4, DESCRIPTOR);
+    assert_int_equal(STATUS_OK, osal_tcp_accept(&sock, &client, &peer));
+    expect_options(0U, NULL); // Of this machine.
+    assert_int_equal(0U, peer.port);
+    caller =
+        (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons(9U), .sin_addr = {htonl(0x0A000001U)}};
+    will_return(__wrap_accept4, DESCRIPTOR);
+    assert_int_equal(STATUS_OK, osal_tcp_accept(&sock, &client, &peer));
+    expect_options(1U, at_once);
+    assert_int_equal(9U, peer.port);
+    will_return(__wrap_socket, DESCRIPTOR);
+    will_return(__wrap_connect, 0);
+    assert_int_equal(STATUS_OK, osal_tcp_connect(&sock, somewhere));
+    expect_options(1U, at_once);
+    will_return(__wrap_socket, DESCRIPTOR);
+    will_return(__wrap_connect, -EINPROGRESS);
+    assert_int_equal(STATUS_BUSY, osal_tcp_connect_begin(&sock, somewhere));
+    expect_options(1U, at_once);
+}
+
 static void a_pair_is_two_ends_or_none(void** state)
 {
     osal_socket_t ends[2];
@@ -507,6 +580,7 @@ int main(void)
         cmocka_unit_test_setup(a_deferred_datagram_is_taken_out_by_the_next_call, set_up),
         cmocka_unit_test_setup(a_wait_looks_the_less_the_less_often_it_finds_anything, set_up),
         cmocka_unit_test_setup(a_wait_goes_on_after_a_signal_and_ends_with_an_error, set_up),
+        cmocka_unit_test_setup(each_kind_of_socket_has_its_options, set_up),
         cmocka_unit_test_setup(a_pair_is_two_ends_or_none, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

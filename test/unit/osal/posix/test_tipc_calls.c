@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 4711 // A descriptor that is not open.
+#define DESCRIPTOR 0 // The smallest there is: that of a program whose standard input is closed.
 #define TYPE 0x48000001U
 #define NODE 0x01001002U
 #define REF 77U
