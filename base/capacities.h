@@ -19,7 +19,7 @@
 /// Participants of stepped time: every subsystem, the simulator, the operator, and a reserve of six.
 #define CAPACITY_PARTICIPANTS (CAPACITY_SUBSYSTEMS + 8U)
 
-/// Does not compile if the condition is false; `name` says what must be true.
+/// Does not compile if the condition is false; `name` is the condition in words.
 #define CAPACITY_CHECK(name, condition)                                                                      \
     typedef char name[(condition) ? 1 : -1] // NOLINT(bugprone-macro-parentheses): declares the name
 

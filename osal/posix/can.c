@@ -133,7 +133,7 @@ status_t osal_can_filter(osal_can_t* can, const osal_can_filter_t* filters, size
     }
     can->filter_count = (uint8_t)count;
     can->is_filtered  = true;
-    // What is counted must arrive before it can be dropped.
+    // Counted frames must arrive before they can be dropped.
     return (can->shared == NULL) ? can_socket_filter(can) : STATUS_OK;
 }
 

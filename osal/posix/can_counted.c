@@ -171,14 +171,14 @@ static status_t receive_late(osal_can_t* can, osal_can_frame_t* out_frame, uint3
     } else if (status == STATUS_EMPTY) {
         count(&counts->lost, due);
         direction_t* const direction = direction_of(can, true);
-        store(&direction->taken, direction->taken + due); // If they arrive later, they count as foreign.
+        store(&direction->taken, direction->taken + due); // Later arrivals are counted as foreign.
     } else {
         // Closed: the caller opens it again.
     }
     return status;
 }
 
-/// The node's overruns are those of the kernel and those that the wire end has seen.
+/// The node's overruns are those of the kernel and those of the wire end.
 static void note_overruns(osal_can_t* can, const counts_t* counts, uint32_t by_kernel)
 {
     if (can->end == OSAL_CAN_NODE) {

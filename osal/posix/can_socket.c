@@ -74,7 +74,7 @@ static bool configure(int descriptor)
     return is_good;
 }
 
-/// What the interface is: there, for CAN, up, for FD.
+/// Check the interface: it exists, is for CAN, is up, and supports FD if required.
 static status_t inspect(osal_can_t* can, int descriptor, const char* interface, int* out_index)
 {
     struct ifreq request;

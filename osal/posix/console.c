@@ -14,7 +14,7 @@
 
 #define PATIENCE_MS 100 ///< A reader that is slower than this loses text.
 
-/// Write text and line end by one call. What a full pipe does not take within the patience is dropped: a
+/// Write text and line end by one call. Text that a full pipe does not take within the patience is dropped: a
 /// program in flight does not wait for its console.
 static void put(int descriptor, const char* text, const char* line_end)
 {

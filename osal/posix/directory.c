@@ -62,7 +62,7 @@ static void leave(const place_t* place)
     (void)close(place->folder);
 }
 
-/// Go to the folder of what a path names; the caller leaves it. STATUS_OK, STATUS_INVALID (the root has
+/// Open the parent folder of a path; the caller closes it. STATUS_OK, STATUS_INVALID (the root has
 /// none), STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 static status_t go_to(const osal_directory_t* root, const char* path, place_t* out_place)
 {
@@ -82,7 +82,7 @@ static status_t go_to(const osal_directory_t* root, const char* path, place_t* o
     return status;
 }
 
-/// Go to what a path names, a folder. Statuses of go_to.
+/// Open the folder that a path names. Statuses of go_to.
 static status_t go_into(const osal_directory_t* root, const char* path, int* out_folder)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
@@ -311,7 +311,7 @@ status_t osal_directory_rename(const osal_directory_t* root, const char* path, c
     return settle(&from, status);
 }
 
-/// What a listing collects: the first names after one, in order.
+/// Collected names of a listing: the first names after a given one, in order.
 typedef struct {
     const char* after;
     osal_directory_entry_t* entries;

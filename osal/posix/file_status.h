@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What an error of the system means for a file or folder. For osal/posix only.
+/// Status for an error of the system on a file or folder. For osal/posix only.
 #ifndef OSAL_POSIX_FILE_STATUS_H
 #define OSAL_POSIX_FILE_STATUS_H
 

@@ -117,7 +117,7 @@ static void default_signals(void)
 static void become(const osal_process_start_t* start, pid_t parent)
 {
     if (start->outlives) {
-        (void)setsid(); // What ends the parent's session or group does not reach it.
+        (void)setsid(); // Signals to the parent's session or group do not reach it.
     } else {
         (void)prctl(PR_SET_PDEATHSIG, (unsigned long)SIGKILL, 0UL, 0UL, 0UL);
         if (getppid() != parent) {

@@ -142,7 +142,7 @@ status_t osal_shm_remove(const char* name)
 status_t osal_shm_each(const char* prefix, void (*visit)(void* context, const char* name), void* context)
 {
     FSW_ASSERT((prefix != NULL) && (prefix[0] == '/') && (visit != NULL));
-    DIR* const folder = opendir("/dev/shm"); // Where Linux shows what shm_open makes.
+    DIR* const folder = opendir("/dev/shm"); // Linux shows the objects of shm_open here.
     if (folder == NULL) {
         return STATUS_UNSUPPORTED;
     }

@@ -14,7 +14,7 @@
 
 #define PUS_FILE_NAME_MAX 63U   ///< Longest name and search pattern [characters].
 #define PUS_FILE_PATH_MAX 192U  ///< Longest path of a file or folder [characters].
-#define PUS_FILE_PATH_SIZE 208U ///< With its NUL, and room for the name of what is being copied.
+#define PUS_FILE_PATH_SIZE 208U ///< With its NUL, and room for the name of a copy in progress.
 
 typedef struct {
     char text[PUS_FILE_PATH_SIZE];

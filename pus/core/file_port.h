@@ -27,7 +27,7 @@ typedef struct {
     status_t (*read)(void* context, uint32_t file, uint32_t offset, uint8_t* octets, size_t size);
     /// All of it; the file grows. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
     status_t (*write)(void* context, uint32_t file, uint32_t offset, const uint8_t* octets, size_t size);
-    /// What was written is lasting afterwards. STATUS_OK, STATUS_IO. Of either, the file is closed.
+    /// The written octets are lasting afterwards. STATUS_OK, STATUS_IO. Of either, the file is closed.
     status_t (*close)(void* context, uint32_t file);
 } pus_file_port_t;
 

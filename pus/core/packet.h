@@ -22,7 +22,7 @@ typedef struct {
     uint32_t detail;      ///< Meaning by code.
 } pus_failure_t;
 
-/// What a report about a request needs; small enough to keep until the request completes.
+/// Data of a request for the reports about it; small enough to keep until the request completes.
 typedef struct {
     uint32_t request_id; ///< First four octets of the request.
     uint16_t source;     ///< Receives the reports.

@@ -23,7 +23,7 @@ typedef struct {
     uint8_t subtype;
 } packet_header_t;
 
-typedef struct {  // What a packet of one direction must be.
+typedef struct {  // Required properties of a packet of one direction.
     size_t least; ///< [octets]
     size_t most;
     uint16_t type; ///< PACKET_TYPE_TC, or 0 for a report.

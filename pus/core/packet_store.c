@@ -14,7 +14,7 @@
 #define CRC_SIZE 4U
 #define NUMBER_MAX (1ULL << 48U) // Of blocks, so that addresses do not wrap.
 
-// The buffer holds a record with what its checksum also covers before it.
+// The buffer holds a record, preceded by the other octets that its checksum covers.
 #define SEED_SIZE 12U // Address and generation.
 #define TIME_AT 14U
 #define PACKET_AT 22U
@@ -433,7 +433,7 @@ static void read_closing(const pus_packet_store_t* const store, const uint8_t* c
     }
 }
 
-/// Look what block lies in a slot, and note it unless a newer one is in its place.
+/// Read which block is in a slot, and note it unless a newer one has its number.
 static status_t look_at_slot(pus_packet_store_t* const store, const uint16_t slot, const size_t present)
 {
     const medium_t* const medium = &store->config.medium;

@@ -17,10 +17,10 @@ typedef enum {
     PUS_CALL_PAUSED,     ///< The budget is used up; continues with the next one.
     PUS_CALL_STEP,       ///< Step `number` (1..65535) begins.
     PUS_CALL_WAIT,       ///< For `seconds` (0 .. 1e9).
-    PUS_CALL_SEND,       ///< Release a request of `apid`, `service`, `subtype` and `octets`; answer verdict.
+    PUS_CALL_SEND,       ///< Release a request of `apid`, `service`, `subtype` and `octets`; answer: result.
     PUS_CALL_GET,        ///< Value of parameter `number`; answer value, or missing.
     PUS_CALL_GET_NAMED,  ///< The same by `text`.
-    PUS_CALL_EVENT,      ///< Raise event `number`; answer verdict.
+    PUS_CALL_EVENT,      ///< Raise event `number`; answer: result.
     PUS_CALL_PARAMETERS, ///< Communicated parameters, for `seconds` at most; answer values, or missing.
     PUS_CALL_ENDED,      ///< The procedure is done; the slot is free.
     PUS_CALL_FAILED      ///< It ended in an error, at line `number` (0: unknown): `text`; the slot is free.
@@ -67,7 +67,7 @@ typedef struct {
                       const uint8_t* arguments, size_t arguments_size, pus_call_t* out_call);
     /// Give a running slot a new budget [units of the engine], minus its overrun.
     void (*grant)(void* context, uint16_t slot, uint32_t budget);
-    /// What a slot has really used since it was given its budget; it may be more.
+    /// Units that a slot has used since it was given its budget; they may exceed it.
     uint32_t (*used)(void* context, uint16_t slot);
     /// Continue until the procedure calls. `answer` is the answer to its last call.
     void (*run)(void* context, uint16_t slot, const pus_answer_t* answer, pus_call_t* out_call);

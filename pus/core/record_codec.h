@@ -48,7 +48,7 @@ typedef struct {
     const pus_codec_field_t* fields;
 } pus_layout_t;
 
-/// Write the members, one after the other. What does not fit makes the writer fail.
+/// Write the members, one after the other. The writer fails if they do not fit.
 void pus_codec_write(octet_writer_t* writer, const pus_codec_field_t* fields, const void* record);
 /// Read the members; missing ones make the reader fail and do not change.
 void pus_codec_read(octet_reader_t* reader, const pus_codec_field_t* fields, void* record);

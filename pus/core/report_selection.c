@@ -25,7 +25,7 @@
 #define EVENT_REPORTS 4U // Subtypes 1 to this.
 
 #define ENTRY_SIZE 6U // Of a lasting record [octets].
-#define GROUP_ROOM 8U // What an entry takes of a report at most [octets].
+#define GROUP_ROOM 8U // Largest size of an entry in a report [octets].
 #define NO_KEY UINT32_MAX
 
 void pus_selection_init(pus_selection_t* const selection, pus_selection_entry_t* const entries,
@@ -95,7 +95,7 @@ static bool insert(pus_selection_t* const selection, const uint32_t key, const u
     const uint16_t place   = place_of(selection, key);
     const uint16_t removed = remove_range(selection, place, last);
     if (selection->count >= selection->capacity) {
-        FSW_ASSERT(removed == 0U); // What was removed would have made room.
+        FSW_ASSERT(removed == 0U); // A removed entry would have made room.
         return false;
     }
     (void)memmove(&selection->entries[place + 1U], &selection->entries[place],
@@ -180,7 +180,7 @@ typedef struct {
     bool is_changed;
 } edit_t;
 
-/// What one instruction names.
+/// The entry that an instruction names.
 typedef struct {
     uint32_t key;
     uint32_t last;    ///< Key of the last entry that it comprises.

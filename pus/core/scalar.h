@@ -26,9 +26,9 @@ typedef struct {
     value_type_t type; ///< A scalar type.
 } pus_scalar_t;
 
-/// Type in the layout bits of a parameter id; VALUE_SCALARS if it is no scalar.
+/// Type in the layout bits of a parameter id; VALUE_SCALARS if it is not a scalar.
 value_type_t pus_scalar_type(uint32_t parameter_id);
-/// Find a parameter, with a value or not yet, and see that it is a scalar. STATUS_OK, STATUS_NOT_FOUND,
+/// Find a parameter, with or without a value, and check that it is a scalar. STATUS_OK, STATUS_NOT_FOUND,
 /// STATUS_FORBIDDEN (not readable), STATUS_INVALID (no scalar). *out_scalar changes only with STATUS_OK.
 MUST_USE status_t pus_scalar_find(const pus_parameter_port_t* port, uint32_t parameter_id,
                                   pus_scalar_t* out_scalar);

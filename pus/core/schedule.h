@@ -27,7 +27,7 @@
 #define PUS_SCHEDULE_REQUEST_MAX (PUS_TM_DATA_MAX - 12U)
 #define PUS_SCHEDULE_RECORD_HEAD 18U ///< Before the request in the record of an activity [octets].
 
-/// What is different for times and positions.
+/// The functions that differ for times and positions.
 typedef struct {
     uint8_t service;
     uint64_t tag_max; ///< Largest tag, < 2^62.
@@ -141,7 +141,7 @@ uint64_t pus_schedule_next(const pus_schedule_t* schedule);
 pus_reply_t pus_schedule_keep_own(pus_schedule_t* schedule, const uint8_t* octets, size_t size);
 #define PUS_SCHEDULE_KEY_OWN 2U ///< Its key; pus_schedule_restore refuses it.
 
-/// What the requests do; the object is a pus_schedule_t.
+/// Perform the requests; the object is a pus_schedule_t.
 pus_reply_t pus_schedule_enable(void* object, pus_request_t* request);
 pus_reply_t pus_schedule_disable(void* object, pus_request_t* request);
 pus_reply_t pus_schedule_reset(void* object, pus_request_t* request);

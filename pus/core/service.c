@@ -246,7 +246,7 @@ static void settle(pus_request_t* const request, const pus_reply_t* const reply)
     }
 }
 
-/// Execute a request and report what follows.
+/// Execute a request and send its verification.
 static pus_reply_kind_t execute(pus_request_t* const request, const pus_service_t* const service,
                                 const pus_subtype_t* const subtype, const uint8_t* const data,
                                 const size_t size, const pus_persistence_t* const persistence)
@@ -311,7 +311,7 @@ bool pus_dispatcher_resume(pus_dispatcher_t* const dispatcher, const uint64_t no
     pus_unfinished_t* const unfinished = &dispatcher->unfinished;
     const status_t status              = pus_app_process_flush(dispatcher->process);
     if ((unfinished->service == NULL) || (status != STATUS_OK)) {
-        return unfinished->service != NULL; // What waits already goes first.
+        return unfinished->service != NULL; // The request that already waits has priority.
     }
     pus_request_t request = {.token        = unfinished->token,
                              .now_ns       = now_ns,

@@ -66,10 +66,10 @@ void pus_request_perform(pus_request_t* request);
 /// first refusal has its own report; TM[1,8] has the number of all.
 void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t code, uint32_t detail);
 
-/// Finish and send one packet of an answer that may need several. What the port does not take is sent in a
-/// later step: the dispatcher executes the request again, without what has been sent and refused before, so
-/// `execute` of such a request may change nothing while pus_answer_is_whole is false. The request ends after
-/// the last packet; a lost packet ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
+/// Finish and send one packet of an answer that may need several. A packet that the port does not take is
+/// sent in a later step: the dispatcher executes the request again, without the reports and refusals already
+/// sent, so `execute` of such a request may change nothing while pus_answer_is_whole is false. The request
+/// ends after the last packet; a lost packet ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
 void pus_answer_send(pus_request_t* request, octet_writer_t* writer);
 /// True if all packets of the answer so far were sent.
 bool pus_answer_is_whole(const pus_request_t* request);

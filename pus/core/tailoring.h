@@ -97,7 +97,7 @@ enum {
     PUS_FAILURE_SEQUENCE_FLAGS   = 0x010D, ///< flags
     PUS_FAILURE_PERMISSION       = 0x0110, ///< mode << 8 | state
     PUS_FAILURE_LINK_MISSING     = 0x0111, ///< consumer APID << 16 | port
-    PUS_FAILURE_RESOURCES        = 0x0112, ///< what is missing, in the resource's unit
+    PUS_FAILURE_RESOURCES        = 0x0112, ///< missing amount, in the resource's unit
     PUS_FAILURE_MEMBER_ACTIVE    = 0x0113, ///< APID of a network member that is operational
     PUS_FAILURE_INTERFACE        = 0x0114, ///< APID whose interface hash is not the supervisor's
     PUS_FAILURE_STATE_IN_DOUBT   = 0x0115, ///< APID that was silent and has not reported its state since
@@ -121,7 +121,7 @@ enum {
     PUS_FAILURE_VERIFY       = 0x0401, ///< computed checksum
     PUS_FAILURE_NO_ANSWER    = 0x0402, ///< device id
     PUS_FAILURE_DEVICE       = 0x0403, ///< return code
-    PUS_FAILURE_IO           = 0x0404, ///< system code, or status of what could not be kept
+    PUS_FAILURE_IO           = 0x0404, ///< system code, or status of the failed storage
     PUS_FAILURE_ABORTED      = 0x0405, ///< 0
     PUS_FAILURE_TIMEOUT      = 0x0406, ///< milliseconds
     PUS_FAILURE_SOME_FAILED  = 0x0407, ///< number of instructions failed

@@ -5,7 +5,7 @@
 ///            (TM[129,2], [130,10], [131,2]), HIGH events and their notices, orders of the supervisor
 ///     PLAIN  other events and notices, answers that fit one packet, other requests
 ///     BULK   housekeeping, diagnostics, statistics, lists over many packets, dumps, parts: their sender goes
-///            on later, or counts what the receiver misses
+///            on later, or counts the lost packets
 ///
 /// Context    Any.
 /// Time       O(1).
@@ -22,7 +22,8 @@ typedef enum {
 
 #define PUS_CLASSES 3U
 
-/// Class of a packet by its headers and, for a notice, its severity. What is too short or malformed is BULK.
+/// Class of a packet by its headers and, for a notice, its severity. Packets that are too short or malformed
+/// are BULK.
 pus_class_t pus_class_of(const uint8_t* packet, size_t size);
 
 #endif // PUS_CORE_TRAFFIC_CLASS_H

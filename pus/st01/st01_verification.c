@@ -28,7 +28,7 @@ static void report(pus_app_process_t* const process, const pus_token_t* const to
     if (failure != NULL) {
         pus_failure_write(&writer, failure);
     }
-    (void)pus_tm_post(process, &writer); // What is lost here the process counts.
+    (void)pus_tm_post(process, &writer); // The process counts lost reports.
 }
 
 /// Post a report of success, which contains only the request id, if the request requires it.

@@ -21,7 +21,7 @@
 #define PUS_DEVICE_INSTRUCTIONS_MAX 2048U ///< More than fit any request.
 #define PUS_DEVICE_TIMED_OUT 0xFFFFU      ///< Return code.
 
-/// What an instruction does: the subtype of its request.
+/// Kind of an instruction: the subtype of its request.
 enum {
     PUS_DEVICE_SWITCH          = 1,
     PUS_DEVICE_LOAD_REGISTER   = 2,

@@ -47,7 +47,7 @@ static pus_hk_member_t* member_of(pus_hk_functional_t* const definition, const b
     return NULL;
 }
 
-// What lasts.
+// Lasting data.
 
 static status_t keep(const pus_hk_t* const hk, const pus_hk_functional_t* const definition)
 {
@@ -67,7 +67,7 @@ static status_t keep(const pus_hk_t* const hk, const pus_hk_functional_t* const 
                                                     definition->id, record, writer.position);
 }
 
-/// Read what a request and a record have in common of an entry. False: a value is out of range.
+/// Read the fields of an entry that a request and a record have in common. False: a value is out of range.
 static bool read_member(octet_reader_t* const reader, const bool has_values,
                         pus_hk_member_t* const out_member)
 {
@@ -110,7 +110,7 @@ status_t pus_hk_restore(void* const self, const uint32_t key, const uint8_t* con
 
 // Changes of one definition.
 
-/// What a request does with each entry: the failure's code is PUS_FAILURE_NONE if it did it.
+/// Perform a request for one entry: the code of the failure is PUS_FAILURE_NONE if it succeeded.
 typedef pus_failure_t (*change_t)(pus_hk_functional_t* definition, const pus_hk_member_t* member);
 
 static pus_failure_t add_member(pus_hk_functional_t* const definition, const pus_hk_member_t* const member)

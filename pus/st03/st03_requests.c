@@ -64,7 +64,7 @@ static pus_reply_t append(void* const self, pus_request_t* const request)
     return add_requested(hk, &request->reader, structure);
 }
 
-/// What a request does with each structure that it names.
+/// Perform a request for one of its structures.
 typedef struct {
     bool needs_disabled; // Not while its periodic generation is enabled.
     bool has_interval;   // An interval follows each id.

@@ -14,7 +14,7 @@ pus_hk_structure_t* hk_structure_of(const pus_hk_t* hk, bool is_diagnostic, uint
 /// goes. After a failure nothing more is added, and the verdict stays.
 void hk_candidate_begin(pus_hk_t* hk, bool is_diagnostic, uint16_t id, uint32_t interval,
                         pus_hk_structure_t** out_place);
-/// Begin with what a structure has already.
+/// Begin a candidate with the contents of an existing structure.
 void hk_candidate_extend(pus_hk_t* hk, const pus_hk_structure_t* structure);
 /// Add a simply commutated parameter. They come before the sets: sets already there move up by one entry.
 void hk_candidate_add(pus_hk_t* hk, uint32_t parameter_id);

@@ -102,7 +102,7 @@ static void sample(pus_statistics_t* const self, pus_statistic_t* const statisti
         return;
     }
     const double value = pus_scalar_as_double(statistic->scalar.type, bits);
-    if (!(fabs(value) <= DBL_MAX)) { // Nor does a value that is no number compare.
+    if (!(fabs(value) <= DBL_MAX)) { // False also for NaN.
         self->counters.not_finite++;
     } else if (statistic->samples < UINT32_MAX) {
         self->counters.samples++;

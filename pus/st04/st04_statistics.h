@@ -69,7 +69,7 @@ pus_service_t pus_statistics_service(pus_statistics_t* self);
 /// STATUS_EXHAUSTED (no room). The parameter may come later.
 MUST_USE status_t pus_statistics_restore(pus_statistics_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
-/// Sample what is due and report. `cycle` counts minimum sampling intervals and may jump forward.
+/// Take the samples that are due, and report. `cycle` counts minimum sampling intervals and may jump forward.
 void pus_statistics_step(pus_statistics_t* self, uint64_t now_ns, uint32_t cycle);
 
 #endif // PUS_ST04_ST04_STATISTICS_H

@@ -202,7 +202,7 @@ static pus_reply_t report_disabled(void* const self, pus_request_t* const reques
             octet_write_u16(&writer, events->definitions[i].id);
         }
     }
-    (void)pus_tm_post(events->process, &writer); // What is lost here the process counts.
+    (void)pus_tm_post(events->process, &writer); // The process counts lost reports.
     return pus_done();
 }
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to ST[06] and ST[20]: the memory or object that a request names, and what lies inside it.
+/// Private to ST[06] and ST[20]: the memory or object that a request names, and its areas.
 #ifndef PUS_ST06_ST06_AREAS_H
 #define PUS_ST06_ST06_AREAS_H
 
 #include "pus/st06/st06_memory.h"
 
-/// What a request's areas lie in: a memory, or one object of it.
+/// The memory of a request's areas, or one object of it.
 typedef struct {
     const pus_memory_t* memory;
     uint8_t index; ///< Of the memory.
     bool is_object;
     uint32_t base_id; ///< Of the object.
-    uint32_t origin;  ///< Address = origin + what the request gives.
+    uint32_t origin;  ///< Address = origin + offset in the request.
     uint32_t first;   ///< Least that a request may give.
     uint32_t size;    ///< From there on [octets].
 } memory_target_t;

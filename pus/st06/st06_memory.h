@@ -28,7 +28,7 @@ typedef struct {
     uint32_t base;  ///< First address.
     uint32_t size;  ///< [octets], >= 1; base + size <= 2^32.
     void* context;
-    /// `size` octets from an address on, within the memory and aligned. STATUS_OK or what is wrong.
+    /// `size` octets from an address on, within the memory and aligned. STATUS_OK or the error.
     status_t (*read)(void* context, uint32_t address, uint8_t* octets, size_t size);
     /// The same for writing; of up to PUS_MEMORY_ATOMIC octets without an interruption. Null: read-only.
     status_t (*write)(void* context, uint32_t address, const uint8_t* octets, size_t size);
@@ -93,8 +93,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint8_t echo[PUS_MEMORY_SLICE];
 } pus_memory_service_t;
 
-/// Memory ids must differ; nothing is protected or scrubbed. The configuration is copied, what it points to
-/// is not.
+/// Memory ids must differ; nothing is protected or scrubbed. The configuration is copied; the objects to
+/// which it points is not.
 void pus_memory_init(pus_memory_service_t* memory, const pus_memory_config_t* config);
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_memory_service(pus_memory_service_t* memory);

@@ -175,13 +175,13 @@ static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* co
             next_area(operation);
         }
     }
-    if (entries == 0U) { // What was left could not be read.
+    if (entries == 0U) { // The remaining octets could not be read.
         pus_tm_cancel(service->config.process);
         return true;
     }
     put_count(&writer, place, entries);
     if (pus_tm_send(service->config.process, &writer) != STATUS_OK) {
-        operation->index = index; // Once more, with what the memory holds then.
+        operation->index = index; // Repeat it later with the content at that time.
         operation->done  = done;
         return false;
     }
@@ -300,7 +300,7 @@ static void dump_slice(pus_memory_service_t* const service, pus_memory_operation
     }
     if (status != STATUS_OK) {
         fail_io(service, operation, status);
-        operation->index = operation->count; // What would follow would be at a wrong place.
+        operation->index = operation->count; // The following octets would be at a wrong place in the file.
         return;
     }
     *room -= piece;

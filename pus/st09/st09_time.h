@@ -45,7 +45,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     } counters;
 } pus_time_t;
 
-/// What a time packet says.
+/// Content of a time packet.
 typedef struct {
     uint16_t sequence;
     uint8_t exponent;

@@ -100,7 +100,7 @@ static void raise_event(const pus_monitoring_t* const self, const pus_check_tran
     self->config.events.raise(self->config.events.context, event_id, octets, sizeof octets, now_ns);
 }
 
-/// What a transition reports as the limit crossed.
+/// Value of limit_crossed in the report of a transition.
 static uint64_t limit_of(const pus_pmon_t* const pmon, const uint8_t status)
 {
     if (pmon->check_type == (uint8_t)PUS_CHECK_EXPECTED) {

@@ -202,7 +202,7 @@ static void write_fmon(octet_writer_t* const writer, const pus_fmon_t* const fmo
     }
 }
 
-/// See that a definition fits and makes sense, but for the PMONs it names.
+/// Check the size and the contents of a definition, except its PMONs.
 static pus_failure_t check_fmon(const pus_monitoring_t* const self, const monitoring_origin_t origin,
                                 candidate_t* const candidate, const uint32_t offset)
 {

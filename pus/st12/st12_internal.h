@@ -33,7 +33,7 @@ void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
 void monitoring_write_transition(octet_writer_t* writer, const pus_check_transition_t* transition);
 bool monitoring_read_validity(octet_reader_t* reader, pus_validity_t* out_validity);
 void monitoring_write_validity(octet_writer_t* writer, const pus_validity_t* validity);
-/// Find events and, for a request, parameters; see that the definition makes sense. `offset`: of it, for the
+/// Find events and, for a request, parameters; check the definition. `offset`: of it, for the
 /// failure.
 pus_failure_t monitoring_check_pmon(const pus_monitoring_t* self, monitoring_origin_t origin,
                                     pus_pmon_t* pmon, uint32_t offset);

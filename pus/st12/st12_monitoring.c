@@ -380,7 +380,7 @@ static pus_failure_t add(pus_monitoring_t* const self, pus_pmon_t* const pmon, c
     return failure;
 }
 
-/// What the request does not name stays: validity condition and interval.
+/// Validity condition and interval are not in the request and do not change.
 static pus_failure_t modify(pus_monitoring_t* const self, pus_pmon_t* const pmon, const uint32_t offset)
 {
     pus_pmon_t* const there = monitoring_pmon(self, pmon->id);

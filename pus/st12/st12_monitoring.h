@@ -145,12 +145,12 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_monitoring_init(pus_monitoring_t* self, const pus_monitoring_config_t* config);
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_monitoring_service(pus_monitoring_t* self);
-/// Take one record back. STATUS_OK, STATUS_INVALID (malformed, or what a request would be refused for),
+/// Restore one record. STATUS_OK, STATUS_INVALID (malformed, or a request with it would be refused),
 /// STATUS_NOT_FOUND (an event), STATUS_EXHAUSTED (no room). A parameter may come later.
 MUST_USE status_t pus_monitoring_restore(pus_monitoring_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
-/// Check what is due and report. `cycle` counts minimum sampling intervals and may jump forward; missed
-/// checks are then made once.
+/// Perform the checks that are due, and report. `cycle` counts minimum sampling intervals and may jump
+/// forward; missed checks are then made once.
 void pus_monitoring_step(pus_monitoring_t* self, uint64_t now_ns, uint32_t cycle);
 
 #endif // PUS_ST12_ST12_MONITORING_H

@@ -137,7 +137,7 @@ static void give_up(pus_large_t* const large, pus_large_uplink_t* const uplink,
         pus_tm_begin(large->config.process, PUS_SERVICE_LARGE_PACKETS, ABORTED, uplink->token.source, now_ns);
     octet_write_u16(&writer, uplink->transaction);
     octet_write_u8(&writer, (uint8_t)reason);
-    (void)pus_tm_post(large->config.process, &writer); // What is lost here the process counts.
+    (void)pus_tm_post(large->config.process, &writer); // The process counts lost reports.
     uplink->is_used = false;
     large->counters.aborted++;
 }

@@ -6,7 +6,7 @@
 /// Down: a report of any service is built here instead of in the process. A report that fits a packet is sent
 /// as such. Up: when all parts of a request have arrived, `take` gets the request.
 ///
-/// Ownership  The caller places buffers and lists, which outlive the service. What `take` is given lives
+/// Ownership  The caller places buffers and lists, which outlive the service. The argument of `take` is valid
 ///            during the call.
 /// Context    One loop.
 /// Time       O(octets moved); a step `parts_per_step` parts, and O(uplinks).

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the files of ST[15] share; not for others.
+/// Shared by the files of ST[15]; private to them.
 #ifndef PUS_ST15_ST15_INTERNAL_H
 #define PUS_ST15_ST15_INTERNAL_H
 
@@ -16,7 +16,7 @@ MUST_USE status_t st15_replace(pus_storage_t* storage, uint8_t number, const pus
 /// True if the copy in progress needs this store as it is.
 bool st15_is_copying(const pus_storage_t* storage, uint8_t number);
 
-/// Send a slice of what is being retrieved.
+/// Send a slice of a retrieval.
 void st15_retrieve(pus_storage_t* storage);
 /// Copy a slice, and report when it is over.
 void st15_copy(pus_storage_t* storage, uint64_t now_ns);

@@ -196,7 +196,7 @@ static uint16_t reconfigure(const order_t* const order, pus_store_state_t* const
 
 static uint16_t create(const order_t* const order, pus_store_state_t* const next)
 {
-    const uint32_t generation = next->generation + 1U; // What the medium holds from before is not of it.
+    const uint32_t generation = next->generation + 1U; // Earlier content of the medium does not belong to it.
     *next                     = (pus_store_state_t){.is_there        = true,
                                                     .size            = order->size,
                                                     .type            = order->type,

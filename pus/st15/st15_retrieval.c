@@ -4,7 +4,7 @@
 #include "pus/st01/st01_verification.h"
 #include "pus/st15/st15_internal.h"
 
-/// What may still be done in a step.
+/// Remaining packets and octets of a step.
 typedef struct {
     uint16_t packets; ///< To send or copy.
     uint32_t octets;  ///< To read.

@@ -294,7 +294,7 @@ void pus_storage_observe(pus_storage_t* const storage, const pus_tm_t* const tm,
     }
 }
 
-/// Sync what was stored, when it is time.
+/// Sync stored packets when it is time.
 static void sync_stores(pus_storage_t* const storage, const uint64_t now_ns)
 {
     if ((now_ns - storage->synced_ns) >= storage->config.sync_interval_ns) {
@@ -335,7 +335,7 @@ static void keep_places(pus_storage_t* const storage, const uint64_t now_ns)
     }
 }
 
-/// Give back what deleted stores had on their media.
+/// Release the media of deleted stores.
 static void trim(pus_storage_t* const storage)
 {
     for (uint8_t i = 0U; i < storage->config.store_count; i++) {

@@ -43,7 +43,7 @@ typedef struct {
     pus_retrieval_port_t port;
     uint16_t packets_per_step;            ///< Sent or copied at most, >= 1.
     uint32_t octets_per_step;             ///< Read in a step after which it ends, >= 1.
-    uint64_t sync_interval_ns;            ///< Between syncs of what was stored; 0: in each step.
+    uint64_t sync_interval_ns;            ///< Between syncs of stored packets; 0: in each step.
     uint64_t checkpoint_interval_ns;      ///< Between records of how far retrievals are; 0: in each step.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
 } pus_storage_config_t;
@@ -63,7 +63,7 @@ typedef enum { // Private.
     PUS_RETRIEVAL_RANGE
 } pus_retrieval_t;
 
-typedef struct { // Private: what is kept of a store.
+typedef struct { // Private: the lasting data of a store.
     bool is_there;
     uint8_t name[PUS_NAME_SIZE];
     uint32_t size;

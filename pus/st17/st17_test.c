@@ -23,7 +23,7 @@ static pus_reply_t answer_alive(void* const self, pus_request_t* const request)
     (void)self;
     pus_request_perform(request);
     octet_writer_t writer = pus_answer_begin(request, ALIVE);
-    (void)pus_tm_post(request->process, &writer); // What is lost here the process counts.
+    (void)pus_tm_post(request->process, &writer); // The process counts lost reports.
     return pus_done();
 }
 

@@ -152,7 +152,7 @@ static pus_reply_t load_and_activate(void* const self, pus_request_t* const requ
     return (failure.code == PUS_FAILURE_NONE) ? begin(self, request, id) : reply_of(self, failure);
 }
 
-// What is active.
+// Active procedures.
 
 static pus_reply_t stop_at(pus_procedures_t* const self, pus_request_t* const request, const bool unloads)
 {
@@ -263,7 +263,7 @@ static pus_reply_t abort_one(void* const context, pus_request_t* const request)
     return reply_of(self, failure);
 }
 
-/// Abort what is active.
+/// Abort the active procedures.
 static void abort_all(pus_procedures_t* const self, const uint64_t now_ns)
 {
     self->now_ns = now_ns;

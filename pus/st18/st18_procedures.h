@@ -35,7 +35,7 @@ typedef enum {
     PUS_OBSERVE_ALL       = 3
 } pus_observability_t;
 
-/// What happened, in the auxiliary data of an event.
+/// Kind of observation, in the auxiliary data of an event.
 typedef enum {
     PUS_OBSERVED_STARTED  = 1,
     PUS_OBSERVED_ENDED    = 2,
@@ -70,7 +70,7 @@ typedef struct { // Private: a loaded procedure.
     uint8_t code[PUS_PROCEDURE_CODE_MAX];
 } pus_procedure_t;
 
-/// What a running procedure is waiting for.
+/// Event or time for which a running procedure waits.
 typedef enum {
     PUS_WAITS_NOT,
     PUS_WAITS_TIME,
@@ -94,7 +94,7 @@ typedef struct {        // Private: a slot of the engine.
     pus_token_t token; // Of the request that activated it.
     pus_waiting_t waiting;
     uint64_t until;      // Cycle.
-    uint32_t request_id; // Of what it waits for.
+    uint32_t request_id; // Of the request for which it waits.
     pus_call_t call;
     pus_answer_t answer;
     uint16_t communicated; // Octets that wait.

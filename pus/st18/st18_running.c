@@ -122,7 +122,7 @@ void procedures_end(pus_procedures_t* const self, pus_procedure_t* const procedu
     procedures_tell(self, procedure, PUS_OBSERVE_PROCEDURE, what, 0U);
     release(self, procedure, pus_failure(PUS_FAILURE_ABORTED, 0U));
     if (unloads) {
-        (void)procedures_unload(self, procedure); // What is not forgotten is counted, and stays loaded.
+        (void)procedures_unload(self, procedure); // A failed erasure is counted; it stays loaded.
     }
 }
 
@@ -326,7 +326,7 @@ static bool is_noticed(const pus_call_kind_t kind)
     return (kind == PUS_CALL_STEP) || (kind == PUS_CALL_EVENT) || (kind == PUS_CALL_SEND);
 }
 
-/// Step the procedure in a slot, with a budget of `share` at most. Returns what it has used.
+/// Step the procedure in a slot, with a budget of `share` at most. Returns the used units.
 static uint32_t step_run(pus_procedures_t* const self, const uint16_t slot, const uint32_t share)
 {
     const pus_procedure_port_t* const engine = &self->config.engine;
@@ -354,7 +354,7 @@ void pus_procedures_step(pus_procedures_t* const self, const uint64_t now_ns, co
     FSW_ASSERT(self != NULL);
     const pus_persistence_t* const store = self->config.persistence;
     const uint32_t budget                = self->config.budget;
-    uint32_t excess                      = 0U; // What was used too much in this cycle: the others have less.
+    uint32_t excess                      = 0U; // Units used beyond the share: the others have less.
     bool unloads                         = false;
     self->cycle += (uint32_t)(cycle - self->last_cycle);
     self->last_cycle = cycle;

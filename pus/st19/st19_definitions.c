@@ -73,7 +73,7 @@ void event_action_enter(event_action_t* const self, const uint16_t slot, const d
     self->count++;
 }
 
-/// Drop what waits for the port.
+/// Drop the requests that wait for the port.
 void event_action_drop_waiting(event_action_t* const self, definition_t* const definition)
 {
     self->counters.dropped += definition->waiting;

@@ -147,7 +147,7 @@ static pus_failure_t add(event_action_t* const self, const definition_t* const c
     return io_failure(status);
 }
 
-/// What speaks against a definition before room is taken for its request.
+/// Reason to refuse a definition, before room is taken for its request.
 static pus_failure_t check(const event_action_t* const self, const definition_t* const content,
                            const uint32_t offset, const uint8_t* const octets, const size_t size)
 {

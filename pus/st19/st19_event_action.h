@@ -74,7 +74,7 @@ pus_service_t pus_event_action_service(pus_event_action_t* self);
 /// STATUS_EXISTS (its place is taken, or there is such a definition), STATUS_EXHAUSTED (no room for it).
 MUST_USE status_t pus_event_action_restore(pus_event_action_t* self, uint32_t key, const uint8_t* octets,
                                            size_t size);
-/// A report or notice of an event was seen: release the request that waits for it, if any.
+/// Process a report or notice of an event: release the request of its definition, if any.
 void pus_event_action_observe(pus_event_action_t* self, uint16_t apid, uint16_t event);
 /// Release waiting requests, and continue a report.
 void pus_event_action_step(pus_event_action_t* self, uint64_t now_ns);

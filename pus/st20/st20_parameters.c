@@ -92,7 +92,7 @@ static pus_reply_t report_values(void* const self, pus_request_t* const request)
         octet_write_u16(&writer, request->performed);
         request->reader = list;
         (void)walk_values(parameters, request, &writer);
-        (void)pus_tm_post_sized(request->process, &writer); // What is lost here the process counts.
+        (void)pus_tm_post_sized(request->process, &writer); // The process counts lost reports.
     }
     return pus_done();
 }

@@ -143,7 +143,7 @@ static status_t put_parts(sequences_t* const self, const uint16_t slot)
             port->put(port->context, PUS_SERVICE_SEQUENCES, KEY_PART | ((uint32_t)slot << SLOT_SHIFT) | part,
                       self->octets, PUS_SEQUENCE_RECORD_HEAD + size);
         if (status != STATUS_OK) {
-            (void)erase_parts(self, slot, part); // If that fails too, a restart finds no whole sequence.
+            (void)erase_parts(self, slot, part); // If that fails, too, a restart drops the rest.
             return status;
         }
     }

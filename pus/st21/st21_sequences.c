@@ -240,7 +240,7 @@ static pus_reply_t report_checksum(void* const object, pus_request_t* const requ
     octet_writer_t writer = pus_answer_begin(request, CHECKSUM_REPORT);
     octet_write_u64(&writer, id);
     octet_write_u16(&writer, crc);
-    (void)pus_tm_post(request->process, &writer); // What is lost here the process counts.
+    (void)pus_tm_post(request->process, &writer); // The process counts lost reports.
     return pus_done();
 }
 

@@ -72,7 +72,7 @@ static pus_reply_t set_orbit_number(void* const object, pus_request_t* const req
 {
     pus_schedule_t* const schedule      = object;
     pus_position_schedule_t* const self = schedule->self;
-    (void)pus_position_schedule_now(self); // What was pending and has come holds.
+    (void)pus_position_schedule_now(self); // A pending orbit number is in force if its orbit has begun.
     self->is_pending = true;
     self->orbit      = (uint32_t)(self->port.read(self->port.context) >> ANGLE_BITS);
     self->number     = octet_read_u32(&request->reader);

@@ -23,7 +23,7 @@ typedef struct { // The on-board orbit position parameter.
 typedef struct { // Private, except schedule.counters and schedule.count.
     pus_schedule_t schedule;
     pus_position_port_t port;
-    uint32_t offset; // Orbit number less what the source has counted.
+    uint32_t offset; // Orbit number minus the count of the source.
     bool is_pending; // The orbit after `orbit`, as the source counts, is to have this number.
     uint32_t orbit;
     uint32_t number;

@@ -74,7 +74,7 @@ static uint32_t key_of(const pus_files_t* const files, const pus_file_copy_t* co
 
 // --- beginning ---------------------------------------------------------------------------------------------
 
-/// What TC 14 and 15 name.
+/// The paths in TC 14 and 15.
 typedef struct {
     uint16_t id;
     st23_place_t source;
@@ -312,7 +312,7 @@ static void report_status(pus_files_t* const files, const uint64_t now_ns)
             octet_write_u8(&writer, (uint8_t)percent);
         }
     }
-    (void)pus_tm_post(files->config.process, &writer); // What is lost here the process counts.
+    (void)pus_tm_post(files->config.process, &writer); // The process counts lost reports.
 }
 
 /// The first report is sent one interval after the first step with reports enabled.

@@ -291,7 +291,7 @@ static pus_reply_t report_attributes(void* const self, pus_request_t* const requ
         pus_file_name_write(&writer, pus_file_path_name(&place.path));
         octet_write_u32(&writer, (about.size < UINT32_MAX) ? (uint32_t)about.size : UINT32_MAX);
         octet_write_u8(&writer, st23_is_locked(files, &place.path) ? 1U : 0U);
-        (void)pus_tm_post(request->process, &writer); // What is lost here the process counts.
+        (void)pus_tm_post(request->process, &writer); // The process counts lost reports.
     }
     return st23_reply_of(files, status, place.name_offset);
 }

@@ -30,7 +30,7 @@ typedef enum {
     PUS_FILE_COPY_RUNNING,
     PUS_FILE_COPY_ON_HOLD,
     PUS_FILE_COPY_FREE, ///< No copy.
-    PUS_FILE_COPY_LEFT  ///< What an earlier life has left of one.
+    PUS_FILE_COPY_LEFT  ///< Partial file of an earlier life.
 } pus_file_copy_status_t;
 
 typedef struct { // Private.
@@ -61,7 +61,7 @@ typedef struct { // Private.
 
 typedef struct {
     pus_file_store_t store;
-    pus_app_process_t* process; ///< Sends what steps report.
+    pus_app_process_t* process; ///< Sends the reports of steps.
     pus_file_lock_t* locks;
     size_t lock_count;
     pus_file_copy_t* copies;

@@ -25,7 +25,7 @@ typedef struct {
     pus_file_path_t path;
     uint32_t folder_offset;
     uint32_t name_offset;
-    uint32_t bad_offset; ///< Of the field that is no path or no name.
+    uint32_t bad_offset; ///< Of the field that is not a path or not a name.
 } st23_place_t;
 
 /// False: one of the fields is malformed.
@@ -34,7 +34,7 @@ bool st23_read_place(pus_request_t* request, st23_place_t* out_place);
 status_t st23_look(const pus_files_t* files, const pus_file_path_t* path, bool is_directory,
                    pus_file_about_t* out_about);
 
-/// Make lasting what was kept and forgotten. STATUS_OK, STATUS_IO.
+/// Commit the changed records. STATUS_OK, STATUS_IO.
 status_t st23_commit(const pus_files_t* files);
 /// True if a file is locked, or one within a directory.
 bool st23_is_locked(const pus_files_t* files, const pus_file_path_t* path);

@@ -67,7 +67,7 @@ pus_reply_t st23_summarise(void* const self, pus_request_t* const request)
     return begin_search(files, request, &root, NULL);
 }
 
-/// Send what has been found. False: not taken, try again later.
+/// Send the found paths. False: not taken, try again later.
 static bool send(const pus_files_t* const files, pus_file_search_t* const search, const uint64_t now_ns)
 {
     octet_writer_t writer = pus_tm_begin(files->config.process, PUS_SERVICE_FILES,
@@ -115,7 +115,7 @@ static bool add(const pus_files_t* const files, pus_file_search_t* const search,
     return true;
 }
 
-/// What has become of an entry.
+/// Outcome for an entry.
 typedef enum {
     PASSED,  ///< It is done with.
     ENTERED, ///< The search continues in it.

@@ -64,7 +64,7 @@ static void put_hex(walk_t* const walk, const uint8_t* const octets, const size_
     put(walk, "%s", walk->as_json ? "\"" : "");
 }
 
-/// Text of a wire name: what is not printable ASCII, and quotes, become question marks.
+/// Text of a name in a packet: characters other than printable ASCII, and quotes, become question marks.
 static void put_text(walk_t* const walk, const uint8_t* const octets, const size_t size)
 {
     const char* const quote = walk->as_json ? "\"" : "";

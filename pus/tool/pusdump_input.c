@@ -10,7 +10,7 @@
 #define PEEK_MAX 16U      // Octets that are read to recognize the format.
 #define PLACE_MAX 32U
 
-/// What is known of a stream while it is read.
+/// State of a stream while it is read.
 typedef struct {
     FILE* stream;
     const dump_style_t* style;
@@ -42,7 +42,8 @@ static bool is_blank(const char character)
     return (character == ' ') || (character == '\t') || (character == '\r');
 }
 
-/// Read a line without its end. Returns false at the end of the stream. What is too long sets *out_is_cut.
+/// Read a line without its end. Returns false at the end of the stream. A line that is too long sets
+/// *out_is_cut.
 static bool read_line(input_t* const input, char* const line, bool* const out_is_cut)
 {
     size_t length = 0U;
@@ -71,7 +72,7 @@ static int digit_of(const char character)
     return (found != NULL) ? (int)((found - digits) % 16) : -1;
 }
 
-/// Octets of a text of hexadecimal digits. Returns null, or what is wrong with it.
+/// Octets of a text of hexadecimal digits. Returns null, or the error.
 static const char* read_hex(const char* text, uint8_t* const octets, size_t* const out_size)
 {
     size_t digits = 0U;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// pusdump: for space packets what candump is for frames.
+/// pusdump prints space packets, like candump prints CAN frames.
 #include "base/version.h"
 #include "pus/tool/pusdump_input.h"
 
@@ -36,7 +36,7 @@ static const char usage[] =
 typedef struct {
     dump_style_t style;
     dump_format_t format;
-    int first_file; ///< Index of the first argument that is no option.
+    int first_file; ///< Index of the first argument that is not an option.
 } options_t;
 
 static int complain(const char* const words, const char* const what)

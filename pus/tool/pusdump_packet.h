@@ -35,7 +35,7 @@ typedef struct {
     char problem[PROBLEM_MAX]; ///< Empty if the packet is well-formed.
 } dump_packet_t;
 
-/// Read the packet that `octets` ought to be. Never fails; see `problem`.
+/// Read a packet from `octets`. Never fails; see `problem`.
 void dump_packet_read(const uint8_t* octets, size_t size, dump_packet_t* out_packet);
 /// Append one more problem.
 void dump_packet_add_problem(dump_packet_t* packet, const char* format, ...)

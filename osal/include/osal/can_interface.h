@@ -25,7 +25,7 @@ typedef struct {
     bool carries_fd;                     ///< The mtu is that of CAN FD.
     uint32_t bit_rate;                   ///< Nominal [bit/s]; 0: none or unknown.
     uint32_t data_bit_rate;              ///< CAN FD data phase [bit/s]; 0: as above.
-    char label[OSAL_CAN_LABEL_MAX + 1U]; ///< What osal_can_interface_make was given; cut where longer.
+    char label[OSAL_CAN_LABEL_MAX + 1U]; ///< Argument of osal_can_interface_make, cut if longer.
 } osal_can_interface_t;
 
 /// Hold on an interface for one run. It ends with osal_can_interface_release, or with the process.

@@ -51,7 +51,7 @@ typedef struct { // All fields are private, except `attributes`: read-only.
     uint32_t life;
     uint64_t origin_ns;
     osal_grant_t grant;
-    osal_clock_attributes_t attributes; ///< What was granted to a real clock.
+    osal_clock_attributes_t attributes; ///< Attributes that a real clock was permitted.
 } osal_clock_t;
 
 /// Real clock; time 0 is `origin_ns` of osal_clock_monotonic_ns. Requests timer slack 1 ns and locked memory;
