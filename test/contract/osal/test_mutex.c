@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "test/support/assertion.h"
 #include "unity.h"
 
 #define TASKS 4U
@@ -181,6 +182,19 @@ static void test_coding_errors_are_assertions(void)
     assert_aborts(unlock_without_lock);
 }
 
+static osal_mutex_t never_created;
+
+static void lock_it(void)
+{
+    (void)osal_mutex_lock(&never_created);
+}
+
+/// Some systems do nothing for a mutex of zeros and others fail: here it is an error everywhere.
+static void a_mutex_that_was_not_created_is_not_locked(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(lock_it));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -189,5 +203,6 @@ int main(void)
     RUN_TEST(test_death_of_a_holder_is_told_once_and_hangs_nobody);
     RUN_TEST(test_a_wait_for_the_lock_ends_in_time_and_the_holder_is_known);
     RUN_TEST(test_coding_errors_are_assertions);
+    RUN_TEST(a_mutex_that_was_not_created_is_not_locked);
     return UNITY_END();
 }

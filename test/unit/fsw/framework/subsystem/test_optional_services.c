@@ -5,6 +5,7 @@
 #include "base/crc.h"
 #include "fsw/framework/subsystem/device_service.h"
 #include "fsw/framework/subsystem/memory_service.h"
+#include "test/support/assertion.h"
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
 #include "unity.h"
 
@@ -167,6 +168,24 @@ static void devices_are_reached_by_the_port_of_the_subsystem(void)
     fixture_expect("1.1 #0\n1.4 #0 0201 2\n1.3 #0\n1.8 #0 0407 1\n");
 }
 
+static void add_without_a_port(void)
+{
+    static subsystem_callbacks_t callbacks;
+    callbacks                          = *fixture.subsystem.config.callbacks;
+    callbacks.device_port              = NULL;
+    fixture.subsystem.config.callbacks = &callbacks;
+    fixture.subsystem.service_count    = 0U;
+    subsystem_device_service_add(&fixture.subsystem, &storage.devices, storage.exchanges, 1U);
+}
+
+/// A descriptor that lists service 2 for a subsystem without the callback device_port: its program is wrong,
+/// and ends when it starts, before it takes any request.
+static void the_device_service_without_a_port_ends_the_program_at_its_start(void)
+{
+    TEST_ASSERT_TRUE(assertion_fails(add_without_a_port));
+    TEST_ASSERT_EQUAL_UINT16(0U, fixture.subsystem.service_count);
+}
+
 // ST[06].
 
 static void start_request(uint8_t memory, uint32_t base_id, bool is_object)
@@ -275,6 +294,7 @@ int main(void)
     RUN_TEST(what_is_not_kept_is_not_acknowledged);
     RUN_TEST(a_subsystem_reaches_itself_and_the_supervisor);
     RUN_TEST(devices_are_reached_by_the_port_of_the_subsystem);
+    RUN_TEST(the_device_service_without_a_port_ends_the_program_at_its_start);
     RUN_TEST(parameters_are_loaded_and_dumped_as_objects);
     RUN_TEST(parameters_are_reached_by_address_across_their_borders);
     RUN_TEST(the_component_is_read_but_not_written);

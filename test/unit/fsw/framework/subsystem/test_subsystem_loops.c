@@ -271,9 +271,21 @@ static void a_port_that_refuses_is_counted_as_in_every_loop(void)
     TEST_ASSERT_EQUAL_UINT32(before + 2U, fixture.subsystem.housekeeping.counters.dropped);
 }
 
+/// Memory of a new process: a mutex that is locked before it is created fails an assertion
+/// (test/contract/osal/test_mutex.c), on every operating system.
+static void mutexes_are_created_before_a_service_locks_them(void)
+{
+    const subsystem_config_t config = fixture.subsystem.config;
+    (void)memset(&fixture.subsystem, 0, sizeof fixture.subsystem);
+    fixture_begin(&config);
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, subsystem_state(&fixture.subsystem));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(mutexes_are_created_before_a_service_locks_them);
     RUN_TEST(a_structure_keeps_the_rate_of_its_loop);
     RUN_TEST(the_component_wakes_for_the_fastest_loop);
     RUN_TEST(before_a_configuration_the_highest_priority_counts);

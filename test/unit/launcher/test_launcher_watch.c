@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// A machine under load must not end a flight: the holder of the grant that only waits for a processor is no
+// reason to give up, whatever wall-clock time passes.
+#include "launcher/launcher_internal.h"
+
+#include "unity.h"
+
+#define HOLDER 3U
+#define HANG_NS 5000000000ULL ///< Of processor time in stepped time.
+
+static launcher_t launcher;
+static uint64_t scheduler_place; // Only its address is used.
+
+void setUp(void)
+{
+    launcher                         = (launcher_t){0};
+    launcher.scheduler               = (osal_lockstep_t*)(void*)&scheduler_place;
+    launcher.child_count             = 1U;
+    launcher.children[0].participant = HOLDER;
+    launcher.children[0].is_alive    = true;
+    launcher.watch = (launcher_watch_t){.holder = HOLDER, .since_ns = 1U, .processor_ns = 0U};
+}
+
+static osal_process_t* process(void)
+{
+    return &launcher.children[0].process;
+}
+
+static void start(const char* const program)
+{
+    const char* const arguments[]      = {"/bin/sh", "-c", program, NULL};
+    const osal_process_start_t request = {.arguments = arguments, .processor = -1};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_start(process(), &request));
+}
+
+static void end(void)
+{
+    osal_process_result_t result = {.has_ended = false};
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_stop(process(), true));
+    while (!result.has_ended) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_process_poll(process(), &result));
+    }
+}
+
+void tearDown(void)
+{
+}
+
+/// Until the process is as wanted: it has begun its loop, or its wait.
+static osal_process_look_t look_until(const bool is_runnable)
+{
+    osal_process_look_t look = {.is_runnable = !is_runnable};
+    while ((look.is_runnable != is_runnable) || (look.processor_ns == 0U)) {
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_process_look(process(), &look));
+    }
+    return look;
+}
+
+static void who_waits_for_a_processor_is_starved(void)
+{
+    start("while :; do :; done");
+    (void)look_until(true);
+    TEST_ASSERT_TRUE(launcher_is_starved(&launcher));
+    end();
+}
+
+static void who_has_used_its_time_is_not(void)
+{
+    start("while :; do :; done");
+    const osal_process_look_t look = look_until(true);
+    launcher.watch.processor_ns    = look.processor_ns - HANG_NS; // Of its time before; it wraps.
+    TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
+    end();
+}
+
+static void who_waits_for_something_else_is_not(void)
+{
+    start("read line </dev/null; exec sleep 1000");
+    (void)look_until(false);
+    TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
+    end();
+}
+
+static void who_is_stopped_is_not(void)
+{
+    start("while :; do :; done");
+    (void)look_until(true);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_process_suspend(process()));
+    (void)look_until(false);
+    TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
+    end();
+}
+
+static void nobody_is_starved_who_does_not_hold_the_grant(void)
+{
+    start("while :; do :; done");
+    (void)look_until(true);
+    launcher.watch.holder = HOLDER + 1U;
+    TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
+    launcher.watch.holder   = HOLDER;
+    launcher.watch.since_ns = 0U; // The grant has no holder.
+    TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
+    launcher.watch.since_ns = 1U;
+    launcher.scheduler      = NULL; // Each process has its own clock.
+    TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
+    launcher.scheduler = (osal_lockstep_t*)(void*)&scheduler_place;
+    TEST_ASSERT_TRUE(launcher_is_starved(&launcher));
+    end();
+    TEST_ASSERT_FALSE(launcher_is_starved(&launcher)); // It has ended.
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(who_waits_for_a_processor_is_starved);
+    RUN_TEST(who_has_used_its_time_is_not);
+    RUN_TEST(who_waits_for_something_else_is_not);
+    RUN_TEST(who_is_stopped_is_not);
+    RUN_TEST(nobody_is_starved_who_does_not_hold_the_grant);
+    return UNITY_END();
+}
