@@ -109,7 +109,7 @@ static component_runtime_surroundings_t surroundings_of(image_t* const self)
                                               .hub       = &self->hub};
 }
 
-/// Open a component with `own` for its descriptor. Null, or what is wrong.
+/// Open a component with `own` for its descriptor. Null, or the error.
 static const char* open_component(image_t* const self, const unsigned index,
                                   subsystem_descriptor_t* const own)
 {

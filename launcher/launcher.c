@@ -234,7 +234,7 @@ static void obey_supervisor(launcher_t* const launcher)
                     (osal_clock_monotonic_ns() >= launcher->return_wall_ns))) {
             launcher_start_component(launcher, child);
         } else {
-            // It ended as ordered, or died: the supervisor decides what follows.
+            // It ended as ordered, or died: the supervisor decides the reaction.
         }
     }
 }

@@ -122,7 +122,7 @@ static bool refuse_look(launcher_t* const launcher, const char* const name, cons
     }
 }
 
-// ---- What interfaces must be ----
+// ---- Required properties of interfaces ----
 
 /// Check that the interface is up and has the frame format and, if the kernel reports it, the bit rate of the
 /// mission's bus.

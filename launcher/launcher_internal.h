@@ -41,7 +41,7 @@ bool launcher_make_nodes(launcher_t* launcher);
 void launcher_remove_nodes(const char* identity);
 /// Every socket of messages and links, where its owner runs. False: `reason` says what is missing.
 bool launcher_open_sockets(launcher_t* launcher);
-/// What is opened and started from here on belongs to that node; with one node, no effect.
+/// Sockets and processes that are created from now on belong to that node; with one node, no effect.
 bool launcher_enter_node(launcher_t* launcher, unsigned node);
 void launcher_leave_node(launcher_t* launcher);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies between the components of a run: its nodes (on-board computers, each a network namespace, joined
-// by a veth), and the sockets of messages and links on them.
+// The network between the components of a run: its nodes (on-board computers, each a network namespace,
+// joined by a veth), and the sockets of messages and links on them.
 #include "launcher/launcher_internal.h"
 
 #include "base/assertion.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run needs before its first process: mission, folder, shared memory, buses, sockets.
+// Preparation of a run before its first process: mission, folder, shared memory, buses, sockets.
 #include "launcher/launcher_internal.h"
 
 #include "fsw/programs/ground_key.h"
@@ -391,7 +391,7 @@ static bool make_scheduler(launcher_t* const launcher)
     return true;
 }
 
-/// What a supervisor that is started again takes over.
+/// The data that a restarted supervisor takes over.
 static bool make_checkpoint(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];

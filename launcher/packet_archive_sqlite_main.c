@@ -39,7 +39,7 @@ typedef struct {
     bool is_failed;    ///< The database accepts no more records.
 } archive_t;
 
-/// A file that grows. What was read and is no whole record is read again: a writer that failed cuts it off.
+/// A file that grows. An incomplete record is read again, because a writer that failed cuts it off.
 typedef struct {
     osal_file_t file;
     bool is_open;

@@ -39,7 +39,7 @@ static int complain(const char* const first, const char* const second)
     return 1;
 }
 
-/// Null, or what is wrong.
+/// Null, or the error.
 static const char* open_run(proxy_t* const self, const char* const name)
 {
     char scheduler_name[RUN_NAME_MAX];

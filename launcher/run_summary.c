@@ -11,7 +11,7 @@
 #define SUMMARY_MAX 8192U
 #define SUMMARY_PATH (LAUNCH_PATH_MAX + 24U)
 
-/// A JSON string; what would need escaping becomes a space.
+/// A JSON string; characters that need escaping become spaces.
 static void add_string(text_t* const text, const char* const value)
 {
     text_add_character(text, '"');

@@ -5,7 +5,7 @@
 
 #include "fsw/canopen/network.h"
 
-/// Queue a fault; one that finds no room is counted.
+/// Queue a fault; a fault without room is counted.
 void canopen_network_tell(canopen_network_t* network, const canopen_network_fault_t* fault);
 /// A controller as it is.
 canopen_network_conditions_t canopen_network_conditions(const flow_can_t* flow);
@@ -15,7 +15,7 @@ void canopen_network_tell_condition(canopen_network_t* network, uint8_t channel,
 /// Report that a device is not commissioned, with a reason.
 void canopen_network_tell_refusal(canopen_network_t* network, const canopen_network_device_t* place,
                                   canopen_network_refusal_t refusal);
-/// Tell what its list of accesses has ended with.
+/// Report the result of its list of accesses.
 void canopen_network_tell_access(canopen_network_t* network, const canopen_network_device_t* place,
                                  status_t status);
 

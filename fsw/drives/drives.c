@@ -336,7 +336,7 @@ static status_t go(drives_t* const drives, const canopen_cia402_goal_t goal)
     return canopen_network_is_at_goal(&drives->network) ? STATUS_OK : STATUS_BUSY;
 }
 
-/// First the axes, then the activity: what needs moving axes must wait until they can move.
+/// First the axes, then the activity: an activity that needs moving axes must wait until they can move.
 static status_t rise(drives_t* const drives, const canopen_cia402_goal_t goal,
                      const drives_activity_t activity)
 {

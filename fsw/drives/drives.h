@@ -67,7 +67,7 @@ typedef struct { // Private, except network (as network.h says) and activity (re
     } counters;
 } drives_t;
 
-/// `abandon` ends what was commanded; called when the activity changes. May be null.
+/// `abandon` ends the commanded activity; called when the activity changes. May be null.
 void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* resolver,
                  void (*abandon)(void* self));
 

@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef struct { // What every configuration must have.
+typedef struct { // Required contents of every configuration.
     const char* type;
     const char* says_type; ///< Refusal of another class.
     uint16_t count;        ///< Devices.

@@ -29,7 +29,7 @@
 #define COLLECTION_OCTETS 256U // In use.
 #define PRICE_MAX (1U << 20U)  // So that no sum overflows.
 
-/// What the price of an operation depends on, in addition to its base.
+/// Quantities on which the price of an operation depends, in addition to its base.
 typedef enum {
     PLAIN,
     KEY,       // Keys that collide.

@@ -15,7 +15,7 @@
 #define COLLECTOR_SPEED 100
 #define COLLECTOR_STEP 8
 
-/// What a procedure is begun with.
+/// Arguments of the start of a procedure.
 typedef struct {
     const char* name;
     const uint8_t* code;
@@ -197,7 +197,7 @@ static status_t start(void* const context, const uint16_t index, const char* con
         return (status == LUA_ERRMEM) ? STATUS_EXHAUSTED : STATUS_INVALID;
     }
     slot->is_running = true;
-    slot->spent      = 0U; // What a start costs is bounded by the size of the code.
+    slot->spent      = 0U; // The size of the code bounds the cost of a start.
     slot->budget     = 0U;
     slot->used       = 0U;
     slot->grace      = 0U;

@@ -178,7 +178,7 @@ static int repeat(lua_State* const state)
                          (lua_KContext)count);
 }
 
-/// What `concat` goes through.
+/// The values that `concat` reads.
 typedef struct {
     const char* glue;
     size_t between;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a procedure sees of the language and of its host. Internal to fsw/procedures.
+/// The part of the language and of the host that a procedure can use. Internal to fsw/procedures.
 #ifndef FSW_PROCEDURES_PROCEDURE_SANDBOX_H
 #define FSW_PROCEDURES_PROCEDURE_SANDBOX_H
 

@@ -12,7 +12,7 @@
 
 typedef struct {
     void* self;
-    /// Take in messages, run what is due. Returns the next wake [ns of the run].
+    /// Process received messages, run the work that is due. Returns the next wake [ns of the run].
     uint64_t (*step)(void* self, uint64_t now_ns, uint32_t octets_due);
     /// Further sockets that wake it. May be null.
     size_t (*sockets)(void* self, osal_socket_t** out_sockets, size_t capacity);

@@ -69,7 +69,7 @@ typedef struct { // Private, except the members named below.
 /// Before any component takes a runtime.
 void component_runtime_reader_init(component_runtime_reader_t* reader);
 
-typedef struct { // What the components of a program share.
+typedef struct { // Shared by the components of a program.
     run_state_t* run;
     const mission_descriptor_t* mission;
     component_runtime_reader_t* reader;
@@ -94,7 +94,7 @@ MUST_USE status_t component_runtime_open_inbox(component_runtime_t* runtime, mes
 void component_runtime_keep(component_runtime_t* runtime);
 /// Sockets that wake this component, for the program's wait. Returns their number.
 size_t component_runtime_sockets(component_runtime_t* runtime, osal_socket_t** out_sockets, size_t capacity);
-/// Take in the datagrams that have arrived; frames of links go to `link_datagram`. Stepped: wait for those of
+/// Receive the datagrams that have arrived; frames of links go to `link_datagram`. Stepped: wait for those of
 /// the announced `messages` that the kernel has not delivered yet. Datagrams to an earlier life of this
 /// component are dropped; they are not among the announced ones.
 void component_runtime_pump(component_runtime_t* runtime, uint32_t messages,

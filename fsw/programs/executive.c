@@ -53,7 +53,7 @@ static unsigned number_of(const char* const digits)
     return number;
 }
 
-/// Null, or what is wrong.
+/// Null, or the error.
 static const char* take_runtime(run_state_t* const run, const unsigned component,
                                 osal_lockstep_t* const scheduler)
 {
@@ -91,7 +91,7 @@ static const char* open_run(const char* const name, const unsigned component,
     return take_runtime(run, component, *out_scheduler);
 }
 
-/// Null, or what is wrong.
+/// Null, or the error.
 static const char* join_by_proxy(const unsigned descriptor)
 {
     remote_endian_t* const remote = &storage.remote;

@@ -61,7 +61,7 @@ static size_t missing(const remote_endian_wire_t* const wire)
     return is_good ? ((SIZE_OCTETS + (size_t)size) - wire->received) : 0U;
 }
 
-/// Take in what there is of a message. STATUS_OK (whole, or no message), STATUS_EMPTY, STATUS_CLOSED,
+/// Read the available octets of a message. STATUS_OK (whole, or no message), STATUS_EMPTY, STATUS_CLOSED,
 /// STATUS_IO.
 static status_t take_in(remote_endian_wire_t* const wire)
 {

@@ -53,7 +53,7 @@ typedef struct {
     osal_deliveries_t deliveries;
 } remote_endian_done_t;
 
-/// Begin a message; what the caller writes is its content.
+/// Begin a message; the caller writes its content.
 octet_writer_t remote_endian_begin(remote_endian_wire_t* wire, remote_endian_kind_t kind);
 /// Send it. STATUS_OK, STATUS_TOO_LARGE (it did not fit), STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t remote_endian_send(remote_endian_wire_t* wire, const octet_writer_t* writer);

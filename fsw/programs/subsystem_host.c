@@ -141,7 +141,8 @@ void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
     }
 }
 
-/// Records that were lost, once it can speak. JOURNAL_DAMAGED is the event's name in every descriptor.
+/// Report lost records as soon as events can be raised. JOURNAL_DAMAGED is the event's name in every
+/// descriptor.
 static void tell_damage(subsystem_host_t* const host)
 {
     uint8_t octets[JOURNAL_DAMAGE_SIZE];

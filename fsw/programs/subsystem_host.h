@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What every component but the supervisor needs around its generic subsystem: descriptor, wiring, intake.
+/// The surroundings of the generic subsystem in every component except the supervisor: descriptor,
+/// connections, reception.
 #ifndef FSW_PROGRAMS_SUBSYSTEM_HOST_H
 #define FSW_PROGRAMS_SUBSYSTEM_HOST_H
 

@@ -59,8 +59,8 @@ static bool is_alive(const component_runtime_t* const runtime, const run_compone
     return (component->wanted_life == component->life) && !is_gone; // Not started yet, or running.
 }
 
-/// A start is a new life, from its declared time of booting on. What the launcher does about it shows only at
-/// that instant.
+/// A start is a new life, from its declared time of booting on. The reaction of the launcher is visible only
+/// at that instant.
 static status_t start_process(void* const context, const uint16_t apid, const uint32_t link_floor,
                               const uint64_t boot_ns)
 {
@@ -270,7 +270,7 @@ static bool open_files(component_runtime_t* const runtime)
     return false;
 }
 
-/// What the supervisor before has left; null: the launcher has made no such memory.
+/// Checkpoint of the previous supervisor; null: the launcher has made no such memory.
 static checkpoint_t* open_checkpoint(const component_runtime_t* const runtime)
 {
     char name[RUN_NAME_MAX];

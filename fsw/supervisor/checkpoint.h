@@ -126,7 +126,7 @@ typedef struct { // A request whose verification is not over.
     uint16_t stage; ///< pending_stage_t.
 } checkpoint_request_t;
 
-typedef struct {   // What waited in an octet ring.
+typedef struct {   // Content of a message ring.
     uint32_t used; ///< [octets].
     uint32_t blocks;
 } checkpoint_ring_t;

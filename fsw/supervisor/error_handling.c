@@ -3,7 +3,7 @@
 //     0  the subsystem itself, in its cycle (fsw/framework/subsystem)
 //     1  here, always: HIGH takes the real-time network to ERROR_OPERATIONAL, MEDIUM the subsystem from
 //        OPERATIONAL to SAFE_OPERATIONAL
-//     2  the recovery plan of the mission, or what is built in for HIGH: the network to OFFLINE
+//     2  the recovery plan of the mission, or the built-in one for HIGH: the network to OFFLINE
 // Layer 1 always reacts, whatever plans are running and whatever they contain. LOW and informative events are
 // logged.
 #include "fsw/supervisor/supervisor_internal.h"

@@ -114,8 +114,8 @@ typedef struct { // State of the log of a program that died, from its last commi
 MUST_USE status_t supervisor_packet_log_open_after(packet_log_t* log, const char* folder,
                                                    packet_log_strategy_t strategy,
                                                    const packet_log_past_t* past, uint32_t ring_records);
-/// From now on a task of its own does what waits for the disk, until the log is closed. For runs in which
-/// time advances while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task).
+/// From now on a task performs the operations that wait for the disk, until the log is closed. For runs in
+/// which time advances while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task).
 MUST_USE status_t supervisor_packet_log_start_writer(packet_log_t* log);
 /// Close the file without writing, as at the end of the program; the log has no writer.
 void supervisor_packet_log_abandon(packet_log_t* log);

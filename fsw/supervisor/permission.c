@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-/// What a request selects, for the matrix: a function, a state, a configuration or a link.
+/// Selector of a request for the matrix: a function, a state, a configuration or a link.
 typedef struct {
     char text[PUS_NAME_SIZE + 1U];
     bool has_text;

@@ -358,7 +358,7 @@ void supervisor_router_take_in(supervisor_t* const supervisor)
     message_take_control(supervisor->config.endpoint); // Also from peers whose packets wait.
 }
 
-// ---- What the supervisor sends itself ----
+// ---- Packets of the supervisor itself ----
 
 /// The supervisor's status report is its heartbeat to every subsystem.
 static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const packet, const size_t size)

@@ -80,7 +80,7 @@ typedef enum { // Of a process, if an order was given that is not carried out ye
     PRESUMED_GONE
 } presumed_t;
 
-typedef struct { // What is known of one subsystem.
+typedef struct { // Known data of one subsystem.
     const mission_subsystem_t* mission;
     process_state_t process;
     bool is_heard;     ///< It has reported since its process was started.
@@ -96,7 +96,7 @@ typedef struct { // What is known of one subsystem.
     uint16_t rested_with; ///< The configuration in that state.
     uint64_t error_ns;    ///< When it first reported ERROR_OPERATIONAL.
     recommission_t recommission;
-    bool is_order_owed; ///< The order in `ordered` found no room in its mailbox.
+    bool is_order_owed; ///< The order in `ordered` waits for room in its mailbox.
     state_t ordered;
     pus_cause_t order_cause;
     struct {
@@ -250,7 +250,7 @@ typedef struct supervisor { // All fields are private.
 /// Opens the packet log. `supervisor` is all zeros, as static storage is when a program begins: to clear
 /// these megabytes would touch them all at start. STATUS_OK, or the status of supervisor_packet_log_open.
 MUST_USE status_t supervisor_init(supervisor_t* supervisor, const supervisor_config_t* config);
-/// Take in messages and run what is due. Returns the time of the next wake [ns of the run].
+/// Process received messages and run the work that is due. Returns the time of the next wake [ns of the run].
 uint64_t supervisor_step(supervisor_t* supervisor, uint64_t now_ns);
 /// The callbacks of the supervisor as a subsystem; they publish status and counters.
 const subsystem_callbacks_t* supervisor_callbacks(void);

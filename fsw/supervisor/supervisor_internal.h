@@ -100,7 +100,7 @@ void supervisor_adoption_begin(supervisor_t* supervisor);
 /// In the first step, if nothing could be taken over: agree with all subsystems on the numbers of messages,
 /// and request their status.
 void supervisor_adoption_reopen(supervisor_t* supervisor);
-/// In the first step, after the packets of the previous supervisor are processed: report what was not kept,
+/// In the first step, after the packets of the previous supervisor are processed: report the losses,
 /// and request the status of all subsystems.
 void supervisor_adoption_tell(supervisor_t* supervisor);
 /// A member reports its state: compare it once with the state that was taken over.

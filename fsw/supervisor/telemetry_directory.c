@@ -188,7 +188,7 @@ void supervisor_telemetry_directory_define(const telemetry_directory_t* const di
         octet_reader_t content = octet_reader(&directory->content[structure->offset], structure->size);
         if ((structure->apid == apid) && (structure->configuration == configuration)) {
             (void)supervisor_telemetry_cache_define(cache, apid, HOUSEKEEPING_REPORT, structure->id,
-                                                    &content); // The cache counts what has no room.
+                                                    &content); // The cache counts values without room.
         }
     }
 }

@@ -5,7 +5,7 @@
 #include "base/octets.h"
 
 #define PIECE 1024U
-#define HEAD_OCTETS 17U // Medium u8 | its size u64 | place u64; then what was there.
+#define HEAD_OCTETS 17U // Medium u8 | its size u64 | place u64; then the overwritten octets.
 
 static void save(const undo_medium_t* const place, const uint64_t size, const uint64_t offset,
                  const uint8_t* const octets, const size_t count)

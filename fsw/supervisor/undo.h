@@ -7,7 +7,7 @@
 ///
 /// Ownership  The caller places undo_medium_t.
 /// Context    One loop.
-/// Time       A read of what is overwritten.
+/// Time       A read of the octets that are overwritten.
 #ifndef FSW_SUPERVISOR_UNDO_H
 #define FSW_SUPERVISOR_UNDO_H
 
@@ -24,7 +24,7 @@ typedef struct { // Private.
     uint8_t number;
 } undo_medium_t;
 
-/// Undo what the last life has written into `inner` after its last commit, and return the guarded medium.
+/// Undo the writes of the last life to `inner` after its last commit, and return the guarded medium.
 /// `number` is the same in each life. Null checkpoint: `inner` itself.
 medium_t supervisor_undo_open(undo_medium_t* place, checkpoint_t* checkpoint, uint8_t number,
                               const medium_t* inner);

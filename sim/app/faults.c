@@ -336,7 +336,7 @@ static void switch_device(node_t* node, const fault_t* fault)
     }
 }
 
-/// A plug has both channels, a cut concerns one.
+/// Unplugging concerns both channels, a cut one of them.
 static void switch_node(const fault_world_t* world, const fault_t* fault)
 {
     const bool connects    = (fault->kind == FAULT_PLUG) || (fault->kind == FAULT_MEND);

@@ -102,7 +102,7 @@ static void on_axis(void* context, uint8_t node, unsigned axis, uint16_t statusw
     log_drive(simulator, now_ns, node, axis, statusword, brake, is_plugged);
 }
 
-/// Report every device as it is: at the start, and after a plug was moved.
+/// Report the state of every device: at the start, and after one was plugged or unplugged.
 static void log_devices(simulator_t* simulator, uint64_t now_ns)
 {
     for (unsigned i = 0U; i < DRIVES; i++) {

@@ -15,7 +15,7 @@
 #define SUSPEND_BITS 8U               // An error-passive transmitter waits, so that others can start first.
 #define STUCK_TICKS 600U // Octets of dominant bits after which every counter has its final value.
 
-/// Copy what counts of a frame.
+/// Copy the significant part of a frame.
 static void copy_frame(osal_can_frame_t* to, const osal_can_frame_t* from)
 {
     const size_t head = offsetof(osal_can_frame_t, data);

@@ -36,7 +36,7 @@ typedef struct {
     uint64_t seed;             ///< Of loss, corruption and duplication.
 } bus_config_t;
 
-/// What a node hears. Each may be null.
+/// Notifications of a node. Each may be null.
 typedef struct {
     void (*on_frame)(void* context, const osal_can_frame_t* frame); ///< time_ns: end of frame.
     void (*on_error)(void* context, const osal_can_frame_t* frame); ///< Report of its own controller.

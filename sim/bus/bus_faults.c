@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faults of a bus that a caller orders: plugs, injected faults, and the return of a controller.
+// Faults of a bus that a caller orders: disconnected nodes, injected faults, and the restart of a controller.
 #include "sim/bus/bus_internal.h"
 
 void bus_unplug(bus_t* bus, unsigned index)

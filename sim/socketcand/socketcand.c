@@ -194,7 +194,7 @@ static void handle(client_t* client, const char* text)
     }
 }
 
-/// Cut whole messages out of what has been received. Anything outside of brackets is skipped.
+/// Read complete messages from the received octets. Octets outside of brackets are skipped.
 static void handle_input(client_t* client)
 {
     char* rest                        = client->input;

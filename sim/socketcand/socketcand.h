@@ -2,8 +2,8 @@
 /// Server of the socketcand protocol on loopback: off-the-shelf tools (python-can, Kayak, SavvyCAN) become
 /// one more node of a simulated bus. One TCP port; the bus is chosen by `< open NAME >`; raw mode.
 ///
-/// Time stamps are simulated. What a slow client does not fetch is dropped and counted; it never stalls the
-/// simulation. FD frames go out as plain frames, as the protocol has no flag for them.
+/// Time stamps are simulated. Messages that a slow client does not read are dropped and counted; it never
+/// delays the simulation. FD frames go out as plain frames, as the protocol has no flag for them.
 ///
 /// One message is an addition: a client that sends `< step N >` (1 to 1000) is in lock-step from then on. It
 /// gets `< step SEC.USEC >` after the frames of every N-th step, and time waits until it sends `< step
@@ -38,7 +38,7 @@ MUST_USE status_t socketcand_open(uint16_t port, const socketcand_bus_t* buses, 
 void socketcand_close(socketcand_t* server);
 uint16_t socketcand_port(const socketcand_t* server);
 
-/// Let new clients in, take what clients have sent and submit it at the bus's present time.
+/// Accept new clients, and submit the frames that clients have sent at the present time of the bus.
 /// Returns the number of frames submitted.
 unsigned socketcand_receive(socketcand_t* server);
 /// Send the frames that the clients' nodes have received.

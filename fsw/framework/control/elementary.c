@@ -23,7 +23,7 @@ static double series(const double y, const double coefficients[TERMS])
     return sum;
 }
 
-/// Taylor series; for |x| <= pi/4 what is left out is below 5e-17.
+/// Taylor series; for |x| <= pi/4 the remainder is below 5e-17.
 static double sine_of_eighth(const double x)
 {
     static const double coefficients[TERMS] = {

@@ -18,7 +18,7 @@
 #define REOPEN_FIRST_NS 10000000ULL
 #define REOPEN_LONGEST_NS 1000000000ULL
 
-// What a master of an 11-bit protocol has a use for: standard frames; remote requests it counts.
+// A master of an 11-bit protocol uses only standard frames; it counts remote requests.
 static const osal_can_filter_t standard_frames = {.id = 0U, .mask = OSAL_CAN_EXTENDED};
 
 void flow_can_init(flow_can_t* const flow)

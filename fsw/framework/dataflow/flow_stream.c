@@ -78,7 +78,7 @@ static status_t open_endnode(flow_stream_t* const flow)
                : osal_device_open(&flow->device, address.address, direction_of(&flow->setup.format));
 }
 
-/// What comes of an attempt.
+/// Result of an attempt.
 static void settle(flow_stream_t* const flow, const status_t status)
 {
     if (status == STATUS_OK) {

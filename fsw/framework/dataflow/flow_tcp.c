@@ -27,7 +27,7 @@ void flow_tcp_set_quota(flow_tcp_t* const flow, quota_t* const quota)
     flow->quota = quota;
 }
 
-/// What comes of an attempt to listen.
+/// Result of an attempt to listen.
 static status_t settle(flow_tcp_t* const flow, const status_t status, const bool has_quota)
 {
     if (status != STATUS_OK) {
@@ -216,7 +216,7 @@ static size_t read_client(flow_tcp_t* const flow, const flow_tcp_user_t* const u
     size_t total                    = 0U;
     offer_t state                   = osal_socket_is_open(&client->socket) ? OFFER_MORE : OFFER_OVER;
     if ((client->held > 0U) && (state == OFFER_MORE)) {
-        state = offer(flow, user, index); // What the framer could not take before, it may take now.
+        state = offer(flow, user, index); // The framer may now take the remaining octets.
     }
     // A client that never pauses does not keep the others waiting.
     while ((total < limit) && (total < flow->buffer_octets) && (state == OFFER_MORE)) {

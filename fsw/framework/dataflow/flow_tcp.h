@@ -47,7 +47,7 @@ typedef struct {     // [wrap]
     uint32_t octets_out;
 } flow_tcp_counters_t;
 
-/// What the caller does with connections and octets. `client` is 0..capacity-1. Null callbacks are left out.
+/// Reactions of the caller to connections and octets. `client` is 0..capacity-1. Null callbacks are left out.
 typedef struct {
     void* context;
     void (*connected)(void* context, unsigned client);
@@ -95,7 +95,7 @@ void flow_tcp_close(flow_tcp_t* flow, const flow_tcp_user_t* user);
 MUST_USE status_t flow_tcp_local_address(const flow_tcp_t* flow, osal_address_t* out_address);
 
 /// Accept new connections, then read at most `limit_octets` from the clients in turn, and pass frames to
-/// `user`. *out_octets is what was read. STATUS_OK, STATUS_CLOSED (not listening).
+/// `user`. *out_octets is the number of octets read. STATUS_OK, STATUS_CLOSED (not listening).
 MUST_USE status_t flow_tcp_step(flow_tcp_t* flow, const flow_tcp_user_t* user, size_t limit_octets,
                                 size_t* out_octets);
 /// Send as much as the kernel takes now. STATUS_OK with *out_sent >= 1; STATUS_FULL; STATUS_CLOSED (no such

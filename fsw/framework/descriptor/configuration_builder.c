@@ -16,7 +16,7 @@ static const descriptor_configuration_t* configuration_of(const source_t* const 
 
 // ---- Initial values ----
 
-/// What an <Initial> names, or NULL after an error.
+/// The parameter that an <Initial> names, or NULL after an error.
 static const descriptor_field_t* initial_field(source_t* const source,
                                                const descriptor_parameter_t* const parameter)
 {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds between the parts of a mission and the descriptors of its subsystems. Launcher and supervisor
+// Conditions between the parts of a mission and the descriptors of its subsystems. Launcher and supervisor
 // check it before any subsystem starts; a subsystem's own program does not check it again.
 #include "fsw/framework/descriptor/mission_builder.h"
 
 #include <string.h>
 
-// What a subsystem may have, its entry in a mission can hold.
+// The entry in a mission has room for the maximum of a subsystem.
 typedef char configurations_fit[(MISSION_CONFIGURATIONS_MAX >= DESCRIPTOR_CONFIGURATIONS_MAX) ? 1 : -1];
 typedef char ports_fit[(MISSION_PORTS_MAX >= DESCRIPTOR_PORTS_MAX) ? 1 : -1];
 

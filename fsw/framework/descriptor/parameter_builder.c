@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What <Parameters> holds. A structure within a structure is a group of fields whose names have its name and
-// a dot in front; in memory it is a structure of its own.
+// The contents of <Parameters>. A structure within a structure is a group of fields whose names have its name
+// and a dot in front; in memory it is a structure of its own.
 #include "base/assertion.h"
 #include "fsw/framework/descriptor/subsystem_builder.h"
 

@@ -136,7 +136,7 @@ void* descriptor_source_add(source_t* source, const source_list_t* list, void* a
 /// Read attributes into the members of an item.
 void descriptor_source_read(source_t* source, void* item, const source_attribute_t* attributes,
                             size_t number);
-/// Both, and what must be unique is; NULL after an error.
+/// Both, with a check of the unique attributes; NULL after an error.
 void* descriptor_source_item(source_t* source, const source_list_t* list, void* around,
                              const source_attribute_t* attributes, size_t number);
 /// Names of the items of a list, with single spaces between, into `out_words`.

@@ -75,7 +75,7 @@ void descriptor_subsystem_builder_function_end(source_t* source);
 void descriptor_subsystem_builder_service(source_t* source);
 void descriptor_subsystem_builder_end(source_t* source);
 
-// Handlers of what <Parameters> holds: parameter_builder.c
+// Handlers of the contents of <Parameters>: parameter_builder.c
 void descriptor_parameter_builder_scalars(source_t* source);
 void descriptor_parameter_builder_struct(source_t* source);
 void descriptor_parameter_builder_struct_end(source_t* source);
@@ -83,7 +83,7 @@ void descriptor_parameter_builder_group(source_t* source);
 void descriptor_parameter_builder_group_end(source_t* source);
 void descriptor_parameter_builder_member(source_t* source);
 
-// Handlers of what a <Configuration> holds: configuration_builder.c
+// Handlers of the contents of a <Configuration>: configuration_builder.c
 void descriptor_configuration_builder_initial(source_t* source);
 void descriptor_configuration_builder_loop(source_t* source);
 void descriptor_configuration_builder_structure(source_t* source);

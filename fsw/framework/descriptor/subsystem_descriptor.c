@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-typedef struct { // What entries begin with.
+typedef struct { // Common beginning of entries.
     const char* name;
     uint16_t id;
 } head_t;

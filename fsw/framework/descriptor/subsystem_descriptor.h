@@ -123,7 +123,7 @@ typedef struct {
     uint32_t line;
 } descriptor_function_t;
 
-/// What the supervisor has static room for: the most that a descriptor may grant its services of the whole
+/// Static room of the supervisor: the most that a descriptor may grant its services of the whole
 /// spacecraft.
 #define DESCRIPTOR_TIME_ACTIVITIES_MAX 12000U    ///< ST[11].
 #define DESCRIPTOR_PACKET_STORES_MAX 8U          ///< ST[15].
@@ -217,7 +217,7 @@ typedef struct { // A quantity of a device in engineering units: an object times
     uint32_t line;
 } descriptor_quantity_t;
 
-typedef struct {  // What switches the supply of a device: two output lines of a power unit on its bus.
+typedef struct {  // The supply of a device: two output lines of a power unit on its bus switch it.
     uint8_t unit; ///< Node id of the power unit.
     uint8_t on;   ///< Line that switches on.
     uint8_t off;  ///< Line that switches off, another.

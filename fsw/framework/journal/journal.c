@@ -252,7 +252,7 @@ static void write_mark(journal_t* const journal)
     journal->stats.unmarked += (status == STATUS_OK) ? 0U : 1U;
 }
 
-/// Close the transaction and make it count. STATUS_OK, STATUS_IO.
+/// Close the transaction and make it valid. STATUS_OK, STATUS_IO.
 static status_t close_transaction(journal_t* const journal)
 {
     const medium_t* const medium  = active_of(journal);
@@ -292,7 +292,7 @@ status_t journal_commit(void* const context)
         return failed(journal);
     }
     journal->stats.commits++;
-    // What has counted does so whether this succeeds or not.
+    // The commit is valid whether this succeeds or not.
     if (is_wasteful(journal) &&
         ((compact(journal) != STATUS_OK) || (close_transaction(journal) != STATUS_OK))) {
         journal->stats.failed++;
@@ -327,7 +327,7 @@ static status_t build_index(journal_t* const journal)
     return STATUS_OK;
 }
 
-/// Cut off what lies after the tail. STATUS_OK, STATUS_FULL, STATUS_IO.
+/// Cut off the octets after the tail. STATUS_OK, STATUS_FULL, STATUS_IO.
 static status_t cut_tail(journal_t* const journal)
 {
     const medium_t* const medium = active_of(journal);

@@ -12,7 +12,7 @@
 
 #include "fsw/framework/journal/journal_record.h"
 
-typedef struct { // What a medium holds.
+typedef struct { // Content of a medium.
     uint64_t size;
     bool has_head;
     bool has_commit;

@@ -372,7 +372,7 @@ status_t message_accept(message_endpoint_t* const endpoint, const status_t recei
         return STATUS_NOT_OURS;
     }
     const status_t delivered = message_deliver(endpoint, endpoint->frame, size);
-    (void)delivered; // What is beyond the window of its sender is counted.
+    (void)delivered; // Frames beyond the window of their sender are counted.
     return STATUS_OK;
 }
 

@@ -146,7 +146,7 @@ bool message_is_of_past(const message_endpoint_t* endpoint);
 /// The connection to a peer works again: exchange SYNC with it. No effect if nothing was under way.
 void message_probe(message_endpoint_t* endpoint, uint16_t peer);
 /// For carriers: `received` is the outcome of receiving `size` octets into endpoint->frame. A frame is
-/// delivered; what is beyond the window of its sender is counted. STATUS_OK; STATUS_NOT_OURS (too large; or
+/// delivered; a frame beyond the window of its sender is counted. STATUS_OK; STATUS_NOT_OURS (too large; or
 /// to another life of this endpoint from a peer with a life set by message_set_life, which the scheduler did
 /// not announce to this one: dropped and counted); or `received`.
 MUST_USE status_t message_accept(message_endpoint_t* endpoint, status_t received, size_t size);

@@ -112,7 +112,7 @@ MUST_USE status_t parameter_set_initial(parameter_dictionary_t* dictionary, uint
 /// Whole parameter to the wire. STATUS_OK; STATUS_NOT_FOUND; STATUS_TOO_LARGE (nothing written, writer not
 /// failed).
 MUST_USE status_t parameter_read(parameter_dictionary_t* dictionary, uint32_t id, octet_writer_t* writer);
-/// The same for an entry found before: what housekeeping does each cycle. STATUS_OK, STATUS_TOO_LARGE.
+/// The same for an entry found before, as housekeeping does in each cycle. STATUS_OK, STATUS_TOO_LARGE.
 MUST_USE status_t parameter_read_entry(parameter_dictionary_t* dictionary, const parameter_entry_t* entry,
                                        octet_writer_t* writer);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What two ends of a real-time link offer, and how the offers become one agreed record or a named refusal.
+/// The offers of the two ends of a real-time link, and their negotiation to one agreed record or a refusal.
 /// Pure functions; no state, no time.
 #ifndef FSW_FRAMEWORK_RTLINK_AGREEMENT_H
 #define FSW_FRAMEWORK_RTLINK_AGREEMENT_H

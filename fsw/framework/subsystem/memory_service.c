@@ -115,7 +115,7 @@ static status_t find_component_object(void* const context, const uint32_t base_i
     return STATUS_NOT_FOUND;
 }
 
-/// What is read is of no use: that it is read is.
+/// The read octets are not used; scrubbing consists in the reading.
 static void scrub_component(void* const context, const uint32_t address, const size_t size)
 {
     const volatile uint8_t* const octets = (const uint8_t*)context + address;

@@ -56,7 +56,7 @@ typedef enum {
     HOP_COUNT
 } hop_t;
 
-// What a hop enters: state, phase, action.
+// Entered by a hop: state, phase, action.
 static const uint8_t hops[HOP_COUNT][3] = {
     [HOP_SOFTWARE_INIT]   = {STATE_SOFTWARE_INIT, PHASE_ENTERING, ACTION_SOFTWARE_INIT},
     [HOP_HARDWARE_INIT]   = {STATE_HARDWARE_INIT, PHASE_ENTERING, ACTION_HARDWARE_INIT},
@@ -279,12 +279,12 @@ bool subsystem_state_machine_event(state_machine_t* const machine, const state_e
     } else if ((reaction != END_OFFLINE) && !must_finish(machine, machine->target)) {
         advance(machine);
     } else {
-        // What is under way ends first.
+        // The running action ends first.
     }
     return true;
 }
 
-/// What follows an entry action that is done.
+/// Continue after an entry action that succeeded.
 static void follow_done(state_machine_t* const machine)
 {
     switch (machine->action) {
@@ -331,7 +331,7 @@ static void follow_done(state_machine_t* const machine)
     }
 }
 
-/// What follows an entry action that failed; the request has failed with it.
+/// Continue after an entry action that failed; the request has failed with it.
 static void follow_failed(state_machine_t* const machine)
 {
     machine->has_failed = true;

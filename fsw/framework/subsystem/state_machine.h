@@ -49,7 +49,7 @@ typedef enum { // Why a transition happened, on the wire in TM[129,2].
     CAUSE_SUPERVISOR_LOST = 6
 } state_cause_t;
 
-typedef enum { // What the generic subsystem has to carry out next.
+typedef enum { // Next action of the generic subsystem.
     ACTION_NONE = 0,
     ACTION_SOFTWARE_INIT,   ///< Publish parameters, set initial values.
     ACTION_HARDWARE_INIT,   ///< Power on, boot-up seen, devices initialised.
@@ -87,7 +87,7 @@ typedef enum {
     OUTCOME_TIMEOUT
 } state_outcome_t;
 
-typedef struct {      // One change of what is reported.
+typedef struct {      // One reported transition.
     uint8_t previous; ///< state_t.
     uint8_t state;    ///< state_t.
     uint8_t phase;    ///< state_phase_t.
@@ -117,7 +117,7 @@ void subsystem_state_machine_init(state_machine_t* machine, bool is_descriptor_v
 void subsystem_state_machine_validate(state_machine_t* machine);
 /// Ask for a rest state (0, 3, 4, 5, 6) with a cause. Other targets: ANSWER_NO.
 state_answer_t subsystem_state_machine_request(state_machine_t* machine, state_t target, state_cause_t cause);
-/// What a request would be answered, without making it.
+/// The answer to a request, without performing it.
 state_answer_t subsystem_state_machine_verdict(const state_machine_t* machine, state_t target);
 /// Ask for (re)configuration in PRE_OPERATIONAL. ANSWER_STARTED, ANSWER_BUSY, ANSWER_NO.
 state_answer_t subsystem_state_machine_configure(state_machine_t* machine);

@@ -48,7 +48,7 @@ typedef struct {
 /// The first part of a descriptor that the program cannot support.
 typedef struct {
     uint32_t line;    ///< Of the descriptor file.
-    const char* says; ///< What was found, and what was expected.
+    const char* says; ///< Value found, and value expected.
 } subsystem_misfit_t;
 
 /// Callbacks of a specific subsystem. `self` is its own context. A null callback means "nothing to do". Entry
@@ -147,12 +147,12 @@ typedef struct { // Over all links this subsystem has consumed since it started 
     uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
 } subsystem_link_totals_t;
 void subsystem_link_totals(const subsystem_t* subsystem, subsystem_link_totals_t* out_totals);
-typedef struct {                 // What was refused or lost since the start [wrap], for a COUNTERS parameter.
-    uint16_t pool_peak;          ///< Most blocks ever out at once (not wrapping).
-    uint32_t pool_refused;       ///< Allocations refused.
-    uint32_t requests_refused;   ///< Telecommands rejected, or failed at their start.
-    uint32_t parameters_refused; ///< Readings and settings of parameters.
-    uint32_t events_refused;     ///< Events of unknown id, with wrong data, or without room.
+typedef struct {                   // Refusals and losses since the start [wrap], for a COUNTERS parameter.
+    uint16_t pool_peak;            ///< Most blocks ever out at once (not wrapping).
+    uint32_t pool_refused;         ///< Allocations refused.
+    uint32_t requests_refused;     ///< Telecommands rejected, or failed at their start.
+    uint32_t parameters_refused;   ///< Readings and settings of parameters.
+    uint32_t events_refused;       ///< Events of unknown id, with wrong data, or without room.
     uint32_t housekeeping_dropped; ///< Housekeeping reports that the port did not take.
     uint32_t reports_lost;         ///< Other reports for which there was no room.
     uint32_t events_suppressed;    ///< Occurrences of events that their limiters suppressed.

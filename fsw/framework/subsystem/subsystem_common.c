@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What several specific subsystems do with the calls of subsystem.h.
+// Functions of several specific subsystems, based on subsystem.h.
 #include "fsw/framework/subsystem/subsystem.h"
 
 #include "base/assertion.h"

@@ -252,7 +252,7 @@ uint64_t subsystem_step(subsystem_t* const subsystem, const uint64_t now_ns)
     return (loops_ns < own_ns) ? loops_ns : own_ns;
 }
 
-// ---- What a specific subsystem calls (subsystem.h) ----
+// ---- Called by specific subsystems (subsystem.h) ----
 
 uint64_t subsystem_now_ns(const subsystem_t* const subsystem)
 {

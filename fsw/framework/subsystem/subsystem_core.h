@@ -197,7 +197,7 @@ struct subsystem { // Private. The most frequently used members come first.
 
     osal_mutex_t loop_guard;
     subsystem_loop_t loops[SUBSYSTEM_LOOPS];
-    uint8_t loop_octets[SUBSYSTEM_LOOP_HEADER + PUS_PACKET_MAX]; // What it takes out of a mailbox.
+    uint8_t loop_octets[SUBSYSTEM_LOOP_HEADER + PUS_PACKET_MAX]; // A report from a mailbox.
     uint32_t loop_reports_lost;
     // Of whichever loop is being stepped, and holds loop_guard: the other side of its services.
     subsystem_loop_t* present_loop;
@@ -224,14 +224,14 @@ void subsystem_accept(subsystem_t* subsystem, const uint8_t* packet, size_t size
 void subsystem_accept_large(subsystem_t* subsystem, const uint8_t* packet, size_t size, uint64_t now_ns);
 /// The time, for a program that lets callbacks of its own raise events between two steps.
 void subsystem_tell_time(subsystem_t* subsystem, uint64_t now_ns);
-/// Run what is due. Returns the time of the next wake [ns of the run].
+/// Run the work that is due. Returns the time of the next wake [ns of the run].
 uint64_t subsystem_step(subsystem_t* subsystem, uint64_t now_ns);
 /// Priority of the loop that runs subsystem_step, 1..99: that of the applied configuration; before one is
 /// applied, the highest of all. The devices run from HARDWARE_INIT on, and expect heartbeats.
 uint8_t subsystem_component_priority(const subsystem_t* subsystem);
 /// The program ends: close everything that the component and its subsystem have open, without any message.
 void subsystem_release(subsystem_t* subsystem);
-/// Run what is due in a loop of services, 0..SUBSYSTEM_LOOPS - 1: only where it has a task of its own.
+/// Run the work that is due in a loop of services, 0..SUBSYSTEM_LOOPS - 1: only if it has a task of its own.
 /// Returns its next wake; SUBSYSTEM_NEVER while no configuration with such a loop is applied.
 uint64_t subsystem_loop_step(subsystem_t* subsystem, uint8_t loop, uint64_t now_ns);
 /// Priority that the applied configuration gives to such a loop, 1..99; 0 while it rests.

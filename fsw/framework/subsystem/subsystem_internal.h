@@ -19,7 +19,7 @@ void subsystem_step_optional(subsystem_t* subsystem);
 status_t subsystem_initialise_parameters(subsystem_t* subsystem);
 /// Housekeeping structures and initial values of the configuration. STATUS_OK or the first refusal.
 status_t subsystem_apply_configuration(subsystem_t* subsystem);
-/// Take the waiting descriptor in if the component rests where it may change; ends its request.
+/// Apply the waiting descriptor if the component rests in a state where it may change; ends its request.
 void subsystem_take_reload(subsystem_t* subsystem);
 /// Stop housekeeping.
 void subsystem_revoke_configuration(subsystem_t* subsystem);
@@ -29,7 +29,7 @@ size_t subsystem_sample_auxiliary(subsystem_t* subsystem, const descriptor_event
 
 /// subsystem_loops.c: loops begin when their configuration is applied, and end before it is revoked: then
 /// none samples, waiting requests are performed, and housekeeping that waits in the mailboxes is dropped and
-/// counted. `values` is what their instance of ST[20] reads.
+/// counted. their instance of ST[20] reads `values`.
 void subsystem_init_loops(subsystem_t* subsystem, const pus_parameter_port_t* values);
 /// Call it before any service is set up, because a service may lock loop_guard at once.
 void subsystem_create_guards(subsystem_t* subsystem);

@@ -220,7 +220,7 @@ static const descriptor_port_t* port_of_request(const subsystem_t* const subsyst
     return ((found != NULL) && (found->is_provided == *out_is_producer)) ? found : NULL;
 }
 
-/// `link` has been cleared but for what was agreed.
+/// `link` has been cleared except for the agreed terms.
 static void accept_request(subsystem_t* const subsystem, subsystem_link_t* const link,
                            const pus_link_request_t* const request, pus_link_answer_t* const answer)
 {
@@ -455,7 +455,7 @@ void subsystem_link_datagram(subsystem_t* const subsystem, const uint8_t* const 
     }
 }
 
-// ---- What a specific subsystem calls (subsystem.h) ----
+// ---- Called by specific subsystems (subsystem.h) ----
 
 /// Payload between host memory and the wire order of the link, field by field.
 static void swap_payload(const subsystem_t* const subsystem, const descriptor_port_t* const port,

@@ -15,7 +15,7 @@ static void lock(osal_mutex_t* const mutex)
     (void)osal_mutex_lock(mutex); // A holder that dies takes this process with it.
 }
 
-/// What a loop has finished goes into its mailbox behind a header.
+/// A loop puts each finished report into its mailbox, after a header.
 static status_t put(subsystem_t* const subsystem, const uint16_t id, const uint64_t time_ns,
                     const uint8_t* const octets, const size_t size)
 {
@@ -29,13 +29,13 @@ static status_t put(subsystem_t* const subsystem, const uint16_t id, const uint6
     return status;
 }
 
-/// The port of loop_process: reports without numbers yet. What has no room the process keeps.
+/// The port of loop_process: reports without numbers yet. The process keeps reports without room.
 static status_t put_report(void* const context, const uint8_t* const packet, const size_t size)
 {
     return put((subsystem_t*)context, REPORT, 0U, packet, size);
 }
 
-/// Values of housekeeping, which lie in place; what has no room is lost and counted.
+/// Values of housekeeping, which are already in place; reports without room are lost and counted.
 static void put_housekeeping(void* const context, const uint16_t id, const uint64_t now_ns,
                              const uint8_t* const values, const size_t size)
 {

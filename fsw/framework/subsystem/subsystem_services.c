@@ -192,7 +192,7 @@ static bool is_function_allowed(const subsystem_t* const subsystem,
     if ((function->states & (1U << (unsigned)subsystem->machine.state)) == 0U) {
         return false;
     }
-    if (subsystem->configuration == NULL) { // Only what every configuration allows.
+    if (subsystem->configuration == NULL) { // Only the requests that every configuration allows.
         const unsigned all = (1U << subsystem->descriptor->configuration_count) - 1U;
         return (function->configurations & all) == all;
     }

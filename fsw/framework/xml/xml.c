@@ -219,7 +219,7 @@ status_t xml_feed(xml_parser_t* const parser, const void* const octets, const si
 {
     FSW_ASSERT((parser != NULL) && ((octets != NULL) || (size == 0U)));
     const uint8_t* const bytes = octets;
-    // expat keeps what a token needs of the piece before, so small pieces keep its buffer small.
+    // expat keeps the incomplete token of the previous piece, so small pieces keep its buffer small.
     for (size_t done = 0U; (done < size) && (parser->status == STATUS_OK);) {
         const size_t piece = ((size - done) < PIECE_OCTETS) ? (size - done) : PIECE_OCTETS;
         if (piece > (parser->limits.octets_max - parser->octets)) {

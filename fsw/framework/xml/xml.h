@@ -85,8 +85,8 @@ void xml_set_limits(xml_parser_t* parser, const xml_limits_t* limits);
 MUST_USE status_t xml_begin(xml_parser_t* parser, const xml_handler_t* handler);
 /// Next octets of the document, in pieces of any size; the first error is final.
 /// STATUS_OK; STATUS_INVALID (not well-formed, or refused as above); STATUS_TOO_LARGE (a limit);
-/// STATUS_EXHAUSTED (arena); STATUS_CLOSED (no document was begun, or it is finished); or what the handler
-/// returned.
+/// STATUS_EXHAUSTED (arena); STATUS_CLOSED (no document was begun, or it is finished); or the status that the
+/// handler returned.
 MUST_USE status_t xml_feed(xml_parser_t* parser, const void* octets, size_t size);
 /// No more octets. Statuses of xml_feed, and STATUS_TRUNCATED (an element, or the document, is not closed).
 MUST_USE status_t xml_finish(xml_parser_t* parser);

@@ -92,7 +92,7 @@ bool communication_take_in(communication_t* communication, uint32_t octets_due);
 /// No longer expect a connection of the present participant, or the end of the connection of one that has
 /// left.
 void communication_let_go(communication_t* communication);
-/// Send what waits. Call after the component's step.
+/// Send waiting reports. Call after the component's step.
 void communication_send_out(communication_t* communication);
 /// Open sockets, for the program's wait. Returns their number, <= COMMUNICATION_CLIENTS + 1.
 size_t communication_sockets(communication_t* communication, osal_socket_t** out_sockets, size_t capacity);

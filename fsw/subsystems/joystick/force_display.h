@@ -22,7 +22,7 @@ typedef struct { // Read-only outside.
 
 /// Nothing, at once.
 void joystick_force_display_clear(joystick_force_display_t* display);
-/// Display a torque for a duration, or until stopped (duration_s <= 0); takes over from what is displayed.
+/// Display a torque for a duration, or until stopped (duration_s <= 0); begins at the displayed torque.
 void joystick_force_display_begin(joystick_force_display_t* display, const double torque_nm[STICK_AXES],
                                   double duration_s);
 /// Let it fall to zero from now on.

@@ -29,7 +29,7 @@ typedef struct {     // All fields are private.
     drives_t drives; ///< First: the callbacks of drives.h have the same context.
     subsystem_t* generic;
     joystick_parameters_t parameters;
-    bool is_reflecting; ///< The configuration has a robot to feel.
+    bool is_reflecting; ///< The configuration reflects the torque of a robot.
     joystick_stick_control_t control;
     double felt_nm[STICK_AXES]; ///< External torque of the robot; falls to zero without fresh samples.
     double share;               ///< Of the reflection, 0..1; grows while both sides are operational.

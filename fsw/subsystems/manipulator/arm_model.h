@@ -13,7 +13,7 @@
 
 #define ARM_JOINTS 2U
 
-typedef struct { // What the equations of motion need in one pose.
+typedef struct { // Terms of the equations of motion in one pose.
     double m11;  ///< Mass matrix (link side, without rotors) [kgm2].
     double m12;
     double m22;
@@ -30,7 +30,7 @@ void manipulator_arm_inertia_times(const manipulator_arm_terms_t* terms, const d
 /// C(q, v) v: centrifugal and Coriolis torque [Nm].
 void manipulator_arm_coriolis(const manipulator_arm_terms_t* terms, const double velocity_rad_s[ARM_JOINTS],
                               double out_nm[ARM_JOINTS]);
-/// C(q, v)^T v: what the momentum observer needs [Nm].
+/// C(q, v)^T v for the momentum observer [Nm].
 void manipulator_arm_coriolis_transposed(const manipulator_arm_terms_t* terms,
                                          const double velocity_rad_s[ARM_JOINTS], double out_nm[ARM_JOINTS]);
 

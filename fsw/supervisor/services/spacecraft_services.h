@@ -30,7 +30,7 @@
 #define SPACECRAFT_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
 #define SPACECRAFT_PATIENCE_NS 100000000ULL
 #define SPACECRAFT_NEVER UINT64_MAX
-#define SPACECRAFT_RETRY_NS 1000000ULL ///< Until a service retries what found no room.
+#define SPACECRAFT_RETRY_NS 1000000ULL ///< Until a service retries packets for which there was no room.
 
 struct supervisor;
 
@@ -43,8 +43,8 @@ typedef struct {
     status_t (*restore)(struct supervisor* supervisor, uint32_t key, const uint8_t* octets, size_t size);
     /// Start, after all records are restored. STATUS_OK, or the status for a RECORD_REFUSED event.
     status_t (*start)(struct supervisor* supervisor);
-    /// Run what is due. Returns the time of the next wake [ns of the run], SPACECRAFT_NEVER if nothing is
-    /// planned.
+    /// Run the work that is due. Returns the time of the next wake [ns of the run], SPACECRAFT_NEVER if
+    /// nothing is planned.
     uint64_t (*step)(struct supervisor* supervisor, uint64_t now_ns);
     /// Observe a report, also of the supervisor itself; may release requests, but not send reports.
     void (*observe)(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
@@ -124,7 +124,7 @@ void spacecraft_restore(struct supervisor* supervisor);
 void spacecraft_tell_refused(struct supervisor* supervisor, uint8_t table, uint32_t key, status_t status);
 /// In the first step: raise JOURNAL_DAMAGED and enter the fallback mode if lasting records were lost.
 void spacecraft_tell_damage(struct supervisor* supervisor);
-/// Step all services, then route what they have released. Returns the time of the next wake.
+/// Step all services, then route the requests that they have released. Returns the time of the next wake.
 uint64_t spacecraft_step(struct supervisor* supervisor, uint64_t now_ns);
 /// Pass a report to all services that observe reports.
 void spacecraft_observe(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of ST[15] and ST[09] in the supervisor: what packet stores need beside their media.
+/// Storage of ST[15] and ST[09] in the supervisor: the memory of packet stores in addition to their media.
 #ifndef FSW_SUPERVISOR_SERVICES_STORAGE_H
 #define FSW_SUPERVISOR_SERVICES_STORAGE_H
 
