@@ -7,7 +7,7 @@
 
 #include <lua5.4/lua.h>
 
-/// Slot of a state; null before procedure_sandbox_bind.
+/// Slot of a state; null before procedure_slot_bind.
 procedure_slot_t* procedure_slot_of(lua_State* state);
 void procedure_slot_bind(lua_State* state, procedure_slot_t* slot);
 /// Replace the globals by the sandbox. May raise errors: call it protected.

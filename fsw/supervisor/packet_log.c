@@ -160,7 +160,7 @@ static void drop_oldest(packet_log_t* const log)
 }
 
 /// The ring takes over from now on; the file may still take the waiting records.
-static void stand_in(packet_log_t* const log)
+static void switch_to_ring(packet_log_t* const log)
 {
     log->strategy     = PACKET_LOG_RING;
     log->first_number = oldest_number(log);
@@ -177,7 +177,7 @@ static void fall_back(packet_log_t* const log)
     log->pause_ns = (log->pause_ns > PAUSE_LAST_NS) ? PAUSE_LAST_NS : log->pause_ns;
     log->retry_ns = log->now_ns + log->pause_ns;
     log->is_open  = false;
-    stand_in(log);
+    switch_to_ring(log);
 }
 
 // ---- Pieces ----
@@ -287,7 +287,7 @@ static bool is_busy(packet_log_t* const log)
         return false;
     }
     if (((log->now_ns - log->job.since_ns) >= SLOW_NS) && (log->strategy != PACKET_LOG_RING)) {
-        stand_in(log);
+        switch_to_ring(log);
     }
     return true;
 }
@@ -398,7 +398,7 @@ static void make_room(packet_log_t* const log, const size_t size)
 {
     const bool is_full = !has_room(log, size) && (log->strategy != PACKET_LOG_RING);
     if (is_full && log->has_writer) {
-        stand_in(log);
+        switch_to_ring(log);
     } else if (is_full) {
         flush(log);
     } else {
@@ -468,7 +468,7 @@ status_t supervisor_packet_log_select(packet_log_t* const log, const packet_log_
         close_file(log);
     }
     log->wanted = PACKET_LOG_RING;
-    stand_in(log);
+    switch_to_ring(log);
     return STATUS_OK;
 }
 

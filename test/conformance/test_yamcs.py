@@ -40,8 +40,8 @@ TAI_1970_S, LEAP_S = 378_691_200, 37  # From 1958 to 1970; UTC behind TAI.
 LATER_NS = 10**9 * 10**7  # Mission time of synthetic reports, different from that of all reports of the flight.
 DERIVED = re.compile(r"__[a-z]+\d*(_\d+)?\Z")  # Entries that only serve to find others.
 SERVICE = re.compile(r"/ST\d\d/")
-STAND_IN = """
-  - name: stand-in
+SYNTHETIC = """
+  - name: synthetic
     class: org.yamcs.tctm.TcpTmDataLink
     stream: tm_realtime
     host: 127.0.0.1
@@ -67,13 +67,13 @@ def until(condition, what):
 class Yamcs:
     """A running server and its interface."""
 
-    def __init__(self, folder, ground_port, stand_in_port):
+    def __init__(self, folder, ground_port, synthetic_port):
         self.folder = folder
         with socket.create_server(("127.0.0.1", 0)) as free:
             self.port = free.getsockname()[1]
         yamcs_run.render(folder, MISSION, ground_port, self.port)
         etc = folder / "etc" / "yamcs.mission.yaml"
-        etc.write_text(etc.read_text(encoding="utf-8").replace("\nmdb:", STAND_IN % stand_in_port), encoding="utf-8")
+        etc.write_text(etc.read_text(encoding="utf-8").replace("\nmdb:", SYNTHETIC % synthetic_port), encoding="utf-8")
         self.log = folder / "yamcs.log"
         with self.log.open("wb") as log:
             self.process = subprocess.Popen(yamcs_run.command(folder), stdout=log, stderr=subprocess.STDOUT)
@@ -176,15 +176,15 @@ def flight(place):
 
 
 @pytest.fixture(scope="module")
-def stand_in():
+def synthetic_link():
     with socket.create_server(("127.0.0.1", 0)) as server:
         yield server
 
 
 @pytest.fixture(scope="module")
-def yamcs(place, flight, stand_in):
+def yamcs(place, flight, synthetic_link):
     assert yamcs_run.LIBRARIES.is_dir(), "Yamcs is not there: sh gse/setup/yamcs.sh"
-    server = Yamcs(place / "yamcs", flight.port(), stand_in.getsockname()[1])
+    server = Yamcs(place / "yamcs", flight.port(), synthetic_link.getsockname()[1])
     try:
         until(server.has_started, "start of Yamcs")
         yield server
@@ -225,14 +225,14 @@ def test_requests_complete_with_their_verifiers(yamcs):
     until(lambda: plain(yamcs.ask(parameter).get("engValue")) == [1.25, 0.75], "the value that was set")
 
 
-def test_it_commands_a_mission_with_a_key_through_the_gateway(place, stand_in):
+def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_link):
     key = place / "ground.key"
     sdls.make_key(key)
     flight = flying.start(place / "secured", "--scenario", "none", "--duration", 1_000_000, "--form", "image", "--key", key)
     words = ("--port", str(flight.port()), "--key", str(key), "gateway", "--listen", str(flying.free_port()))
     gateway = subprocess.Popen([sys.executable, ROOT / "gse" / "gse", *words], stdout=subprocess.PIPE, text=True)
     port = int(re.search(r"packets at 127\.0\.0\.1:(\d+)", gateway.stdout.readline())[1])
-    server = Yamcs(place / "yamcs-secured", port, stand_in.getsockname()[1])
+    server = Yamcs(place / "yamcs-secured", port, synthetic_link.getsockname()[1])
     try:
         until(server.has_started, "start of Yamcs")
         until(lambda: all(link["status"] == "OK" for link in server.ask("links/mission")["links"]), "the links")
@@ -335,9 +335,9 @@ def made_up(dictionary):
             yield message, given, packets.build_tm(99, number, *message, data, 2, stamp, number)
 
 
-def test_made_up_reports_have_the_values_that_were_put_in(yamcs, stand_in, dictionary):
+def test_made_up_reports_have_the_values_that_were_put_in(yamcs, synthetic_link, dictionary):
     made = {raw: (message, given) for message, given, raw in made_up(dictionary)}
-    with contextlib.closing(stand_in.accept()[0]) as connection:
+    with contextlib.closing(synthetic_link.accept()[0]) as connection:
         connection.sendall(b"".join(made))
         kept = until(lambda: [one for one in yamcs.packets() if base64.b64decode(one[3]) in made][len(made) - 1 :] and yamcs.packets(), "all")
     wrong, compared = [], set()

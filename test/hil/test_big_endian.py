@@ -235,7 +235,7 @@ def test_program_that_is_not_built(folder):
     assert "make foreign" in refused.stderr + refused.stdout
 
 
-def test_stand_in_and_program_alone():
+def test_proxy_and_program_started_by_hand():
     """Started by hand, each program says which program starts it."""
     alone = subprocess.run([flying.BIN / "proxy"], capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert alone.returncode == 2 and "hirosco run --foreign" in alone.stderr

@@ -34,7 +34,7 @@ static disk_file_t* add(const char* const path, const bool is_directory)
             return file;
         }
     }
-    TEST_FAIL_MESSAGE("no file left");
+    TEST_FAIL_MESSAGE("no free file");
     return NULL;
 }
 

@@ -77,10 +77,10 @@ static void test_absolute_sleep_does_not_drift_with_and_without_sockets(void)
 static void test_what_is_not_permitted_is_told(void)
 {
     if (!wall.attributes.is_memory_locked || !wall.attributes.is_slack_minimal) {
-        TEST_IGNORE_MESSAGE("memory is not locked, or timers are put together: not permitted here");
+        TEST_IGNORE_MESSAGE("locked memory or timer slack is not permitted here");
     }
     if (geteuid() != 0U) {
-        TEST_IGNORE_MESSAGE("the refusal is shown from a privileged process");
+        TEST_IGNORE_MESSAGE("only a privileged process can test the refusal");
     }
     const pid_t child = fork();
     if (child == 0) {

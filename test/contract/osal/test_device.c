@@ -136,7 +136,7 @@ static void test_opening_is_refused_for_a_reason(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_device_open(&reader, folder, OSAL_DEVICE_BOTH));
     TEST_ASSERT_EQUAL(0, close(open(path, O_CREAT | O_WRONLY, 0200)));
     if (geteuid() != 0U) {
-        TEST_IGNORE_MESSAGE("the refusals of a stranger are shown from a privileged process");
+        TEST_IGNORE_MESSAGE("only a privileged process can test the refusals of another user");
     }
     const pid_t child = fork();
     if (child == 0) {

@@ -113,7 +113,7 @@ static void begin(const bool is_plain)
     CPU_SET(0, &one);
     scene = (scene_t){.is_plain = is_plain};
     if ((sched_setaffinity(0, sizeof one, &one) != 0) || (osal_task_set_priority(40) != STATUS_OK)) {
-        TEST_IGNORE_MESSAGE("NOT SHOWN: no real-time priority permitted here, run it with privilege");
+        TEST_IGNORE_MESSAGE("not tested: real-time priority is not permitted here");
     }
 }
 

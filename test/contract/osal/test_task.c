@@ -115,7 +115,7 @@ static void test_priority_without_privilege(void)
 static void test_tasks_run_out_as_a_status(void)
 {
     if (geteuid() != 0U) {
-        TEST_IGNORE_MESSAGE("the limit is set from a privileged process");
+        TEST_IGNORE_MESSAGE("only a privileged process can set the limit");
     }
     const pid_t child = fork();
     if (child == 0) {

@@ -207,7 +207,7 @@ def test_end_leaves_the_rest(dictionary):
     assert len(Flight(dictionary).run("0 operator mode SAFE\n1 operator end\n2 operator mode NOMINAL\n").sent) == 1
 
 
-class Door(threading.Thread):
+class CosimulationPort(threading.Thread):
     """The scheduler's side: grants by a script, checks that nothing is sent outside of a grant."""
 
     def __init__(self, path, port):
@@ -226,10 +226,10 @@ class Door(threading.Thread):
 
     def _run(self):
         stream, address = self.station.accept()
-        door, _ = self.server.accept()
-        door.settimeout(10)
+        connection, _ = self.server.accept()
+        connection.settimeout(10)
         stream.settimeout(10)
-        lines = door.makefile("rw")
+        lines = connection.makefile("rw")
         self.served = address[1]
         assert lines.readline().split() == ["join", "operator", str(self.served)]
         time_ns, octets = 0, b""
@@ -238,7 +238,7 @@ class Door(threading.Thread):
             half = len(octets) // 2
             stream.sendall(octets)
             if half:
-                assert self._grant(lines, time_ns, half)[1] == 0, "half a packet must not be acted upon"
+                assert self._grant(lines, time_ns, half)[1] == 0, "half a packet must have no effect"
                 time_ns += 500_000
             wake, sent = self._grant(lines, time_ns, len(octets) - half)
             received = b""
@@ -251,7 +251,7 @@ class Door(threading.Thread):
                 for apid, service, subtype, data, user in success(packet):
                     octets += packets.build_tm(apid, 0, service, subtype, data, user, time_ns)
             if wake == "leave":
-                assert stream.recv(1) == b"", "it hangs up before it leaves, so that both fall into one grant"
+                assert stream.recv(1) == b"", "it closes its connection before it leaves, so that both happen in one grant"
                 return
             time_ns = time_ns + 1_000_000 if octets else max(int(wake), time_ns + 500_000)
 
@@ -265,10 +265,10 @@ class Door(threading.Thread):
         return words[1], int(words[2])
 
 
-def test_stepped_time_through_the_door(dictionary_path, tmp_path, capsys):
-    door = Door(tmp_path / "cosim", 0)
-    port = door.station.getsockname()[1]
-    door.start()
+def test_stepped_time_through_the_cosimulation_port(dictionary_path, tmp_path, capsys):
+    cosimulation = CosimulationPort(tmp_path / "cosim", 0)
+    port = cosimulation.station.getsockname()[1]
+    cosimulation.start()
     (tmp_path / "s.scn").write_text("0 operator mode SAFE\n0.25 operator mode NOMINAL\n")
     words = ["--port", str(port), "--dictionary", str(dictionary_path), "--cosimulation", str(tmp_path / "cosim")]
     before = signal.getsignal(signal.SIGTERM)
@@ -279,10 +279,10 @@ def test_stepped_time_through_the_door(dictionary_path, tmp_path, capsys):
         assert signal.getsignal(signal.SIGTERM) == signal.SIG_IGN
     finally:
         signal.signal(signal.SIGTERM, before)
-    door.join(60)
-    assert door.error is None
+    cosimulation.join(60)
+    assert cosimulation.error is None
     assert code == 0
-    assert door.lines == [(0, (131, 1)), (250_000_000, (131, 1))]
+    assert cosimulation.lines == [(0, (131, 1)), (250_000_000, (131, 1))]
     entries = [json.loads(line) for line in (tmp_path / "operator.log").read_text().splitlines()]
     assert [entry["verb"] for entry in entries] == ["mode", "mode"]
     assert entries[1]["time"] == 0.25
@@ -336,7 +336,7 @@ def test_a_script_that_does_not_load_is_a_usage_error(dictionary_path, tmp_path,
     assert "s.scn:1:" in capsys.readouterr().err
 
 
-def test_no_calendar_behind_the_door(tmp_path):
+def test_no_scheduler_behind_the_cosimulation_port(tmp_path):
     with pytest.raises(LinkLost, match="no scheduler"):
         StepClock(tmp_path / "none", 1)
 
@@ -353,15 +353,15 @@ def test_the_end_of_the_run_is_a_lost_link(dictionary, tmp_path):
     server.close()
 
 
-def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_path):
+def test_a_command_to_a_spacecraft_that_closed_the_link_is_a_lost_link(dictionary, tmp_path):
     """In stepped time the client does not check the stream before it has something to send; without a way to
     connect again."""
     server = socket.socket(socket.AF_UNIX)
     server.bind(str(tmp_path / "cosim"))
     server.listen(1)
     clock = StepClock(tmp_path / "cosim", 1)
-    door = server.accept()[0]
-    door.sendall(b"grant 0 0 0 1\n")
+    connection = server.accept()[0]
+    connection.sendall(b"grant 0 0 0 1\n")
     ours, theirs = socket.socketpair()
     theirs.close()
     session = Session(dictionary, 0)
@@ -372,7 +372,7 @@ def test_a_command_to_a_spacecraft_that_hung_up_is_a_lost_link(dictionary, tmp_p
 
     with pytest.raises(LinkLost, match="closed the link"):
         StepDriver(ours, session, clock).run(procedure())
-    for stream in (door, server, ours):
+    for stream in (connection, server, ours):
         stream.close()
 
 
@@ -387,8 +387,8 @@ class Scheduler:
         self.stream = self.connect()
         self.first = self.stream.getsockname()[1]
         self.clock = StepClock(tmp_path / "cosim", self.first)
-        self.door = server.accept()[0]
-        self.answers = self.door.makefile("r")
+        self.client = server.accept()[0]
+        self.answers = self.client.makefile("r")
         assert self.answers.readline() == f"join operator {self.first}\n"
         self.accepted = [self.port.accept()[0]]
         server.close()
@@ -399,24 +399,24 @@ class Scheduler:
 
     def grant(self, time_ns, octets, served):
         """Before the driver runs: it answers in sequence."""
-        self.door.sendall(f"grant {time_ns} 0 {octets} {served}\n".encode())
+        self.client.sendall(f"grant {time_ns} 0 {octets} {served}\n".encode())
 
     def close(self):
         """All sockets."""
-        for stream in (self.door, self.port, *self.accepted):
+        for stream in (self.client, self.port, *self.accepted):
             stream.close()
 
 
-def test_a_link_is_lost_and_opened_by_the_calendar_and_not_by_the_socket(dictionary, tmp_path):
+def test_a_link_is_lost_and_opened_by_the_scheduler_and_not_by_the_socket(dictionary, tmp_path):
     """The request under way is reported as lost; the one issued meanwhile waits for the next connection."""
-    door, session, told = Scheduler(tmp_path), Session(dictionary, 0), []
+    scheduler, session, told = Scheduler(tmp_path), Session(dictionary, 0), []
     connections = []
 
     def reconnect():
-        connections.append(door.connect())
-        door.accepted.append(door.port.accept()[0])
-        door.grant(3000, 0, 0)  # On its way.
-        door.grant(4000, 0, connections[-1].getsockname()[1])
+        connections.append(scheduler.connect())
+        scheduler.accepted.append(scheduler.port.accept()[0])
+        scheduler.grant(3000, 0, 0)  # On its way.
+        scheduler.grant(4000, 0, connections[-1].getsockname()[1])
         return connections[-1]
 
     def procedure():
@@ -426,29 +426,29 @@ def test_a_link_is_lost_and_opened_by_the_calendar_and_not_by_the_socket(diction
         yield from session.wait_until(4000)
         assert not later.is_finished
 
-    door.grant(0, 0, 0)  # Not served yet: the request waits.
-    door.grant(1000, 3, door.first)
-    door.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet that never ends.
-    door.grant(2000, 0, 0)
-    driver = StepDriver(door.stream, session, door.clock, reconnect, told.append)
+    scheduler.grant(0, 0, 0)  # Not served yet: the request waits.
+    scheduler.grant(1000, 3, scheduler.first)
+    scheduler.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet that never ends.
+    scheduler.grant(2000, 0, 0)
+    driver = StepDriver(scheduler.stream, session, scheduler.clock, reconnect, told.append)
     ended = threading.Thread(target=lambda: driver.run(procedure()))
     ended.start()
     asked = packets.build_tc(16, 0, 17, 1, b"", 1)
-    assert door.answers.readline() == f"done {10 * SECOND} 0 {door.first}\n"
-    assert door.answers.readline() == f"done {10 * SECOND} {len(asked)} {door.first}\n"
-    answer = door.answers.readline()
+    assert scheduler.answers.readline() == f"done {10 * SECOND} 0 {scheduler.first}\n"
+    assert scheduler.answers.readline() == f"done {10 * SECOND} {len(asked)} {scheduler.first}\n"
+    answer = scheduler.answers.readline()
     port = connections[0].getsockname()[1]
     assert answer == f"done 4000 0 {port}\n"
-    assert door.accepted[0].recv(100) == asked
-    assert door.answers.readline() == f"done 4000 0 {port}\n"
-    assert door.answers.readline() == f"done 4000 {len(asked)} {port}\n"
-    assert door.accepted[1].recv(100) == packets.build_tc(17, 0, 17, 1, b"", 1)
-    door.grant(5000, 0, port)
-    assert door.answers.readline() == "leave\n"
+    assert scheduler.accepted[0].recv(100) == asked
+    assert scheduler.answers.readline() == f"done 4000 0 {port}\n"
+    assert scheduler.answers.readline() == f"done 4000 {len(asked)} {port}\n"
+    assert scheduler.accepted[1].recv(100) == packets.build_tc(17, 0, 17, 1, b"", 1)
+    scheduler.grant(5000, 0, port)
+    assert scheduler.answers.readline() == "leave\n"
     ended.join()
     assert told == ["the link is lost; 1 request has no end of verification", "the link is open again"]
     assert not session.malformed
-    door.close()
+    scheduler.close()
 
 
 def test_a_wait_is_not_over_when_telemetry_puts_the_clock_forward(dictionary):

@@ -171,7 +171,7 @@ static void a_priority_that_is_not_permitted_is_noted(void)
     int ends[2];
     char told[256] = "";
     if (geteuid() != 0U) {
-        TEST_IGNORE_MESSAGE("the refusal is shown from a privileged process");
+        TEST_IGNORE_MESSAGE("only a privileged process can test the refusal");
     }
     loop_tasks_stop(&tasks);
     TEST_ASSERT_EQUAL(0, pipe(ends));

@@ -331,7 +331,7 @@ void fixture_open(void)
 {
     static const uint16_t apids[FIXTURE_MEMBERS] = {COMMUNICATION_APID, ARM, HAND, LONE};
     (void)memset(&fixture, 0, sizeof fixture);
-    (void)snprintf(folder, sizeof folder, "/tmp/hirosco-bed-XXXXXX");
+    (void)snprintf(folder, sizeof folder, "/tmp/hirosco-fixture-XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(folder));
     fixture_mission_load(folder, &mission, &own_descriptor);
     fixture.source = FIXTURE_USER;

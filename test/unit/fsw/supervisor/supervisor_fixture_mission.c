@@ -50,7 +50,7 @@ static const char lone_document[] =
 // PROCESS_LOST; HIGH of the others has the built-in reaction. MEDIUM of STRAIN of ARM and LONE has a plan,
 // ARM's TIRED has none. Plans that run for a while: ARM's TORQUE and JAMMED.
 static const char mission_document[] =
-    "<Mission name='bed' epoch='2026-06-01T12:00:00' power='100'><Subsystems>\n"
+    "<Mission name='fixture' epoch='2026-06-01T12:00:00' power='100'><Subsystems>\n"
     "<Subsystem name='ARM' id='16' executable='arm' descriptor='arm.xml' restarts='2'>\n"
     "<Power state='PRE_OPERATIONAL' watts='10'/><Power state='SAFE_OPERATIONAL' watts='20'/>\n"
     "<Power state='OPERATIONAL' watts='60'/><Power state='ERROR_OPERATIONAL' watts='10'/></Subsystem>\n"

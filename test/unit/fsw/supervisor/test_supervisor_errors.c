@@ -217,7 +217,7 @@ static void a_medium_error_takes_nothing_up(void)
             fixture_forget();
             fixture_event(FIXTURE_ARM, 3U, events[k]);
             fixture_run(3U);
-            TEST_ASSERT_FALSE_MESSAGE(fixture_has("16 TC"), "an order to go up");
+            TEST_ASSERT_FALSE_MESSAGE(fixture_has("16 TC"), "an order for a higher state");
         }
     }
 }

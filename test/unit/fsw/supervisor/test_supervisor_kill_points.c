@@ -492,7 +492,7 @@ static void wherever_it_dies_all_happens_once(void)
         TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(RESTARTED "000000020000"));
         begin_anew();
     }
-    TEST_ASSERT_TRUE_MESSAGE(at > 90U, "there were so few points");
+    TEST_ASSERT_TRUE_MESSAGE(at > 90U, "fewer points than expected");
 }
 
 /// The next one dies, too, in its first step.

@@ -33,7 +33,7 @@ static void expect_exact(const uint8_t* const program, const uint8_t* const octe
     TEST_ASSERT_TRUE(has_format(program, longer, size));
     TEST_ASSERT_FALSE(has_format(program, longer, size + 1U));
     for (size_t i = 0U; i < size; i++) {
-        TEST_ASSERT_FALSE_MESSAGE(has_format(program, octets, i), "a part was taken for the whole");
+        TEST_ASSERT_FALSE_MESSAGE(has_format(program, octets, i), "an incomplete request was accepted");
     }
 }
 #define EXPECT_EXACT(program, ...)                                                                           \

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static char path[] = "/tmp/hirosco-equipment-XXXXXX";
+static char path[] = "/tmp/hirosco-bench-XXXXXX";
 static segment_t segments[2];
 static bench_devices_t* bench_devices;
 static char error[SIMULATOR_ERROR_MAX];
@@ -96,9 +96,9 @@ static void mistakes_are_told_with_file_line_value_and_expectation(void)
 
 static void what_is_not_there_is_told(void)
 {
-    const bench_devices_config_t nowhere = {.path = "/nowhere/equipment.txt", .segments = segments};
+    const bench_devices_config_t nowhere = {.path = "/nowhere/bench.txt", .segments = segments};
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, bench_devices_open(&nowhere, &bench_devices, error));
-    TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere/equipment.txt"));
+    TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere/bench.txt"));
     const bench_devices_config_t no_sheet = {
         .path = path, .devices_path = "/nowhere", .segments = segments, .segment_count = 2U};
     (void)open_text("");

@@ -33,7 +33,7 @@ static void open_cosimulation(uint32_t patience_ms)
 
 void setUp(void)
 {
-    (void)snprintf(path, sizeof(path), "/tmp/door-test-%d", (int)getpid());
+    (void)snprintf(path, sizeof(path), "/tmp/cosimulation-test-%d", (int)getpid());
     scheduler    = osal_lockstep_create(storage, SLOT_NS, true);
     cosimulation = (cosimulation_port_t){.listener = OSAL_SOCKET_CLOSED, .client = OSAL_SOCKET_CLOSED};
     open_cosimulation(PATIENCE_MS);
@@ -256,7 +256,7 @@ static void test_path_is_taken_and_given_back(void)
     cosimulation_port_close(&cosimulation);
     TEST_ASSERT_EQUAL(-1, stat(path, &about));
     TEST_ASSERT_EQUAL(STATUS_IO,
-                      cosimulation_port_open(&other, "/no/such/folder/door", "operator", scheduler, 1U));
+                      cosimulation_port_open(&other, "/no/such/folder/port", "operator", scheduler, 1U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, cosimulation_port_open(&other, "", "operator", scheduler, 1U));
 }
 

@@ -235,7 +235,7 @@ static void texts_beyond_the_models_room_are_refused(void)
                              descriptor_error(&loader));
 }
 
-static void a_port_may_stand_in_several_configurations(void)
+static void a_port_may_be_in_several_configurations(void)
 {
     static const char* const port =
         "<RTLinkService><Provides name='P' id='1' methods='UDP'><ParamRef name='X' "
@@ -276,7 +276,7 @@ int main(void)
     RUN_TEST(more_octets_than_allowed_are_refused_with_their_number);
     RUN_TEST(high_events_fill_their_room_exactly);
     RUN_TEST(texts_beyond_the_models_room_are_refused);
-    RUN_TEST(a_port_may_stand_in_several_configurations);
+    RUN_TEST(a_port_may_be_in_several_configurations);
     RUN_TEST(an_arena_that_is_used_up_is_told);
     return UNITY_END();
 }

@@ -175,7 +175,7 @@ static void judge(const unsigned mark)
     const bool is_acknowledged = is_same(&replayed, &states[last]);
     const bool is_under_way    = ((mark % 2U) == 1U) && is_same(&replayed, &states[last + 1U]);
     if (!is_acknowledged && !is_under_way) {
-        TEST_FAIL_MESSAGE("neither the last state that was acknowledged nor the one under way");
+        TEST_FAIL_MESSAGE("neither the last acknowledged state nor the one under way");
     }
 }
 

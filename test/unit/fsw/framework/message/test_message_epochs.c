@@ -9,7 +9,7 @@
 #include <string.h>
 
 static party_t party;
-static party_t mirror;
+static party_t udp_party;
 static uint8_t taken[MESSAGE_PAYLOAD_MAX];
 
 void setUp(void)
@@ -69,7 +69,8 @@ static void restart_the_receiver(void)
     send_number(0U, 1U, 50U); // Under way when it dies.
     send_number(0U, 1U, 51U);
     party_restart(&party, 1U, 2U);
-    TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, next_number(1U), "believed what its predecessor should have got");
+    TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, next_number(1U),
+                              "accepted a block that was meant for its predecessor");
     send_number(1U, 0U, 100U);
     TEST_ASSERT_EQUAL(100U, next_number(0U));
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(0U), party_id(1U)));
@@ -479,7 +480,7 @@ static void both_forms_behave_as_one(void)
 {
     uint32_t epoch = 1U;
     party_open(&party, PARTY_RING);
-    party_open(&mirror, PARTY_UDP);
+    party_open(&udp_party, PARTY_UDP);
     for (uint32_t step = 0U; step < 30000U; step++) {
         uint32_t kind        = draw(100U);
         const unsigned who   = draw(PARTY_MEMBERS);
@@ -489,25 +490,25 @@ static void both_forms_behave_as_one(void)
         if (kind == 0U) { // It dies with everything read, because unread blocks are kept in different places.
             while (act(&party, 99U, who, 0U, 0U, 0U).status != STATUS_EMPTY) {
             }
-            while (act(&mirror, 99U, who, 0U, 0U, 0U).status != STATUS_EMPTY) {
+            while (act(&udp_party, 99U, who, 0U, 0U, 0U).status != STATUS_EMPTY) {
             }
             epoch++;
         }
         const uint32_t number   = (kind == 0U) ? epoch : step;
         const result_t in_ring  = act(&party, kind, who, other, number, size);
-        const result_t over_udp = act(&mirror, kind, who, other, number, size);
+        const result_t over_udp = act(&udp_party, kind, who, other, number, size);
         TEST_ASSERT_EQUAL(in_ring.status, over_udp.status);
         TEST_ASSERT_EQUAL(in_ring.from, over_udp.from);
         TEST_ASSERT_EQUAL(in_ring.size, over_udp.size);
         TEST_ASSERT_EQUAL(in_ring.digest, over_udp.digest);
-        TEST_ASSERT_EQUAL_MEMORY(party.frames, mirror.frames, sizeof party.frames);
+        TEST_ASSERT_EQUAL_MEMORY(party.frames, udp_party.frames, sizeof party.frames);
     }
     for (unsigned i = 0U; i < PARTY_MEMBERS; i++) {
-        TEST_ASSERT_EQUAL_MEMORY(&party.members[i].endpoint.counters, &mirror.members[i].endpoint.counters,
+        TEST_ASSERT_EQUAL_MEMORY(&party.members[i].endpoint.counters, &udp_party.members[i].endpoint.counters,
                                  sizeof party.members[i].endpoint.counters);
     }
     party_close(&party);
-    party_close(&mirror);
+    party_close(&udp_party);
 }
 
 int main(void)

@@ -217,7 +217,7 @@ static void reopen(void)
     rtlink_consumer_close(&consumer);
     rtlink_producer_close(&producer);
     open_both(2U);
-    TEST_ASSERT_EQUAL_MESSAGE(STATUS_EMPTY, read_at(0U), "a sample of the earlier opening");
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_EMPTY, read_at(0U), "a sample from before the last opening");
     write_number(2U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(1U));
     expect_number(2U);

@@ -199,7 +199,7 @@ static status_t send(void* context, const uint8_t* packet, size_t size)
 static bool shm_name(void* context, uint16_t link, char* out_name, size_t capacity)
 {
     (void)context;
-    return snprintf(out_name, capacity, "/hirosco-bed.%ld.%u", (long)getpid(), link) < (int)capacity;
+    return snprintf(out_name, capacity, "/hirosco-fixture.%ld.%u", (long)getpid(), link) < (int)capacity;
 }
 
 static bool no_route(void* context, uint16_t link, osal_socket_t** out_socket, osal_address_t* out_consumer)
@@ -230,7 +230,8 @@ static status_t reload(void* context, const subsystem_descriptor_t** out_descrip
 bool fixture_parse(const char* xml, subsystem_descriptor_t* out_descriptor)
 {
     descriptor_loader_init(&loader);
-    const status_t status = descriptor_parse_subsystem(&loader, "bed.xml", xml, strlen(xml), out_descriptor);
+    const status_t status =
+        descriptor_parse_subsystem(&loader, "fixture.xml", xml, strlen(xml), out_descriptor);
     if (status != STATUS_OK) {
         (void)printf("%s\n", descriptor_error(&loader));
     }
@@ -383,7 +384,7 @@ static void step_until(uint64_t end_ns, bool has_heartbeat)
             beat_ns = fixture.now_ns + 500000000U;
         }
         const uint64_t wake_ns = subsystem_step(&fixture.subsystem, fixture.now_ns);
-        TEST_ASSERT_TRUE_MESSAGE(wake_ns > fixture.now_ns, "a wake that has passed");
+        TEST_ASSERT_TRUE_MESSAGE(wake_ns > fixture.now_ns, "the next wake is in the past");
         if (wake_ns > end_ns) {
             return;
         }

@@ -83,13 +83,13 @@ static void check_standing(const state_machine_t* machine)
     const char letter = (machine->action == ACTION_NONE) ? '-' : (char)('a' + (char)machine->action - 1);
     TEST_ASSERT_NOT_NULL_MESSAGE(strchr(actions_of[machine->state], letter), "action and state disagree");
     if (machine->action == ACTION_NONE) {
-        TEST_ASSERT_EQUAL_MESSAGE(machine->state, machine->target, "rests short of its target");
+        TEST_ASSERT_EQUAL_MESSAGE(machine->state, machine->target, "rests before its target");
     }
     if ((machine->state == STATE_SAFE_OPERATIONAL) || (machine->state == STATE_OPERATIONAL)) {
         TEST_ASSERT_TRUE_MESSAGE(machine->is_configured, "went up without a configuration");
     }
     if ((machine->state <= STATE_HARDWARE_INIT) || (machine->state >= STATE_HARDWARE_DEINIT)) {
-        TEST_ASSERT_FALSE_MESSAGE(machine->is_configured, "configured where nothing can be");
+        TEST_ASSERT_FALSE_MESSAGE(machine->is_configured, "configured in a state that has no configuration");
     }
     if ((machine->state == STATE_PRE_OPERATIONAL) && (machine->action == ACTION_NONE)) {
         TEST_ASSERT_EQUAL(machine->is_configured ? PHASE_CONFIGURED : PHASE_UNCONFIGURED, machine->phase);
@@ -166,7 +166,7 @@ static void explore(void)
 static void every_reachable_configuration_is_sound(void)
 {
     explore();
-    TEST_ASSERT_TRUE_MESSAGE(visited_count > 50U, "the exploration did not get anywhere");
+    TEST_ASSERT_TRUE_MESSAGE(visited_count > 50U, "the exploration visited too few configurations");
     for (unsigned state = 0U; state < STATE_COUNT; state++) { // All of the table is reached.
         bool is_reached = false;
         for (unsigned i = 0U; i < visited_count; i++) {

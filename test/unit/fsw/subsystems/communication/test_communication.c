@@ -223,7 +223,7 @@ static void a_user_whose_connection_is_gone_is_forgotten(void)
     fixture_connect(1U); // Takes the same place.
     fixture_report(1U, 1U, 7U, 100U, 0U);
     fixture_run(2U);
-    TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, fixture_next_report(1U), "a report for another");
+    TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, fixture_next_report(1U), "a report for another client");
     TEST_ASSERT_EQUAL(2U, fixture.events[COMMUNICATION_EVENT_GROUND_CONNECTED]);
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_LOST]);
 }
