@@ -87,13 +87,13 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     bool has_operator;
     char bench_path[LAUNCH_PATH_MAX]; // Further devices on the buses.
     bool has_bench_devices;
-    uint64_t first_wall_ns; // When simulated time was first seen to move.
+    uint64_t first_wall_ns; // When simulated time first advanced.
     uint64_t first_simulated_ns;
     uint64_t last_wall_ns;
     uint64_t last_simulated_ns;
-    uint64_t abandon_ns;         // Simulated time at which a run is ended that cannot go down by itself.
+    uint64_t abandon_ns;         // Simulated time at which a run that does not shut down by itself is ended.
     uint64_t left_ns;            // Simulated time at which the operator left in good order, + 1.
-    uint64_t moved_simulated_ns; // Simulated time when it was last seen to move, and when that was.
+    uint64_t moved_simulated_ns; // Last advance of simulated time: its value, and when.
     uint64_t moved_wall_ns;
     launcher_watch_t watch;
     bool is_cut_short;       // Ended at an instant that simulated time does not determine.

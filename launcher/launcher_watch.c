@@ -18,7 +18,7 @@
 #define STEPPED_WAIT_NS (20000U * NS_PER_MS)
 /// Wall-clock time in which a restarted component must join; simulated time waits for it.
 #define JOIN_NS (10000U * NS_PER_MS)
-#define POSTPONED_NS (20U * NS_PER_MS) ///< Simulated time, where it is held back to the wall clock.
+#define POSTPONED_NS (20U * NS_PER_MS) ///< Simulated time, if it waits for the wall clock.
 
 static child_t* child_of(launcher_t* const launcher, const unsigned participant)
 {

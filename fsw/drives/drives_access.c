@@ -56,7 +56,7 @@ static status_t quantity_of(const drives_t* const drives, const pus_device_actio
     return (is_read || is_settable) ? STATUS_OK : STATUS_OUT_OF_RANGE;
 }
 
-/// The object that an action is about. STATUS_OK, STATUS_NOT_FOUND (no such device), STATUS_OUT_OF_RANGE
+/// The object of an action. STATUS_OK, STATUS_NOT_FOUND (no such device), STATUS_OUT_OF_RANGE
 /// (length).
 static status_t object_of(const drives_t* const drives, const pus_device_action_t* const action,
                           object_t* const out_object)
@@ -125,7 +125,7 @@ static void data_of(const pus_device_action_t* const action, const object_t* con
         (void)drives_quantity_to_object(object->quantity, action->data, out_octets); // It could be set.
         return;
     }
-    for (uint8_t i = 0U; i < object->length; i++) { // A register comes highest first.
+    for (uint8_t i = 0U; i < object->length; i++) { // A register has its highest octet first.
         out_octets[i] = action->data[is_register(action) ? (REGISTER_SIZE - 1U - i) : i];
     }
 }
@@ -150,7 +150,8 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
         return begin_pulse(drives, slot, action, out_result);
     }
     if ((object_of(drives, action, &object) != STATUS_OK) || !drives->network.is_running) {
-        return fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED); // It was there when checked.
+        return fail(out_result, DRIVES_ACCESS_CLOSED,
+                    DRIVES_ACCESS_CLOSED); // It was open when the request was checked.
     }
     if (drives->access.owners[object.device] != 0U) {
         return STATUS_FULL;

@@ -125,8 +125,8 @@ static uint32_t checksum_of(const pus_packet_store_t* const store, const uint64_
     return crc32_iso(buffer, PACKET_AT + size);
 }
 
-/// Read a record at an address of a block whose records end at `end`. STATUS_OK, STATUS_CHECKSUM (none that
-/// is whole), STATUS_IO.
+/// Read a record at an address of a block whose records end at `end`. STATUS_OK, STATUS_CHECKSUM (no complete
+/// record), STATUS_IO.
 static status_t read_record(pus_packet_store_t* const store, const uint64_t address, const uint16_t slot,
                             const uint16_t end, pus_stored_packet_t* const out_packet)
 {
@@ -317,7 +317,7 @@ status_t pus_packet_store_next(pus_packet_store_t* const store, uint64_t* const 
         store->counters.damaged++;
         *cursor = address_of(block->number, block->end);
     } else {
-        // It may be readable another time.
+        // A later read may succeed.
     }
     return status;
 }

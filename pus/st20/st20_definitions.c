@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#define HANDLE 0x8000U // Bit of handles that are places; the dictionary's have it not.
+#define HANDLE 0x8000U // Bit that only handles of definitions have, not those of the dictionary.
 #define APID_SHIFT 21U
 #define LAYOUT_SHIFT 16U
 #define LAYOUT_MASK 0x1FU
@@ -129,7 +129,7 @@ static void put(const pus_parameter_definitions_t* const definitions, pus_parame
 {
     osal_mutex_t* const guard = definitions->config.guard;
     if (guard != NULL) {
-        (void)osal_mutex_lock(guard); // A holder that dies takes this process with it.
+        (void)osal_mutex_lock(guard); // If a holder dies, this process ends as well.
     }
     *place = *wanted;
     if (guard != NULL) {

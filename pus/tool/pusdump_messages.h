@@ -9,7 +9,7 @@
 /// Name of a message; never null.
 const char* message_name(uint8_t service, uint8_t subtype);
 
-/// Layout of a message's application or source data, or null if it is not known. Items are parted by one
+/// Layout of a message's application or source data, or null if it is not known. Items are separated by one
 /// space:
 ///     name:u8 u16 u32 u64    unsigned, decimal
 ///     name:x16 x32 x64       unsigned, hexadecimal

@@ -43,7 +43,7 @@ typedef struct { // [frames, wrap]
     uint32_t refused;  ///< Not sent: transmit queue full, closed, or a bad length.
     uint32_t full;     ///< Of these, because the transmit queue was full.
     uint32_t overruns; ///< Received, but lost because the controller's or the kernel's queue was full.
-    uint32_t lost;     ///< Times that the interface went down or away.
+    uint32_t lost;     ///< Times that the interface went down or was removed.
     uint32_t failed;   ///< Times that it could not be opened, at first or again.
     uint32_t reopened; ///< Times that it was opened again.
 } flow_can_counters_t;

@@ -7,7 +7,7 @@
 #define SERVICE_FUNCTIONS 8U
 #define SERVICE_LINKS 130U
 
-/// Function or configuration of this subsystem that a rule names: then nothing is left to be found.
+/// Function or configuration of this subsystem that a rule names; the name is then resolved.
 static const char* find_rule_name(mission_rule_t* const rule, const char* const words,
                                   const subsystem_descriptor_t* const descriptor)
 {
@@ -90,7 +90,7 @@ static void resolve_rule(mission_builder_t* const builder, const uint16_t index)
                                                : "Allow>: expected a configuration of its target");
 }
 
-/// A subsystem holds a channel for each of its links. `link` is the last that may still have one.
+/// A subsystem holds a channel for each of its links. `link` is the last link for which there may be one.
 static void check_room(mission_builder_t* const builder, const uint16_t link, const uint16_t apid)
 {
     const mission_descriptor_t* const mission = builder->mission;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[02] of a subsystem (`<Service type="2"/>` of its descriptor): its devices as its callback `device_port`
-/// offers them, which a subsystem that lists this service has to have. A device has a second to answer.
+/// offers them, which a subsystem that lists this service must have. A device has one second to answer.
 ///
 /// Ownership  The program places it (generated).
 /// Context    The component's own loop.
