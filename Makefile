@@ -12,36 +12,36 @@
 ##                                                               BUS=shm|vcan|can
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
 ##                                                               PORT=  TOOLS=  OUT=runs/...  STORAGE=<folder to keep>
-##                                                               KEY=<file>: take telecommands only that it protects
+##                                                               KEY=<file>: accept only telecommands protected by it
 ##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=  SIM_ROBOT_IF=
 ##                                                               FOREIGN=<subsystem>: its program big-endian, emulated
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
 ##   make check      format, warnings and analysers of gcc and clang, MISRA of what changed, complexity, layers,
-##                   symbols, words, lengths, spelling, links, Python, coverage; what passed once is not looked at again
+##                   symbols, words, lengths, spelling, links, Python, coverage; checks that passed are not repeated
 ##   make check-full check, MISRA of the whole flight side, five minutes of each fuzz target, 300 mutants,
 ##                   many deaths in flight
-##   make coverage   branches the C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
+##   make coverage   branches that the C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises the marks
-##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; which do the C tests
-##                   notice?
+##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes
+##                   that the C tests detect
 ##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)
 ##   make pus-coverage   fly the conformance suite of the packet services and write docs/pus-coverage.md
 ##   make fuzz       run every fuzz target in turn on its kept corpus          ONLY=<part of a name>  SECONDS=20
-##   make vm         a shell in a micro-VM with vcan and TIPC over this tree; what is written there is forgotten, but
-##                   for build/vm/out            CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
+##   make vm         a shell in a micro-VM with vcan and TIPC over this tree; files written there are lost, except
+##                   in build/vm/out             CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
 ##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
-##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<one that is there>
+##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<an existing one>
 ##   make foreign    the subsystems' programs for the big-endian s390x: build/s390x/bin/
-##   make yamcs      run Yamcs at a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8090
+##   make yamcs      run Yamcs with a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8090
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
 ##   make gse        set up the ground segment's command line and show how to call it
 ##   make compile-commands   write build/compile_commands.json, which clangd and other tools read
 ##   make format     clang-format all C sources in place
-##   make doctor     show what is there, what is missing, and the next step
+##   make doctor     show what is installed, what is missing, and the next step
 ##   make setup      install all that any target needs (each target installs its own needs by itself)
-##   make clean      remove build/ except the Python environment and what was fetched; ALL=1 removes that too
+##   make clean      remove build/ except the Python environment and fetched files; ALL=1 removes these, too
 
 SHELL         := /bin/sh
 .DEFAULT_GOAL := all
@@ -55,16 +55,16 @@ ifeq ($(MAKELEVEL),0)
 $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
     $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))
 $(if $(filter-out vm kernel,$(PLACE)),$(error PLACE=$(PLACE): expected vm or kernel))
-.NOTPARALLEL: # `make check test` does one after the other; the work inside each runs in parallel.
+.NOTPARALLEL: # `make check test` runs one target after the other; the work of each runs in parallel.
 endif
 PARALLEL := +$(if $(V),,@)$(MAKE) --no-print-directory -j$(JOBS)
 Q        := $(if $(V),,@)
 PYTHON   := /usr/bin/python3
 export PYTHONPYCACHEPREFIX := $(CURDIR)/build/pycache
-unexport PYTHONDONTWRITEBYTECODE # Else each start of Python compiles its own library anew.
+unexport PYTHONDONTWRITEBYTECODE # Otherwise each start of Python compiles its library again.
 VENV     := build/venv/bin/python
 
-# The order counts: variables and rules use what stands before them.
+# The order matters: variables and rules use earlier ones.
 include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/tests.mk mk/fuzz.mk mk/setup.mk mk/run.mk \
         mk/check.mk mk/coverage.mk
 

@@ -52,7 +52,7 @@ check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 base osal pus fsw launcher sim gse && \
 	    echo 'check: no function is too complex'
 .PHONY: check-flights
-# The long ones: many deaths at random moments and power cuts, peers.
+# The long tests: many deaths and power cuts at random instants, peers.
 check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all foreign
 	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
 	    test/mission test/hil test/conformance && echo 'check: every flight ends as it should'

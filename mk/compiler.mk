@@ -20,10 +20,10 @@ B       := build$(addprefix /,$(VARIANT))
 WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wstrict-prototypes -Wvla -Werror
 OPTIMIZE := -O2 -g
 ifeq ($(shell uname -m)$(S390X)$(findstring clang,$(CC)),x86_64)
-# No jump across 32 octets: the processors that had to be corrected for these (Intel, 2019) run them slowly, and the
-# time of a function would depend on what stands before it.
+# No jump across a boundary of 32 octets: processors with the microcode correction of 2019 (Intel) run them slowly, and
+# the time of a function would depend on the code before it.
 OPTIMIZE += -Wa,-mbranches-within-32B-boundaries
-# A prefetch to write takes the line from other processors (one that does not know it does nothing).
+# A prefetch for writing takes the line from other processors (a processor without it ignores it).
 OPTIMIZE += -mprfchw
 endif
 ifdef SANITIZE
@@ -46,6 +46,6 @@ CFLAGS   := -std=c99 $(WARNINGS) $(OPTIMIZE) -ffp-contract=off
 CPPFLAGS := -D_POSIX_C_SOURCE=200809L -I. -Ibuild -isystem build/third_party/unity/src
 ifdef S390X
 CPPFLAGS += -isystem build/third_party/expat-s390x/include
-CFLAGS   += -fexcess-precision=fast # Else a float is a double there as long as it is not stored.
+CFLAGS   += -fexcess-precision=fast # Otherwise a float has the precision of a double until it is stored.
 LDFLAGS  := -static -Lbuild/third_party/expat-s390x/lib
 endif

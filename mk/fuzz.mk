@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Fuzz targets: built by clang in their own variant, each with what all of them share.
+# Fuzz targets: built by clang in their own variant, each with the common sources.
 
 define fuzz_rule
 $B/target/$1: $(call objects,test/fuzz/fuzz_$1.c $(filter-out test/fuzz/fuzz_%,$(FUZZ_SOURCES)) \
@@ -20,7 +20,7 @@ fuzz: build/setup/clang
 	    $(error ONLY=$(ONLY): no fuzz target has this in its name; there are: $(FUZZ_TARGETS)))
 	+@$(BUILD_FUZZERS)
 	@$(PYTHON) test/fuzz/run_fuzz.py --seconds $(SECONDS) $(call selected,$(FUZZ_TARGETS))
-# Seeds from our own vectors, with what a run has found, reduced to what adds coverage: for whoever adds a target.
+# Seeds from our own vectors and inputs found by runs, reduced to those that add coverage: for a new target.
 fuzz-corpus: build/setup/pytest build/setup/clang
 	+@$(BUILD_FUZZERS)
 	@$(VENV) test/fuzz/make_corpus.py $(call selected,$(FUZZ_TARGETS))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What is generated from descriptors and catalogue; how a source becomes an object.
+# Files generated from descriptors and catalogue; how a source becomes an object.
 
 GENERATOR := $(wildcard gse/generator/*.py)
 GENERATED := build/generated/stamp build/generated/programs.h
@@ -10,19 +10,19 @@ build/generated/stamp: $(GENERATOR) $(wildcard pus/catalogue/*.txt) pus/core/tai
 	$(Q)$(PYTHON) gse/generator/generate.py --mission $(MISSIONS) --out build/generated
 	@touch $@
 build/generated/%.h: build/generated/stamp ;
-# What the image holds: one component for each fsw/programs/<name>_program.c.
+# Components of the image: one for each fsw/programs/<name>_program.c.
 build/generated/programs.h: $(wildcard fsw/programs/*_program.c) fsw/programs
 	@mkdir -p $(@D)
 	@{ echo '/* Components in fsw/programs: COMPONENT(name in C, executable). Made by the Makefile. */'; \
 	   for name in $(patsubst %_program.c,%,$(notdir $(sort $(wildcard fsw/programs/*_program.c)))); do \
 	       echo "COMPONENT($$name, \"$$(echo "$$name" | tr _ -)\")"; done; } >$@.part
 	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
-# The folders whose layer sees them, with their tests.
+# The folders whose layer uses the generated files, with their tests.
 SEES_GENERATED := $(foreach p,pus fsw/supervisor fsw/subsystems fsw/programs launcher,$p/% test/unit/$p/%) \
                   test/bench/% test/fuzz/%
 $(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_SOURCES))): | $(GENERATED)
 
-# Other flags, or another compiler, build anew.
+# Other flags, or another compiler, build everything again.
 $B/flags: force
 	@mkdir -p $(@D) && echo '$(CC) $(CPPFLAGS) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CPPFLAGS) $(CFLAGS)' >$@
 force:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# Fly, and the other targets for people.
+# Flights, and the other targets for users.
 
-# Only what was said on the command line is passed on; the launcher knows the defaults and refuses nonsense.
+# Only options of the command line are passed on; the launcher has the defaults and refuses invalid values.
 option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
 adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
 sim-run: all $(if $(FOREIGN),foreign)
@@ -13,7 +13,7 @@ sim-run: all $(if $(FOREIGN),foreign)
 	    $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
 	    $(call adapter,sim-interface,robot,SIM_ROBOT_IF) $(call adapter,sim-interface,joystick,SIM_JOYSTICK_IF)
 
-# The command is passed on as it was written, without make reading its dollar signs.
+# The command is passed on unchanged: make does not expand its dollar signs.
 build/vm/initramfs.cpio: build/setup/hil gse/vm/prepare.py gse/vm/init.sh
 	@$(PYTHON) gse/vm/prepare.py && touch $@
 build/setup/vm: build/vm/initramfs.cpio

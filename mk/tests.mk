@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# C tests: each links its own layer and those its layer sees. Benches, and the targets that run tests.
+# C tests: each links its own layer and the layers visible to it. Benches, and the targets that run tests.
 
 selected   = $(if $(ONLY),$(foreach t,$1,$(if $(findstring $(ONLY),$t),$t)),$1)
 SUPPORT   := $(call objects,$(wildcard test/support/*.c))
@@ -10,8 +10,8 @@ LAYERS    := $(shell awk -F ' *: *' \
 
 comma     := ,
 under      = $(foreach l,$(DIRS),$(if $(filter $1 $1/%,$l),$l))
-# `layer:seen,seen` of a folder, and what it links: its whole layer and all that one sees. A header that is seen brings
-# the library of its folder; who sees the contract of the operating system links a port.
+# `layer:seen,seen` of a folder, and the libraries that it links: its own layer and all visible ones. A visible header
+# adds the library of its folder; a layer that sees the headers of osal/ links a port.
 layer_of   = $(firstword $(foreach l,$(LAYERS),$(if $(filter $(call home,$l) $(call home,$l)/%,$1),$l)))
 home       = $(firstword $(subst :, ,$1))
 seen       = $(patsubst %/status.h,%,$(patsubst osal/include,osal,$(subst $(comma), ,$(word 2,$(subst :, ,$1)))))
@@ -22,14 +22,14 @@ mirrored   = $(patsubst test/unit/%,%,$(patsubst test/contract/%,%,$(patsubst %/
 test_name  = $(patsubst %.c,$B/%,$1)
 fixtures   = $(filter-out $(dir $1)test_%,$(wildcard $(dir $1)*.c $(dir $(patsubst %/,%,$(dir $1)))fixtures/*.c))
 
-# A test that defines __wrap_x takes the part of x in what it links; __real_x is x itself.
+# A test that defines __wrap_x replaces x in the code that it links; __real_x is x itself.
 WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) /dev/null | LC_ALL=C sort -u)
 wraps_of   = $(patsubst $1:__wrap_%,-Wl$(comma)--wrap=%,$(filter $1:%,$(WRAPPED)))
 counted    = $(if $(S390X),,-Wl$(comma)--wrap=UnityDefaultTestRun) # See test/support/descriptors.h.
 TEST_EXTERNALS = $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm
 
-# Only a test that expects assertions to fail has its own end of a failed assertion; in all others it is that of the
-# port, whose library stands before the support library.
+# Only a test that expects assertions to fail links its own fsw_assertion_failed; all others use that of the port,
+# whose library comes before the support library.
 ASSERTING := $(shell grep -l assertion_fails $(TESTS) /dev/null)
 caught     = $(if $(filter $1,$(ASSERTING)),$B/obj/test/support/assertion.o)
 
@@ -62,16 +62,16 @@ endef
 $(foreach b,$(BENCHES),$(eval $(call bench_rule,$b)))
 include test/bench/transport.mk
 
-# What has several tasks at one thing: built and run once more to look for data races.
+# Tests with several tasks on one object: built and run again with the thread sanitizer.
 THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_link_doorbell.c %/test_packet_log_writer.c \
                 $(patsubst %,test/contract/osal/test_%.c,mutex event task doorbell inversion),$(TESTS))
 thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
 	@:
 tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 	@:
-# What puts numbers into octets, where numbers lie the other way round. Only Unity's, since cmocka is not there for it,
-# and what needs neither several tasks (the emulator has no locks with inheritance of priority) nor the clock on
-# the wall.
+# Tests of conversions between numbers and octets, for a big-endian processor. Only those of Unity, because cmocka is
+# not available for it, and only those that need neither several tasks (the emulator has no locks with priority
+# inheritance) nor wall-clock time.
 FOREIGN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_remote_endian_wire.c test/unit/base/% \
                  $(foreach f,parameter rtlink message,test/unit/fsw/framework/$f/%),\
                  $(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
@@ -80,7 +80,7 @@ foreign-tests: $(FOREIGN_PROGRAMS) $(foreach t,$(FOREIGN_TESTS),$(call test_name
 	@:
 foreign-programs: $(FOREIGN_PROGRAMS)
 	@:
-# What the tests in test/hil run once more on a kernel that has such buses.
+# Tests that test/hil runs again on a kernel with CAN buses and TIPC.
 KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/message/% \
                 $(patsubst %,test/contract/osal/test_%.c,lockstep_scheduler_blocking can can_socket tipc network),\
                 $(TESTS))
@@ -89,7 +89,7 @@ kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
 benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRANSPORTS:%=$B/bench/transport/%)
 	@:
 
-# What is selected by ONLY, and what that needs: nothing else is installed or built.
+# The tests selected by ONLY and their needs: nothing else is installed or built.
 PYTHON_TESTS   := $(strip $(call selected,$(shell find test -name 'test_*.py' | LC_ALL=C sort)))
 FLYING_TESTS   := $(filter test/conformance/% test/mission/% test/hil/%,$(PYTHON_TESTS))
 HIL_TESTS      := $(filter test/hil/%,$(PYTHON_TESTS))
