@@ -5,6 +5,7 @@ define fuzz_rule
 $B/target/$1: $(call objects,test/fuzz/fuzz_$1.c $(filter-out test/fuzz/fuzz_%,$(FUZZ_SOURCES)) \
                        test/support/scripted_bus.c) $(LIBRARIES)
 	@mkdir -p $$(@D)
+	$(if $(V),,@echo "  link $$@")
 	$(Q)$(CC) $(CFLAGS) -fsanitize=fuzzer -o $$@ $$(filter %.o,$$^) $$(call group,$$^) \
 	    -Wl,--as-needed -lexpat $(LUA) $(NETTLE) -lode -llcm -lsqlite3 -lpthread -lm
 endef

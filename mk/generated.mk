@@ -22,12 +22,16 @@ SEES_GENERATED := $(foreach p,pus fsw/supervisor fsw/subsystems fsw/programs lau
                   test/bench/% test/fuzz/%
 $(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_SOURCES))): | $(GENERATED)
 
+.PHONY: generated
+generated: $(GENERATED)
+	@:
+
 # Other flags, or another compiler, build everything again.
 $B/flags: force
 	@mkdir -p $(@D) && echo '$(CC) $(CPPFLAGS) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CPPFLAGS) $(CFLAGS)' >$@
 force:
 
-$B/obj/%.o: %.c $B/flags | build/setup/run
+$B/obj/%.o: %.c $B/flags | build/setup/build
 	@mkdir -p $(@D)
 	$(if $(V),,@echo "  $(CC) $(VARIANT:%=% )$<")
 	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -c $< -o $@

@@ -26,7 +26,7 @@ PROGRAMS := $(foreach m,$(MAINS),$(call program_name,$m))
 FOREIGN_PROGRAMS := $(foreach p,$(filter-out supervisor communication,$(patsubst %_program.c,%,\
                     $(notdir $(wildcard fsw/programs/*_program.c)))),$B/bin/$(subst _,-,$p))
 
-all: build/setup/run
+all: build/setup/build
 	$(PARALLEL) programs
 programs: $(LIBRARIES) $(PROGRAMS)
 	@:

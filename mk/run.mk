@@ -4,7 +4,7 @@
 # Only options of the command line are passed on; the launcher has the defaults and refuses invalid values.
 option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
 adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
-sim-run: all $(if $(FOREIGN),foreign)
+sim-run: build/setup/run all $(if $(FOREIGN),foreign)
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,seed,SEED) \
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
 	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) \

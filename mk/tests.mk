@@ -37,6 +37,7 @@ define test_rule
 $(call test_name,$1): $(call objects,$1 $(call fixtures,$1)) $(call caught,$1) \
     $(call layer_libraries,$(call mirrored,$1)) $(SUPPORT_A)
 	@mkdir -p $$(@D)
+	$(if $(V),,@echo "  link $$@")
 	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,$1) $(counted) -o $$@ $$(filter %.o,$$^) \
 	    $$(call group,$$^) -Wl,--as-needed $(TEST_EXTERNALS)
 endef
@@ -102,7 +103,7 @@ TEST_SETUP     := $(if $(FLYING_TESTS),test) $(if $(HIL_TESTS),vm) $(if $(NEEDS_
 BUILD_FOREIGN   = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 foreign-tests
 test: $(TEST_SETUP:%=build/setup/%)
 	+@failed=; \
-	$(MAKE) -k --no-print-directory -j$(JOBS) $(NEEDS_PROGRAMS) tests $(if $(PYTHON_TESTS),$(GENERATED)) \
+	$(MAKE) -k --no-print-directory -j$(JOBS) $(NEEDS_PROGRAMS) tests $(if $(PYTHON_TESTS),generated) \
 	    $(if $(HIL_TESTS),kernel-tests) || failed='the build'; \
 	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 $(NEEDS_PROGRAMS) tests || \
 	    failed="$$failed the sanitizer build"; \
@@ -110,7 +111,7 @@ test: $(TEST_SETUP:%=build/setup/%)
 	$(if $(NEEDS_THREADS),$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || \
 	    failed="$$failed the build against data races";) \
 	$(if $(NEEDS_FOREIGN),$(BUILD_FOREIGN) -k || failed="$$failed the big-endian build";) \
-	$(VENV) test/support/run_tests.py --threads '$(NEEDS_THREADS)' --jobs $(JOBS) \
+	$(if $(PYTHON_TESTS),$(VENV),$(PYTHON)) test/support/run_tests.py --threads '$(NEEDS_THREADS)' --jobs $(JOBS) \
 	    --only '$(ONLY)' --failed "$$failed" $(call selected,$(TESTS))
 
 test-hil: build/setup/vm $(if $(NEEDS_FOREIGN),build/setup/s390x) all

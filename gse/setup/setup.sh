@@ -3,22 +3,24 @@
 # Install what a target needs: `setup.sh LEVEL`. Each level contains those it builds on. Quick when all is there. Installs
 # as root or through `sudo -n`; otherwise prints the exact command and stops. Never asks.
 #
-#   run     the programs and a flight          unit    C tests                   clang   its builds: data races, fuzz targets
-#   pytest  tests in Python                    s390x   big-endian programs       docs    the documentation
-#   test    tests of whole programs            hil     the micro-VM              check   analysers
-#   full    all of them, and Yamcs
+#   build   the programs              run     a flight: Python packages    unit    C tests
+#   clang   data races, fuzz targets  s390x   big-endian programs          pytest  tests in Python
+#   docs    the documentation         test    tests of whole programs      hil     the micro-VM
+#   check   analysers                 full    all of them, and Yamcs
 set -eu
 
-level=${1:?usage: setup.sh run|unit|clang|pytest|s390x|docs|test|hil|check|full}
+level=${1:?usage: setup.sh build|run|unit|clang|pytest|s390x|docs|test|hil|check|full}
 here=gse/setup
 case $level in
-run) levels='run' ;;
-unit | clang | docs) levels="run $level" ;;
-pytest | s390x) levels="run unit $level" ;;
-test) levels='run unit clang pytest docs test' ;;
-hil) levels='run unit clang pytest docs test hil' ;;
-check) levels='run unit clang pytest check' ;;
-full) levels='run unit clang pytest s390x docs test hil check full' ;;
+build) levels='build' ;;
+run | unit | clang) levels="build $level" ;;
+docs) levels='build run docs' ;;
+s390x) levels='build unit s390x' ;;
+pytest) levels='build run unit pytest' ;;
+test) levels='build run unit clang pytest docs test' ;;
+hil) levels='build run unit clang pytest docs test hil' ;;
+check) levels='build run unit clang pytest check' ;;
+full) levels='build run unit clang s390x pytest docs test hil check full' ;;
 *) echo "setup: unknown level '$level'" >&2 && exit 2 ;;
 esac
 
@@ -70,7 +72,7 @@ failed=''
 install_packages || failed=1
 if has pytest; then
     sh "$here/python.sh" gse/requirements.txt test/requirements.txt || failed=1
-else
+elif has run; then
     sh "$here/python.sh" gse/requirements.txt || failed=1
 fi
 if has unit; then

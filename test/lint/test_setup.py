@@ -198,16 +198,18 @@ def test_all_that_is_missing_is_said_at_once(index, fresh_venv):
     """Packages of the machine, of Python, and Unity: the setup does not stop at the first of them, and leaves no stamp."""
     place = clone(index / "a", fresh_venv)
     shutil.copytree(ROOT / "gse" / "setup", place / "gse" / "setup")
-    shutil.copy(index / "list.txt", place / "gse" / "requirements.txt")
+    (place / "test").mkdir()
+    for folder in ("gse", "test"):
+        shutil.copy(index / "list.txt", place / folder / "requirements.txt")
     script(index / "bin" / "dpkg-query", '[ "$4" = libcmocka-dev ] || echo installed')
     script(index / "bin" / "apt-get", "exit 100")
     script(index / "bin" / "sudo", 'shift; exec "$@"')
-    done = subprocess.run(["sh", "gse/setup/setup.sh", "unit"], cwd=place, env=environment_of(index, index="no network"), capture_output=True,
+    done = subprocess.run(["sh", "gse/setup/setup.sh", "pytest"], cwd=place, env=environment_of(index, index="no network"), capture_output=True,
                           text=True, check=False)
     assert done.returncode == 1
     for said in ("install --no-install-recommends -y libcmocka-dev \n", "    other==2.0\n", "which holds Unity, cannot be fetched", "make setup"):
         assert said in done.stderr, done.stderr
-    assert not (place / "build" / "setup" / "run").exists() and not (place / "build" / "setup" / "unit").exists()
+    assert not {"build", "run", "unit", "pytest"} & {path.name for path in (place / "build" / "setup").iterdir()}
 
 
 EXPAT = ["usr/include/expat.h", "usr/include/expat_external.h", "usr/include/s390x-linux-gnu/expat_config.h",
