@@ -150,8 +150,7 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
         return begin_pulse(drives, slot, action, out_result);
     }
     if ((object_of(drives, action, &object) != STATUS_OK) || !drives->network.is_running) {
-        return fail(out_result, DRIVES_ACCESS_CLOSED,
-                    DRIVES_ACCESS_CLOSED); // It was open when the request was checked.
+        return fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED); // Closed after the check.
     }
     if (drives->access.owners[object.device] != 0U) {
         return STATUS_FULL;
