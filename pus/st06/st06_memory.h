@@ -94,14 +94,14 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 } pus_memory_service_t;
 
 /// Memory ids must differ; nothing is protected or scrubbed. The configuration is copied; the objects to
-/// which it points is not.
+/// which it points are not.
 void pus_memory_init(pus_memory_service_t* memory, const pus_memory_config_t* config);
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_memory_service(pus_memory_service_t* memory);
-/// Take back a record, `key` being a memory id. STATUS_OK, STATUS_NOT_FOUND (no such memory), STATUS_INVALID
+/// Restore a record; `key` is a memory id. STATUS_OK, STATUS_NOT_FOUND (no such memory), STATUS_INVALID
 /// (no such record), STATUS_UNSUPPORTED (it can no longer be scrubbed).
 MUST_USE status_t pus_memory_restore(void* self, uint32_t key, const uint8_t* octets, size_t size);
-/// Move all operations and scrubbing on.
+/// Advance all operations and scrubbing.
 void pus_memory_step(pus_memory_service_t* memory, uint64_t now_ns);
 
 #endif // PUS_ST06_ST06_MEMORY_H

@@ -17,7 +17,7 @@ typedef struct {
     bool is_plugged;
     bool is_babbling;
     bool restarts_by_order;   // Bus-off does not end by itself.
-    bool reports_arbitration; // Tells its software of lost arbitrations.
+    bool reports_arbitration; // Reports lost arbitrations to its software.
     unsigned overflows;       // Frames still to be lost in its receiver.
     controller_t controller;
     bus_callbacks_t callbacks;
@@ -67,7 +67,7 @@ struct bus {
 
 /// Account for an event in a controller and report it to its software and the tap if necessary.
 void bus_account(bus_t* bus, unsigned index, controller_event_t event);
-/// Tell a node's software, and the tap, about its controller.
+/// Report the state of a controller to its software and to the tap.
 void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report);
 /// The frame on the wire breaks.
 void bus_break_frame(bus_t* bus, controller_event_t sender_event);

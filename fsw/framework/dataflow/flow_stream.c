@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#define CHUNKS_PER_CALL 16U ///< A partner that never pauses does not hold up the cycle.
+#define CHUNKS_PER_CALL 16U ///< Bound for a partner that sends without a pause.
 
 void flow_stream_init(flow_stream_t* const flow, const flow_stream_setup_t* const setup,
                       const flow_resolver_t* const resolver)
@@ -120,7 +120,7 @@ static status_t read_some(flow_stream_t* const flow, size_t* const out_size)
                : osal_device_read(&flow->device, flow->chunk, sizeof flow->chunk, out_size);
 }
 
-/// Hand the outbox to the system, as much as it takes.
+/// Pass the outbox to the system, as much as it takes.
 static void flush(flow_stream_t* const flow)
 {
     while (flow->is_open && (flow->outbox_held > 0U)) {

@@ -3,14 +3,14 @@
 /// strings, hash, and errors. Internal to descriptor/.
 ///
 /// Elements are described by rows: an element becomes an item of a list of the model, or belongs to the item
-/// of the element around it; its attributes are read by their forms into members of that item; what is
-/// particular is left to the row's handlers. An item is cleared before it is read; items of one list are
-/// counted in the model and, where the list says so, as a range in the item of the element around.
+/// of the element around it; its attributes are read by their forms into members of that item; the row's
+/// handlers do the rest. An item is cleared before it is read; items of one list are counted in the model
+/// and, where the list says so, as a range in the item of the element around.
 ///
 /// The first error is kept, with file and line, and makes every later call a no-op that returns its default;
 /// a handler reads all it needs and its caller checks `status` once. The canonical text, whose FNV-1a is the
 /// configuration hash, is for each element "<name\n", its attributes sorted by name as "name=value\n", its
-/// children, ">\n": comments, spaces between elements and the order of attributes do not count.
+/// children, ">\n": comments, spaces between elements and the order of attributes do not change it.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SOURCE_H
 

@@ -6,8 +6,8 @@
 ///
 /// Two kinds of content, never mixed: the interface part (names, ids, types, counts of parameters, events,
 /// functions, services, configurations, ports) is compiled into the program and guarded by interface_hash;
-/// all else is configuration, read at run time, guarded by configuration_hash (descriptors.md says over what
-/// each is taken).
+/// all else is configuration, read at run time, guarded by configuration_hash (docs/descriptors.md defines
+/// both).
 ///
 /// Ownership  The caller places the model (static; about 32 KiB).
 /// Context    Any, read-only after loading.
@@ -37,7 +37,7 @@
 #define DESCRIPTOR_STRUCTURES_MAX 32U
 #define DESCRIPTOR_SAMPLED_MAX 32U
 #define DESCRIPTOR_LOOPS_MAX 16U
-#define DESCRIPTOR_CONFIGURATION_LOOPS_MAX 2U ///< Loops of one configuration beside its own.
+#define DESCRIPTOR_CONFIGURATION_LOOPS_MAX 2U ///< Loops of services of one configuration.
 #define DESCRIPTOR_PORTS_MAX 16U
 #define DESCRIPTOR_DEVICES_MAX 32U
 #define DESCRIPTOR_SETTINGS_MAX 128U
@@ -133,7 +133,7 @@ typedef struct {
 #define DESCRIPTOR_POSITION_ACTIVITIES_MAX 1000U ///< ST[22].
 #define DESCRIPTOR_FILE_LOCKS_MAX 64U            ///< ST[23].
 
-typedef struct { // Service beside those that all subsystems have.
+typedef struct { // Service in addition to those that all subsystems have.
     uint8_t type;
     /// Of a subsystem: entries of the service, for which the program has room. Of the whole spacecraft:
     /// entries granted, no more than the maximum above; this is configuration.
@@ -159,7 +159,7 @@ typedef struct { // Super-commutated set: all its parameters, sample by sample, 
 #define DESCRIPTOR_LOOP_TEST 0x01U       ///< Services of a loop: requests of ST[17];
 #define DESCRIPTOR_LOOP_PARAMETERS 0x02U ///< requests of ST[20] for values, not those that set them.
 
-typedef struct { // A loop of its own for services that need not keep the pace of the control.
+typedef struct { // A loop for services that do not need the rate of the control.
     const char* name;
     uint32_t sampling_us;
     uint8_t priority;
@@ -169,7 +169,7 @@ typedef struct { // A loop of its own for services that need not keep the pace o
 
 typedef struct { // Housekeeping report structure.
     uint16_t id;
-    uint8_t loop;             ///< 0 the configuration's own, n its n-th <Loop>.
+    uint8_t loop;             ///< 0: the main loop; n: the n-th <Loop> of the configuration.
     uint32_t interval_cycles; ///< Of its loop; a multiple of every nrep.
     bool is_enabled;          ///< Periodic generation starts when the configuration is applied.
     uint16_t first_reference; ///< Sampled once.
@@ -201,7 +201,7 @@ typedef struct { // Value of one object of a device, written when the configurat
     uint16_t index;
     uint8_t subindex;
     value_type_t type; ///< An integer type or FLOAT.
-    uint64_t bits;     ///< The value as it lies on the wire: two's complement or IEEE 754, low octets.
+    uint64_t bits;     ///< The value as on the wire: two's complement or IEEE 754, low octets.
     uint32_t line;
 } descriptor_setting_t;
 

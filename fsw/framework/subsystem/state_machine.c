@@ -19,7 +19,7 @@ enum {
 typedef enum {
     NO,
     BUSY,
-    DONE,            ///< There already.
+    DONE,            ///< Already in that state.
     WALK,            ///< Go towards it hop by hop.
     WALK_CONFIGURED, ///< As WALK, if a configuration is applied.
     UNDO,            ///< Turn back: the de-init states down to OFFLINE.
@@ -193,7 +193,7 @@ void subsystem_state_machine_validate(state_machine_t* const machine)
     }
 }
 
-/// An action that makes the devices safe is never cut short by a walk further down: it ends first.
+/// A transition further down does not interrupt an action that makes the devices safe: the action ends first.
 static bool must_finish(const state_machine_t* const machine, const state_t target)
 {
     return (machine->action == ACTION_SECURE) ||
