@@ -82,7 +82,8 @@ static void pin(int number)
 static bool redirect_output(const char* path)
 {
     const int file = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-    return (file >= 0) && (dup2(file, STDOUT_FILENO) >= 0) && (dup2(file, STDERR_FILENO) >= 0);
+    return (file >= 0) && (dup2(file, STDOUT_FILENO) == STDOUT_FILENO) &&
+           (dup2(file, STDERR_FILENO) == STDERR_FILENO);
 }
 
 /// Everything but 0, 1, 2 and the named descriptors closes at exec.

@@ -36,7 +36,8 @@ COPIED = ("Makefile", "base", "descriptors", "fsw", "gse", "launcher", "mk", "os
 BUILT = ("flags", "obj", "lib", "generated", "setup")
 NEAREST = 40  # Test programs tried for a mutant.
 FEW = 10  # Mutants of a folder that say nothing of it yet.
-SECONDS = 40  # Of one test program; a mutant that waits for ever is noticed so.
+SECONDS = 60  # Of one test program.
+PATIENCE = 20  # Times that without a mutant, and ten seconds: a mutant that waits for ever is noticed so.
 TOTAL_PERCENT, FOLDER_PERCENT = 95.0, 90.0
 SWAPS = [(" <= ", " < "), (" < ", " <= "), (" >= ", " > "), (" > ", " >= "), (" == ", " != "), (" != ", " == "),
          (" && ", " || "), (" || ", " && "), (" + ", " - "), (" - ", " + "), (" += ", " -= "), (" -= ", " += "),
@@ -156,16 +157,17 @@ def alone():
     return [*enter, "sh", "-c", 'mount -t tmpfs none /tmp && mount -t tmpfs none /dev/shm && exec "$0"']
 
 
-def passes(name):
-    """True if a test program of the copy ends with success."""
+def passes(name, seconds):
+    """Whether a test program of the copy ends well in that time."""
+    limits = {resource.RLIMIT_CPU: SECONDS, resource.RLIMIT_FSIZE: 1 << 30, resource.RLIMIT_CORE: 0}
+
     def limit():
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30, 1 << 30))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        for which, most in limits.items():
+            resource.setrlimit(which, (most, most))
 
     try:
         run = subprocess.run([*alone(), f"build/{name}"], cwd=TREE, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                             stderr=subprocess.DEVNULL, timeout=SECONDS, preexec_fn=limit, check=False)
+                             stderr=subprocess.DEVNULL, timeout=seconds, preexec_fn=limit, check=False)
         return run.returncode == 0
     except subprocess.TimeoutExpired:
         return False
@@ -175,7 +177,7 @@ class Run:
     """The copy, and the results of its tests."""
 
     def __init__(self, jobs):
-        self.jobs, self.tests, self.sound = jobs, Tests(), {}
+        self.jobs, self.tests, self.seconds = jobs, Tests(), {}
         shutil.rmtree(TREE, ignore_errors=True)
         (TREE / "build").mkdir(parents=True)
         for name in COPIED:
@@ -189,24 +191,24 @@ class Run:
         """The first program that fails, built `jobs` at a time; None if all pass."""
         with concurrent.futures.ThreadPoolExecutor(self.jobs) as pool:
             for begin in range(0, len(names), 2 * self.jobs):
-                some = names[begin:begin + 2 * self.jobs]
+                some = [name for name in names[begin:begin + 2 * self.jobs] if self.seconds_of(name)]
                 make([f"build/{name}" for name in some], self.jobs)
-                for name, good in zip(some, pool.map(passes, some)):
-                    if not good and self.is_sound(name):
+                for name, good in zip(some, pool.map(passes, some, map(self.seconds_of, some))):
+                    if not good:
                         return name
         return None
 
-    def is_sound(self, name):
-        """True if the program passes without a mutant. Run only for those that fail; its own build is in the
-        main tree."""
-        if name not in self.sound:
+    def seconds_of(self, name):
+        """How long the program may take, from how long it takes without a mutant; None if it fails even so."""
+        if name not in self.seconds:
             copy = TREE / "build" / name
-            mutated = copy.with_suffix(".mutated")
-            copy.rename(mutated)
-            shutil.copy2(ROOT / "build" / name, copy)
-            self.sound[name] = passes(name)
-            mutated.replace(copy)
-        return self.sound[name]
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / "build" / name, copy)
+            began = time.monotonic()
+            is_sound = passes(name, SECONDS)
+            self.seconds[name] = min(SECONDS, 10 + PATIENCE * (time.monotonic() - began)) if is_sound else None
+            copy.unlink()
+        return self.seconds[name]
 
     def verdict(self, mutant):
         """The program that kills it, None if none does, False if it does not build or is the same code."""

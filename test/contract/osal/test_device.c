@@ -3,6 +3,7 @@
 #define _GNU_SOURCE
 #include "osal/include/osal/device.h"
 
+#include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
@@ -65,10 +66,15 @@ static void test_a_partner_that_leaves_is_told_and_may_come_back(void)
     size_t size   = 0U;
     open_fifo();
     osal_device_close(&writer);
+    errno = EINTR; // Of an earlier call: a call that ends well leaves it.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_device_read(&reader, &octet, 1U, &size));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_device_open(&writer, path, OSAL_DEVICE_WRITE));
+    errno = EINTR;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_device_write(&writer, (const uint8_t*)"x", 1U, &size));
+    errno = EINTR;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_device_read(&reader, &octet, 1U, &size));
+    TEST_ASSERT_EQUAL_UINT64(1U, size);
+    TEST_ASSERT_EQUAL_HEX8('x', octet);
     osal_device_close(&reader);
     TEST_ASSERT_EQUAL(STATUS_CLOSED,
                       osal_device_write(&writer, (const uint8_t*)"x", 1U, &size)); // No signal.

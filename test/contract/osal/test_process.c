@@ -127,10 +127,11 @@ static int catch_stop(void)
     osal_process_catch_stop();
     (void)puts("ready");
     (void)fflush(stdout);
-    while (osal_process_stop_count() == 0U) {
+    do {
         (void)osal_process_wait_any(NULL, 0U, LONG_MS);
-    }
-    return 50 + (int)osal_process_stop_count();
+    } while (osal_process_stop_count() == 0U);
+    const bool is_taken = (osal_process_wait_any(NULL, 0U, 10U) == STATUS_TIMEOUT); // It ends one wait only.
+    return (is_taken ? 50 : 90) + (int)osal_process_stop_count();
 }
 
 static int ignore_interrupt(void)

@@ -49,7 +49,7 @@ static long now_ns;
 /// The next answer of a call: its result, or the negative number of its error.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : 0;
+    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
     return (result < 0) ? -1 : result;
 }
 

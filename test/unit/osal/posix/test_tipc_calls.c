@@ -40,7 +40,7 @@ static int kind_of_control; // 0: no control data.
 /// The next answer of a call: its result, or the negative number of its error.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : 0;
+    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
     return (result < 0) ? -1 : result;
 }
 
