@@ -19,7 +19,7 @@ static int complain(const char* const what)
     return 2;
 }
 
-/// Folder of this program with its trailing slash: the others lie beside it.
+/// Folder of this program, with its trailing slash, which also contains the other programs.
 static const char* folder_of(const char* const path)
 {
     static char folder[LAUNCH_PATH_MAX];
@@ -64,7 +64,7 @@ static void conclude(void)
     osal_console_say(line);
 }
 
-/// Fly, with a guard beside this process.
+/// Fly, with a guard process.
 static int run(const int argument_count, char* const arguments[], const launch_options_t* const options)
 {
     static guard_t guard;

@@ -22,7 +22,7 @@ CAPACITY_CHECK(simulator_has_all_buses, SIMULATOR_BUSES_MAX >= MISSION_BUSES_MAX
 #define COSIMULATION_PORT_ROUND_MS 100U
 #define COSIMULATION_PORT_ROUNDS 1800U
 
-typedef struct { // Everything the image holds beside its components' own storage.
+typedef struct { // Storage of the image in addition to that of its components.
     run_state_t* run;
     osal_shm_t run_shm;
     osal_shm_t scheduler_shm;

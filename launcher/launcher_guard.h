@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The guard of a run: a process beside the launcher that outlives it. If the launcher is killed, the guard
+/// The guard of a run: a second process that outlives the launcher. If the launcher is killed, the guard
 /// waits for the end of its children, removes every name of the run, completes the logs and writes run.json
 /// and the report. If the guard is killed, the launcher starts another.
 ///

@@ -24,7 +24,7 @@ void arguments_add(arguments_t* arguments, const char* argument);
 /// The concatenation of two texts as one argument.
 void arguments_add_joined(arguments_t* arguments, const char* first, const char* second);
 void arguments_add_number(arguments_t* arguments, uint64_t number);
-/// A program that lies beside the launcher.
+/// A program in the folder of the launcher.
 void arguments_add_program(arguments_t* arguments, const launcher_t* launcher, const char* name);
 /// The project's own Python if it exists, else the system's.
 const char* launcher_python(void);

@@ -12,7 +12,7 @@
 #include <string.h>
 
 #define IDENTITY "hirosco-"
-#define FAMILY "/" IDENTITY ///< Begin of the names of all runs.
+#define FAMILY "/" IDENTITY ///< Beginning of the names of all runs.
 #define SLOT_NS 500000ULL
 #define REAL_PATIENCE_NS 40000000ULL ///< For a process that is stopped in the middle of a hand-over.
 #define PORT_TRIES 200U
@@ -53,7 +53,7 @@ static bool load_mission(launcher_t* const launcher, char* const path, const siz
     return true;
 }
 
-/// Each subsystem's program lies beside the launcher.
+/// Each subsystem's program is in the folder of the launcher.
 static bool find_programs(launcher_t* const launcher, const char* const mission_path)
 {
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {

@@ -95,7 +95,7 @@ static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// A process that starts and does not join must not hold up the others.
+/// A process that starts and does not join must not delay the others.
 static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
 {
     const unsigned awaited   = osal_lockstep_awaited(launcher->scheduler);

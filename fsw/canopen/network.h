@@ -109,7 +109,7 @@ typedef struct { // Of both channels together [frames, error frames, wrap].
     uint32_t lost; ///< Times that an interface went down or away.
 } canopen_network_bus_counters_t;
 
-typedef struct { // Private: a controller as it was looked at last.
+typedef struct { // Private: last checked state of a controller.
     flow_can_state_t state;
     uint32_t overruns;
     uint32_t transmit_timeouts;

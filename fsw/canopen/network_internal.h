@@ -7,7 +7,7 @@
 
 /// Queue a fault; a fault without room is counted.
 void canopen_network_tell(canopen_network_t* network, const canopen_network_fault_t* fault);
-/// A controller as it is.
+/// Present state of a controller.
 canopen_network_conditions_t canopen_network_conditions(const flow_can_t* flow);
 /// Report the condition of one of the master's controllers.
 void canopen_network_tell_condition(canopen_network_t* network, uint8_t channel,

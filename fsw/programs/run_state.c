@@ -7,8 +7,8 @@
 
 #include <string.h>
 
-// Simulator and operator take part beside the subsystems; each link of the mission has its place in the
-// block.
+// Simulator and operator take part in addition to the subsystems; each link of the mission has its place in
+// the block.
 CAPACITY_CHECK(all_take_part, (MISSION_SUBSYSTEMS_MAX + 2U) <= OSAL_LOCKSTEP_PARTICIPANTS_MAX);
 CAPACITY_CHECK(every_link_has_a_route, RUN_LINKS_MAX >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(every_node_has_an_address, RUN_NODES_MAX >= MISSION_NODES_MAX);

@@ -243,7 +243,7 @@ MUST_USE status_t supervisor_checkpoint_adopt(checkpoint_t* checkpoint, const ch
 /// Add a block in two parts to an annex; the second may be null if its size is 0. False: no room.
 bool supervisor_checkpoint_add(const checkpoint_t* checkpoint, checkpoint_annex_t* annex, const uint8_t* head,
                                size_t head_size, const uint8_t* octets, size_t size);
-/// The first block, and the one behind it; null: that was the last. `place` begins at 0.
+/// The first block, and the one after it; null: that was the last. `place` begins at 0.
 const uint8_t* supervisor_checkpoint_next(const checkpoint_t* checkpoint, const checkpoint_annex_t* annex,
                                           size_t* place, size_t* out_size);
 /// The last block, and the one before it; null: that was the first. `place` begins at 0.

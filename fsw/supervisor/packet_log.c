@@ -75,7 +75,7 @@ static void path_of(const packet_log_t* const log, const packet_log_strategy_t s
     FSW_ASSERT(!text.cut); // The folder was measured when the log was opened.
 }
 
-/// Open a strategy's file behind its last whole record.
+/// Open a strategy's file, to continue after its last complete record.
 static status_t open_file(const packet_log_t* const log, osal_file_t* const file, packet_log_job_t* const job)
 {
     char path[PACKET_LOG_PATH + 32U];
@@ -200,7 +200,7 @@ static void add_record(packet_log_t* const log, const uint8_t* const record, con
     }
 }
 
-/// Make a piece of the oldest records in the ring, as many as fit, behind a gap record if some are lost.
+/// Make a piece of the oldest records in the ring, as many as fit, after a gap record if some are lost.
 static void make_piece(packet_log_t* const log)
 {
     uint8_t record[RECORD_MAX];

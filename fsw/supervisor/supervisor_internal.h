@@ -67,7 +67,7 @@ bool supervisor_ground_takes_requests(const supervisor_t* supervisor);
 /// Copy the reports that wait for the ground for the next life of the supervisor; restore them.
 void supervisor_ground_keep(supervisor_t* supervisor);
 void supervisor_ground_resume(supervisor_t* supervisor);
-/// Raise GROUND_BEHIND, once for each time the ground falls behind.
+/// Raise GROUND_BEHIND, once whenever reports begin to wait for the ground.
 void supervisor_ground_tell(supervisor_t* supervisor);
 /// Update the published state of the link to ground.
 void supervisor_ground_update(supervisor_t* supervisor);
@@ -152,7 +152,7 @@ void supervisor_raise_u16_u16(supervisor_t* supervisor, uint16_t event_id, uint1
 void supervisor_mode_set(supervisor_t* supervisor, uint8_t mode, uint8_t cause);
 /// Enter the fallback mode of the mission.
 void supervisor_mode_fall_back(supervisor_t* supervisor);
-/// Take back the lasting record of the mode. STATUS_OK, STATUS_INVALID.
+/// Restore the lasting record of the mode. STATUS_OK, STATUS_INVALID.
 status_t supervisor_mode_restore(supervisor_t* supervisor, const uint8_t* octets, size_t size);
 /// In the first step: enter the fallback mode if the previous flight was interrupted, and store the record.
 void supervisor_mode_begin(supervisor_t* supervisor);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between the source files of osal/can.h: the two carriers behind it.
+/// Private to the source files of osal/can.h: the interfaces of its two carriers.
 #ifndef OSAL_POSIX_CAN_PORT_H
 #define OSAL_POSIX_CAN_PORT_H
 

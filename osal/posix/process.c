@@ -400,7 +400,7 @@ static void on_stop(int number)
     const uint64_t one = 1U;
     stop_count         = stop_count + 1;
     if (write((int)stop_descriptor, &one, sizeof(one)) < 0) {
-        errno = kept; // The descriptor is readable already: the counter behind it is full.
+        errno = kept; // The descriptor is readable already: its counter is full.
     }
     errno = kept;
 }

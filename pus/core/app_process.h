@@ -66,7 +66,7 @@ typedef struct {
     uint16_t count;
 } pus_message_counter_t;
 
-/// Private: reports that wait, oldest first, each behind its size.
+/// Private: reports that wait, oldest first, each preceded by its size.
 typedef struct {
     uint8_t* octets;
     size_t capacity;

@@ -53,7 +53,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     struct {
         uint32_t stored;      ///< Packets.
         uint32_t refused;     ///< Packets a full bounded store did not take.
-        uint32_t overwritten; ///< Packets that a circular store has given up for newer ones.
+        uint32_t overwritten; ///< Packets that a circular store has overwritten by newer ones.
         uint32_t failed;      ///< Reads, writes and syncs that the medium failed.
         uint32_t damaged;     ///< Blocks that could no longer be reached, or not read to their end.
     } counters;

@@ -61,7 +61,7 @@ pus_reply_t pus_selection_delete(const pus_selection_editor_t* editor, pus_selec
 /// Put a selection as record `key`. Statuses of pus_persistence_t.put, STATUS_OK if nothing is kept.
 MUST_USE status_t pus_selection_put(const pus_selection_editor_t* editor, const pus_selection_t* selection,
                                     uint32_t key);
-/// Take a record back. STATUS_OK; STATUS_INVALID (malformed), STATUS_EXHAUSTED (more than the capacity): the
+/// Restore a record. STATUS_OK; STATUS_INVALID (malformed), STATUS_EXHAUSTED (more than the capacity): the
 /// selection stays.
 MUST_USE status_t pus_selection_restore(pus_selection_t* selection, const uint8_t* octets, size_t size);
 /// Answer with the content of a list, in as many reports as necessary: each is complete in itself and begins

@@ -125,7 +125,7 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
 /// `self` is the service, for kind->now and its own requests.
 void pus_schedule_init(pus_schedule_t* schedule, const pus_schedule_kind_t* kind, void* self,
                        const pus_schedule_config_t* config);
-/// Take a lasting record back; before the first request and step. STATUS_OK, STATUS_INVALID (malformed),
+/// Restore a lasting record; before the first request and step. STATUS_OK, STATUS_INVALID (malformed),
 /// STATUS_EXISTS (its place is taken), STATUS_EXHAUSTED (no room for it).
 MUST_USE status_t pus_schedule_restore(pus_schedule_t* schedule, uint32_t key, const uint8_t* octets,
                                        size_t size);
@@ -136,8 +136,8 @@ void pus_schedule_step(pus_schedule_t* schedule, uint64_t now_ns);
 bool pus_schedule_is_waiting(const pus_schedule_t* schedule);
 /// Tag of the next activity; UINT64_MAX if there is none.
 uint64_t pus_schedule_next(const pus_schedule_t* schedule);
-/// Keep a record of the service itself beside those of the schedule. PUS_DONE; PUS_FAILED (PUS_FAILURE_IO,
-/// status).
+/// Keep a record of the service itself in addition to those of the schedule. PUS_DONE; PUS_FAILED
+/// (PUS_FAILURE_IO, status).
 pus_reply_t pus_schedule_keep_own(pus_schedule_t* schedule, const uint8_t* octets, size_t size);
 #define PUS_SCHEDULE_KEY_OWN 2U ///< Its key; pus_schedule_restore refuses it.
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to pus/core/schedule*.c: the activities behind the requests.
+/// Private to pus/core/schedule*.c: the activities that the requests change.
 #ifndef PUS_CORE_SCHEDULE_INTERNAL_H
 #define PUS_CORE_SCHEDULE_INTERNAL_H
 

@@ -178,7 +178,7 @@ pus_reply_t pus_schedule_insert(void* const object, pus_request_t* const request
 
 // Deletion.
 
-/// Delete every activity that an identifier names, `first` and those behind it.
+/// Delete every activity that an identifier names, from `first` on.
 static status_t delete_named(pus_schedule_t* const schedule, const uint16_t first)
 {
     uint16_t slot = first;

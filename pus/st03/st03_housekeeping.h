@@ -126,7 +126,7 @@ pus_service_t pus_hk_service(pus_hk_t* hk);
 /// too many parameters, sets or octets), STATUS_NOT_FOUND (a parameter), STATUS_FORBIDDEN (not readable),
 /// STATUS_INVALID (no parameter, same one twice, interval or repetitions out of range).
 MUST_USE status_t pus_hk_add(pus_hk_t* hk, const pus_hk_definition_t* definition);
-/// Take back a record: a functional reporting definition. STATUS_OK, STATUS_EXHAUSTED (no room),
+/// Restore a record: a functional reporting definition. STATUS_OK, STATUS_EXHAUSTED (no room),
 /// STATUS_INVALID (no such record).
 MUST_USE status_t pus_hk_restore(void* self, uint32_t key, const uint8_t* octets, size_t size);
 /// Delete all structures: the configuration is revoked.

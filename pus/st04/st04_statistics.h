@@ -65,7 +65,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_statistics_init(pus_statistics_t* self, const pus_statistics_config_t* config);
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_statistics_service(pus_statistics_t* self);
-/// Take one record back. STATUS_OK, STATUS_INVALID (malformed, no scalar, or an interval out of range),
+/// Restore one record. STATUS_OK, STATUS_INVALID (malformed, no scalar, or an interval out of range),
 /// STATUS_EXHAUSTED (no room). The parameter may come later.
 MUST_USE status_t pus_statistics_restore(pus_statistics_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);

@@ -54,7 +54,7 @@ typedef struct {
 } pus_time_report_t;
 
 void pus_time_init(pus_time_t* time, const pus_time_config_t* config);
-/// Take the lasting record back. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID: it stays.
+/// Restore the lasting record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID: it stays.
 MUST_USE status_t pus_time_restore(pus_time_t* time, uint32_t key, const uint8_t* octets, size_t size);
 /// Send a report if one is due.
 void pus_time_step(pus_time_t* time, uint64_t now_ns);

@@ -159,7 +159,7 @@ static pus_large_uplink_t* find_uplink(const pus_large_t* const large, const boo
     return NULL;
 }
 
-/// How long the request that is being put together may be, and in *out_size how long it will be as far as is
+/// Longest permitted size of the request in assembly, and in *out_size its size as far as it is
 /// known.
 static size_t limit_of(const pus_large_t* const large, const pus_large_uplink_t* const uplink,
                        size_t* const out_size)
@@ -175,7 +175,7 @@ static size_t limit_of(const pus_large_t* const large, const pus_large_uplink_t*
     return (limit < config->uplink_size) ? limit : config->uplink_size;
 }
 
-/// Append a part. PUS_DONE, or the uplink is given up and the request refused.
+/// Append a part. PUS_DONE, or the uplink is aborted and the request refused.
 static pus_reply_t append(pus_large_t* const large, pus_large_uplink_t* const uplink,
                           const pus_request_t* const request, const uint8_t* const part, const size_t size)
 {

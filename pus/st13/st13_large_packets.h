@@ -52,7 +52,7 @@ typedef struct {
     pus_large_uplink_t* uplinks; ///< `uplink_count` of them, with `uplink_size` octets each.
     uint8_t* uplink_octets;
     size_t uplink_count;
-    size_t uplink_size;  ///< Longest request that is put together [octets], up to PUS_LARGE_MAX.
+    size_t uplink_size;  ///< Longest request that is assembled [octets], up to PUS_LARGE_MAX.
     uint64_t timeout_ns; ///< Longest time between two parts, and until `take` takes it.
     void* context;
     /// How long a request to an application may be [octets]; more than `uplink_size` is as that.
@@ -63,15 +63,15 @@ typedef struct {
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_large_config_t config;
-    size_t first_report; // Of a ring: the one that is sent, and the next ones behind it.
+    size_t first_report; // Of a ring: the report that is sent, followed by the next ones.
     size_t posted;
     bool is_building;
     uint16_t transaction; // Of the next long report.
     struct {
         uint32_t reports;  ///< Reports sent in parts, whole.
         uint32_t parts;    ///< Their parts.
-        uint32_t requests; ///< Requests that were put together and taken.
-        uint32_t aborted;  ///< Uplinks given up.
+        uint32_t requests; ///< Requests that were assembled and taken.
+        uint32_t aborted;  ///< Aborted uplinks.
         uint32_t refused;  ///< Parts refused, and reports for which there was no buffer.
     } counters;
 } pus_large_t;

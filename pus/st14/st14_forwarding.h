@@ -39,7 +39,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 
 /// Forward everything of the controlled processes.
 void pus_forwarding_init(pus_forwarding_t* forwarding, const pus_forwarding_config_t* config);
-/// Take the lasting record back. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID (malformed),
+/// Restore the lasting record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID (malformed),
 /// STATUS_EXHAUSTED (more entries than there is room for): the configuration stays.
 MUST_USE status_t pus_forwarding_restore(pus_forwarding_t* forwarding, uint32_t key, const uint8_t* octets,
                                          size_t size);

@@ -448,7 +448,7 @@ static pus_reply_t report_selection(void* const self, pus_request_t* const reque
 
 // ---- Reports on stores ----
 
-/// How much of a store lies behind an address [per cent, rounded up].
+/// Part of a store after an address [per cent, rounded up].
 static uint8_t filled_from(const pus_packet_store_t* const log, const uint64_t cursor)
 {
     const uint64_t place  = pus_packet_store_place(log, cursor);

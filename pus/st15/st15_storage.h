@@ -129,7 +129,7 @@ void pus_storage_init(pus_storage_t* storage, const pus_storage_config_t* config
 MUST_USE status_t pus_storage_add(pus_storage_t* storage, const pus_store_definition_t* definition);
 /// The selection of a store by its number, for the configuration.
 pus_selection_t* pus_storage_selection(pus_storage_t* storage, uint8_t number);
-/// Take a lasting record back, between pus_storage_add and pus_storage_start: it takes the place of what the
+/// Restore a lasting record, between pus_storage_add and pus_storage_start: it takes the place of what the
 /// configuration says. STATUS_OK; STATUS_NOT_FOUND (no such store), STATUS_INVALID (malformed, or not
 /// possible here), STATUS_EXHAUSTED (a selection longer than there is room for): nothing changed.
 MUST_USE status_t pus_storage_restore(pus_storage_t* storage, uint32_t key, const uint8_t* octets,

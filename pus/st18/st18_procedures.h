@@ -49,7 +49,7 @@ typedef enum {
     PUS_OBSERVED_RECEIVED = 10
 } pus_observation_t;
 
-/// Telemetry as it was last reported.
+/// The last reported telemetry.
 typedef struct {
     void* context;
     /// Value of a parameter. STATUS_OK, STATUS_NOT_FOUND (unknown, never reported, or no scalar).
@@ -141,7 +141,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_procedures_init(pus_procedures_t* self, const pus_procedures_config_t* config);
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_procedures_service(pus_procedures_t* self);
-/// Take one record back. STATUS_OK, STATUS_INVALID (malformed, or its checksum is wrong), STATUS_EXHAUSTED
+/// Restore one record. STATUS_OK, STATUS_INVALID (malformed, or its checksum is wrong), STATUS_EXHAUSTED
 /// (no room). A procedure is loaded when all its records are back.
 MUST_USE status_t pus_procedures_restore(pus_procedures_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);

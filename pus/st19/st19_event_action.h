@@ -70,7 +70,7 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
 void pus_event_action_init(pus_event_action_t* self, const pus_event_action_config_t* config);
 /// The service's entry for a dispatcher, without a step.
 pus_service_t pus_event_action_service(pus_event_action_t* self);
-/// Take a lasting record back; before the first request and event. STATUS_OK, STATUS_INVALID (malformed),
+/// Restore a lasting record; before the first request and event. STATUS_OK, STATUS_INVALID (malformed),
 /// STATUS_EXISTS (its place is taken, or there is such a definition), STATUS_EXHAUSTED (no room for it).
 MUST_USE status_t pus_event_action_restore(pus_event_action_t* self, uint32_t key, const uint8_t* octets,
                                            size_t size);

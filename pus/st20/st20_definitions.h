@@ -65,7 +65,7 @@ pus_failure_t pus_parameter_define(pus_parameter_definitions_t* definitions, oct
 /// PFC follow from the id alone.
 bool pus_parameter_place_of(const pus_parameter_definitions_t* definitions, uint32_t id,
                             pus_parameter_definition_t* out_definition);
-/// Take back a record. STATUS_OK, STATUS_INVALID (no such record), STATUS_NOT_FOUND (its memory),
+/// Restore a record. STATUS_OK, STATUS_INVALID (no such record), STATUS_NOT_FOUND (its memory),
 /// STATUS_EXHAUSTED.
 MUST_USE status_t pus_parameter_definitions_restore(pus_parameter_definitions_t* definitions, uint32_t key,
                                                     const uint8_t* octets, size_t size);

@@ -31,7 +31,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_parameters_init(pus_parameters_t* parameters, const pus_parameter_port_t* port);
 /// From now on parameters may be defined by request; their port takes the place of the one given before.
 void pus_parameters_define(pus_parameters_t* parameters, pus_parameter_definitions_t* definitions);
-/// Take back a record. Statuses of pus_parameter_definitions_restore; STATUS_UNSUPPORTED (no definitions).
+/// Restore a record. Statuses of pus_parameter_definitions_restore; STATUS_UNSUPPORTED (no definitions).
 MUST_USE status_t pus_parameters_restore(pus_parameters_t* parameters, uint32_t key, const uint8_t* octets,
                                          size_t size);
 pus_service_t pus_parameters_service(pus_parameters_t* parameters);

@@ -71,7 +71,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_sequences_init(pus_sequences_t* self, const pus_sequences_config_t* config);
 /// The service's entry for a dispatcher, without a step.
 pus_service_t pus_sequences_service(pus_sequences_t* self);
-/// Take a lasting record back; before the first request. STATUS_OK, STATUS_INVALID (malformed, or not the
+/// Restore a lasting record; before the first request. STATUS_OK, STATUS_INVALID (malformed, or not the
 /// next of its sequence), STATUS_EXISTS (there is such a sequence), STATUS_EXHAUSTED (no room for it).
 MUST_USE status_t pus_sequences_restore(pus_sequences_t* self, uint32_t key, const uint8_t* octets,
                                         size_t size);

@@ -33,7 +33,7 @@ void pus_position_schedule_init(pus_position_schedule_t* self, const pus_positio
                                 const pus_schedule_config_t* config);
 /// The service's entry for a dispatcher, without a step.
 pus_service_t pus_position_schedule_service(pus_position_schedule_t* self);
-/// Take a lasting record back. Statuses of pus_schedule_restore.
+/// Restore a lasting record. Statuses of pus_schedule_restore.
 MUST_USE status_t pus_position_schedule_restore(pus_position_schedule_t* self, uint32_t key,
                                                 const uint8_t* octets, size_t size);
 /// Release due activities, and continue a report. now_ns stamps reports.

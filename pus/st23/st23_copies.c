@@ -434,7 +434,7 @@ static bool has_turn(const pus_file_copy_t* const copy)
            (copy->status == PUS_FILE_COPY_LEFT);
 }
 
-/// The next copy in turn that has something to do; null if none has.
+/// The next copy in turn with work to do; null if there is none.
 static pus_file_copy_t* next_copy(pus_files_t* const files)
 {
     for (size_t i = 0U; i < files->config.copy_count; i++) {

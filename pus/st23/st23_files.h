@@ -94,7 +94,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 
 /// No file is locked, no copy runs.
 void pus_files_init(pus_files_t* files, const pus_files_config_t* config);
-/// Take a lasting record back. STATUS_OK; STATUS_NOT_FOUND (no such key), STATUS_INVALID (malformed).
+/// Restore a lasting record. STATUS_OK; STATUS_NOT_FOUND (no such key), STATUS_INVALID (malformed).
 MUST_USE status_t pus_files_restore(pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);
 /// Copy, search, report; call once per cycle. `cycle` counts minimum sampling intervals and may jump forward.
 void pus_files_step(pus_files_t* files, uint64_t now_ns, uint32_t cycle);

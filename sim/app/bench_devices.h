@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Devices of a mission beside the arm and the joystick, from a text file: one line per device, `<bus> <node>
-/// joint-drive <contact rad> <stiffness Nm/rad>`, `#` starts a comment. The device is made from its EDS; its
-/// motor is on a bench (sim/plant/motor_bench.h) and touches an elastic object at the contact angle;
-/// stiffness 0: none.
+/// Devices of a mission in addition to the arm and the joystick, from a text file: one line per device,
+/// `<bus> <node> joint-drive <contact rad> <stiffness Nm/rad>`, `#` starts a comment. The device is made from
+/// its EDS; its motor is on a bench (sim/plant/motor_bench.h) and touches an elastic object at the contact
+/// angle; stiffness 0: none.
 ///
 /// Ownership  bench_devices_open allocates, bench_devices_close frees. Buses outlive the bench devices.
 /// Context    One task.

@@ -34,7 +34,7 @@ typedef struct {
     const char* scenario_path; ///< Null: no hand, no faults.
     const char* output_path;   ///< Folder for logs and truth, exists; null: nothing is written.
     const char* devices_path;  ///< Folder of the EDS files; null: "descriptors/devices".
-    const char* bench_path;    ///< Devices beside the arm and the joystick; null: none.
+    const char* bench_path;    ///< Devices in addition to the arm and the joystick; null: none.
     /// Scenario faults of processes (kill, hang, resume). Null: there are none.
     void (*process_fault)(void* context, fault_kind_t kind, const char* process);
     void* process_context;

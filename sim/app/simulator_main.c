@@ -24,7 +24,7 @@
 #define COSIMULATION_PORT_PATIENCE_MS 200000U ///< Longer than the launcher waits for simulated time to move.
 #define REAL_PRIORITY 80
 #define NO_LIMIT UINT64_MAX
-#define LAG_MAX_NS 20000000ULL ///< Lag behind the wall clock that is caught up.
+#define LAG_MAX_NS 20000000ULL ///< Largest delay behind the wall clock that is caught up.
 
 typedef enum {
     PACE_SCHEDULER, ///< By grants of the run's scheduler.
@@ -50,7 +50,7 @@ typedef struct {
     unsigned cosimulation_receiver;
 } options_t;
 
-/// The operator's co-simulation port into the scheduler, served beside the loop.
+/// The operator's co-simulation port into the scheduler, served in addition to the loop.
 typedef struct {
     cosimulation_port_t cosimulation;
     osal_lockstep_t* scheduler;

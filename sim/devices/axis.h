@@ -30,7 +30,7 @@ typedef enum {
     AXIS_STATE_COUNT
 } axis_state_t;
 
-/// Statusword bits beside the state.
+/// Statusword bits in addition to the state.
 #define AXIS_STATUS_WARNING 0x0080U
 #define AXIS_STATUS_INTERNAL_LIMIT 0x0800U
 #define AXIS_STATUS_FOLLOWS 0x1000U

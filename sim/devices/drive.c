@@ -79,7 +79,7 @@ struct drive {
     uint32_t substep;
     double reference_rad;
     double reference_rad_s;
-    double hold_nm; // Torque at the begin of a ramp.
+    double hold_nm; // Torque at the beginning of a ramp.
     bool is_ramping;
     bool is_at_rest;
     bool is_limited;

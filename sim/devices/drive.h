@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Joint drive (joint-drive.eds): CiA 402 with CSP, CSV and CST, an 8 kHz regulator, a holding brake, a
-/// torque sensor behind the gear and an encoder on the motor.
+/// torque sensor after the gear and an encoder on the motor.
 ///
 /// The bus side runs by the node's callbacks; the plant side calls drive_regulate in every rotor substep and
 /// drive_end_step after each plant step. Sensor errors and quantisation are those of sim/plant/sensor.h.

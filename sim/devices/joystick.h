@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Force-reflecting joystick (joystick.eds): two torque axes behind one node, encoders on the axes, buttons.
+/// Force-reflecting joystick (joystick.eds): two torque axes at one node, encoders on the axes, buttons.
 ///
 /// An enabled axis gives the commanded torque; any other has none. Quick stop takes the torque away and ends
 /// after 1 ms.

@@ -44,7 +44,7 @@ typedef enum {
     NODE_PRE_OPERATIONAL = 127
 } node_state_t;
 
-/// The device behind the node. All but `check` must be there.
+/// The callbacks of the device. Only `check` may be null.
 typedef struct {
     /// Bring the process values in the objects up to date.
     void (*sample)(void* context, uint64_t now_ns);

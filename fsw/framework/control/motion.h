@@ -15,7 +15,7 @@ typedef struct { // All fields are private.
     double distance; ///< Of a whole motion; of a stop, where it ends.
     double duration_s;
     double elapsed_s;
-    double speed; ///< At the begin of a stop, with sign; 0 in a whole motion.
+    double speed; ///< At the beginning of a stop, with sign; 0 in a whole motion.
 } control_motion_t;
 
 typedef struct {

@@ -68,7 +68,7 @@ static status_t read_subsystem(descriptor_loader_t* const loader, const char* co
     subsystem_builder_t builder;
     descriptor_subsystem_builder_begin(&builder, out_descriptor, path, &error);
     const status_t status = parse(loader, &builder.source, octets, size);
-    if (status != STATUS_OK) { // Leave nothing half-read behind.
+    if (status != STATUS_OK) { // Clear a model that was read only in part.
         (void)memset(out_descriptor, 0, sizeof *out_descriptor);
         out_descriptor->name = "";
     }

@@ -84,7 +84,7 @@ static bool has_room(const journal_t* const journal, const uint32_t used, const 
     return needed <= journal->configuration.limit;
 }
 
-/// Copy the live records behind one another to a medium; their slots note where they lie there.
+/// Copy the live records one after the other to a medium; their slots note their places there.
 /// STATUS_OK, STATUS_FULL, STATUS_IO.
 static status_t copy_live(journal_t* const journal, const medium_t* const medium, journal_place_t* const to)
 {

@@ -165,7 +165,7 @@ status_t journal_read_record(const medium_t* const medium, journal_place_t* cons
     return STATUS_OK;
 }
 
-/// Where in the buffer a record may begin that comes at or behind `place` and ends up to `end`; `size` - 19
+/// Where in the buffer a record at or after `place` may begin that ends at `end` at the latest; `size` - 19
 /// if there is none.
 static size_t candidate_in(const uint8_t* const buffer, const size_t size, const journal_place_t* const place,
                            const uint64_t end)

@@ -440,7 +440,7 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
     if (is_claim_good) {
         credit_up_to(channel, frame->taken);
     }
-    if (ahead > limit) { // No sender may be further ahead than its credit, nor behind.
+    if (ahead > limit) { // No sender may be further ahead than its credit, or have a lower number.
         stray(endpoint, channel);
         return false;
     }

@@ -59,7 +59,7 @@ typedef struct {
     uint32_t frames;  ///< Sent, or received and used.
     uint32_t lost;    ///< Missing in the sequence (of those the decimation lets through).
     uint32_t late;    ///< Read when older than allowed [reads].
-    uint32_t torn;    ///< Reads given up because the writer was always busy.
+    uint32_t torn;    ///< Reads that failed because the writer was always busy.
     uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
     uint32_t last_sequence;
 } rtlink_counters_t;

@@ -65,7 +65,7 @@ CAPACITY_CHECK(firm_ring_holds_ends_of_requests, (SUBSYSTEM_CALL_TOKENS + 2U) <=
 CAPACITY_CHECK(firm_ring_holds_links, SUBSYSTEM_LINKS <= 8U);
 CAPACITY_CHECK(loop_scratch_holds_a_sample, SUBSYSTEM_LOOP_SCRATCH >= SUBSYSTEM_SAMPLE_OCTETS);
 
-/// Take back a record of a service. STATUS_OK; any other: the service cannot use it.
+/// Restore a record of a service. STATUS_OK; any other: the service cannot use it.
 typedef status_t (*subsystem_restore_t)(void* self, uint32_t key, const uint8_t* octets, size_t size);
 
 /// Storage of the services that the descriptor lists, and the function that adds them: both are generated.
@@ -236,7 +236,7 @@ void subsystem_release(subsystem_t* subsystem);
 uint64_t subsystem_loop_step(subsystem_t* subsystem, uint8_t loop, uint64_t now_ns);
 /// Priority that the applied configuration gives to such a loop, 1..99; 0 while it rests.
 uint8_t subsystem_loop_priority(subsystem_t* subsystem, uint8_t loop);
-/// Take back one record that services have put, `table` being the service type; before the first step.
+/// Restore one record that services have put, `table` being the service type; before the first step.
 /// STATUS_OK, STATUS_NOT_FOUND (no service of the component keeps such records), or why the service refuses
 /// it.
 MUST_USE status_t subsystem_restore(subsystem_t* subsystem, uint8_t table, uint32_t key,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops of services beside the component's own: each with its rate, its priority and its mailbox.
+// Loops of services in addition to the main loop: each with its rate, its priority and its mailbox.
 #include "fsw/framework/subsystem/subsystem_internal.h"
 
 #include "base/assertion.h"

@@ -59,7 +59,7 @@ typedef struct { // Private.
         uint16_t user;
         unsigned client; // COMMUNICATION_CLIENTS: none.
     } users[COMMUNICATION_USERS];
-    // Last port that was connected or given up; 0: none, or the participant has closed the connection.
+    // Last port that was connected or abandoned; 0: none, or the participant has closed the connection.
     uint16_t participant;
     uint32_t owed;       // Octets of the participant that are announced and not received yet.
     bool is_uplink_full; // A request could not go up in this step.

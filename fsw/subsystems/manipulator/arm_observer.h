@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// External torque on the arm from the joint torque sensors: a momentum observer.
 ///
-/// The sensors sit behind the gears, so motor friction and rotor inertia do not matter; gravity, inertia and
-/// coupling of the links are taken out by the model without differentiating twice.
+/// The sensors are on the output side of the gears, so motor friction and rotor inertia do not matter;
+/// gravity, inertia and coupling of the links are taken out by the model without differentiating twice.
 ///
 /// Ownership  The caller places manipulator_arm_observer_t.
 /// Context    One task.

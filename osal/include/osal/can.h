@@ -120,7 +120,7 @@ MUST_USE status_t osal_can_filter(osal_can_t* can, const osal_can_filter_t* filt
 /// controller), STATUS_CLOSED (not open, or the interface is down or gone).
 MUST_USE status_t osal_can_send(osal_can_t* can, const osal_can_frame_t* frame);
 /// Take the oldest received frame. Returns STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (not open, or the interface
-/// is down or gone: close; once it is back, open again).
+/// is down or removed: close; when it exists again, open again).
 MUST_USE status_t osal_can_receive(osal_can_t* can, osal_can_frame_t* out_frame);
 
 #endif // OSAL_CAN_H

@@ -34,7 +34,7 @@ typedef enum {
 
 typedef struct {
     bool is_memory_locked; ///< No page of the program is written out.
-    bool is_slack_minimal; ///< Wake-ups are not put together with later ones.
+    bool is_slack_minimal; ///< Wake-ups are not combined with later ones.
 } osal_clock_attributes_t;
 
 typedef struct { ///< Deliveries announced during a grant, by their receiver. Counts saturate.
