@@ -118,6 +118,55 @@ static void its_heartbeat_comes_every_20_ms(void)
     TEST_ASSERT_EQUAL_UINT(10U, beats);
 }
 
+static void a_master_that_begins_anew_sends_its_heartbeat_at_once(void)
+{
+    cycle();
+    now_ns = 0U;
+    canopen_master_clear(&master);
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus, 0x701U));
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus, 0x701U));
+    now_ns = 0U;
+    canopen_master_use_flow(&master, &flow); // The other channel of the bus.
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus, 0x701U));
+}
+
+/// From then on its state is not known, and no answer is expected; of the others all is as it was.
+static void a_reset_counts_for_the_nodes_that_it_reaches(void)
+{
+    uint8_t index = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_add_node(&master, 0x12U, &index));
+    canopen_master_node_t* const nodes = master.nodes;
+    for (unsigned i = 0U; i < 4U; i++) {
+        static const struct {
+            uint8_t id;
+            canopen_nmt_command_t command;
+            bool is_reset[2];
+        } commands[] = {{0x12U, NMT_RESET_NODE, {false, true}},
+                        {0x11U, NMT_RESET_COMMUNICATION, {true, false}},
+                        {0U, NMT_RESET_NODE, {true, true}},
+                        {0U, NMT_START, {false, false}}};
+        for (unsigned k = 0U; k < 2U; k++) {
+            nodes[k].state = NMT_STATE_PRE_OPERATIONAL;
+            canopen_sdo_client_reset(&nodes[k].sdo);
+            TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&nodes[k].sdo, 0x1000U, 0U));
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_command(&master, commands[i].id, commands[i].command));
+        for (unsigned k = 0U; k < 2U; k++) {
+            const bool is_reset = commands[i].is_reset[k];
+            TEST_ASSERT_EQUAL(is_reset ? NMT_STATE_UNKNOWN : NMT_STATE_PRE_OPERATIONAL, nodes[k].state);
+            TEST_ASSERT_EQUAL(is_reset ? STATUS_OK : STATUS_BUSY,
+                              canopen_sdo_client_upload(&nodes[k].sdo, 0x1000U, 0U));
+        }
+    }
+    flow_can_close(&flow); // A command that is not sent changes nothing.
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, canopen_master_command(&master, 0U, NMT_RESET_NODE));
+    TEST_ASSERT_EQUAL(NMT_STATE_PRE_OPERATIONAL, nodes[0].state);
+    TEST_ASSERT_EQUAL(NMT_STATE_PRE_OPERATIONAL, nodes[1].state);
+}
+
 static void boot_up_and_heartbeats_tell_the_state(void)
 {
     TEST_ASSERT_EQUAL(NMT_STATE_UNKNOWN, master.nodes[0].state);
@@ -266,6 +315,8 @@ int main(void)
     RUN_TEST(nodes_and_routes_have_their_limits);
     RUN_TEST(sync_is_the_last_frame_of_a_cycle);
     RUN_TEST(its_heartbeat_comes_every_20_ms);
+    RUN_TEST(a_master_that_begins_anew_sends_its_heartbeat_at_once);
+    RUN_TEST(a_reset_counts_for_the_nodes_that_it_reaches);
     RUN_TEST(boot_up_and_heartbeats_tell_the_state);
     RUN_TEST(a_heartbeat_is_missed_after_60_ms_and_not_before_the_first);
     RUN_TEST(process_data_reach_their_taker);

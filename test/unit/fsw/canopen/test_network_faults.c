@@ -235,6 +235,20 @@ static void securing_from_every_goal(void)
     TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]);
 }
 
+/// A controller would send them over and over, and the nodes would get them whenever they come back.
+static void no_command_is_queued_while_nobody_acknowledges(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    scripted_bus_error(&bus, OSAL_CAN_ERROR_NO_ACK, 0U);
+    idle(1U);
+    TEST_ASSERT_TRUE(network.flow->health.is_unacknowledged);
+    scripted_bus_run(&bus);
+    canopen_network_stop(&network);
+    canopen_network_reset_nodes(&network);
+    scripted_bus_run(&bus);
+    TEST_ASSERT_EQUAL_UINT(0U, bus.seen_count);
+}
+
 static void an_unplugged_bus_comes_back_by_commissioning(void)
 {
     run_to(CIA402_GOAL_ENABLED);
@@ -300,6 +314,7 @@ int main(void)
     RUN_TEST(braking_does_not_last_for_ever);
     RUN_TEST(securing_works_with_one_drive_mute);
     RUN_TEST(securing_from_every_goal);
+    RUN_TEST(no_command_is_queued_while_nobody_acknowledges);
     RUN_TEST(an_unplugged_bus_comes_back_by_commissioning);
     RUN_TEST(a_foreign_sync_is_told_once_while_it_goes_on);
     return UNITY_END();
