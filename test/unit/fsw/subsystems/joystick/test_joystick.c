@@ -337,6 +337,29 @@ static void events_and_counters_are_published(void)
     EXPECT_WITHIN(0.05, 1.0e-9, joystick.parameters.cur_values.position[0]);
 }
 
+/// CHANNEL selects a channel of the bus, tells which, and refuses one that the bus does not have.
+static void the_channel_of_the_bus_is_selected_by_command(void)
+{
+    const joystick_channel_arguments_t first  = {NETWORK_CHANNEL_A};
+    const joystick_channel_arguments_t second = {NETWORK_CHANNEL_B};
+    const joystick_channel_arguments_t third  = {NETWORK_CHANNELS};
+    bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_SAFE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(STATUS_OK, perform(JOYSTICK_FUNCTION_CHANNEL, &second, 1U));
+    TEST_ASSERT_EQUAL_UINT8(NETWORK_CHANNEL_B, joystick.drives.network.channel);
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, JOYSTICK_EVENT_CHANNEL_SELECTED));
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, perform(JOYSTICK_FUNCTION_CHANNEL, &third, 1U));
+    TEST_ASSERT_EQUAL_UINT8(NETWORK_CHANNEL_B, joystick.drives.network.channel);
+    TEST_ASSERT_EQUAL(STATUS_OK, perform(JOYSTICK_FUNCTION_CHANNEL, &first, 1U));
+    TEST_ASSERT_EQUAL_UINT8(NETWORK_CHANNEL_A, joystick.drives.network.channel);
+    TEST_ASSERT_EQUAL_UINT(2U, double_events(&generic, JOYSTICK_EVENT_CHANNEL_SELECTED));
+}
+
+static void a_function_that_it_does_not_have_is_refused(void)
+{
+    bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, perform(UINT16_MAX, NULL, 1U));
+}
+
 static void released_it_has_let_go_of_its_bus(void)
 {
     callbacks->release(&joystick); // Before it has one.
@@ -384,6 +407,8 @@ int main(void)
     RUN_TEST(setting_the_desired_torque_lasts_until_stop);
     RUN_TEST(a_telepresence_joystick_displays_nothing);
     RUN_TEST(events_and_counters_are_published);
+    RUN_TEST(the_channel_of_the_bus_is_selected_by_command);
+    RUN_TEST(a_function_that_it_does_not_have_is_refused);
     RUN_TEST(released_it_has_let_go_of_its_bus);
     RUN_TEST(only_a_descriptor_of_one_stick_fits);
     return UNITY_END();
