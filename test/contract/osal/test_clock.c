@@ -74,7 +74,7 @@ static void test_absolute_sleep_does_not_drift_with_and_without_sockets(void)
     osal_socket_close(&other);
 }
 
-static void test_what_is_not_permitted_is_told(void)
+static void test_what_is_not_permitted_is_reported(void)
 {
     if (!wall.attributes.is_memory_locked || !wall.attributes.is_slack_minimal) {
         TEST_IGNORE_MESSAGE("locked memory or timer slack is not permitted here");
@@ -251,7 +251,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_real_time_counts_from_its_origin);
     RUN_TEST(test_absolute_sleep_does_not_drift_with_and_without_sockets);
-    RUN_TEST(test_what_is_not_permitted_is_told);
+    RUN_TEST(test_what_is_not_permitted_is_reported);
     RUN_TEST(test_real_wait_is_never_early_with_and_without_sockets);
     RUN_TEST(test_real_wait_ends_early_for_a_socket);
     RUN_TEST(test_signals_of_others_do_not_shorten_a_wait);

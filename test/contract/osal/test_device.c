@@ -60,7 +60,7 @@ static void test_octets_pass_through_a_fifo(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY("\r\n", octets, size);
 }
 
-static void test_a_partner_that_leaves_is_told_and_may_come_back(void)
+static void test_a_partner_that_leaves_is_reported_and_may_come_back(void)
 {
     uint8_t octet = 0U;
     size_t size   = 0U;
@@ -160,7 +160,7 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(test_octets_pass_through_a_fifo);
-    RUN_TEST(test_a_partner_that_leaves_is_told_and_may_come_back);
+    RUN_TEST(test_a_partner_that_leaves_is_reported_and_may_come_back);
     RUN_TEST(test_a_partner_that_does_not_read_fills_it);
     RUN_TEST(test_a_file_grows_at_its_end);
     RUN_TEST(test_a_device_that_takes_no_more_is_full);

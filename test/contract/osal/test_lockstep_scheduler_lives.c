@@ -196,7 +196,7 @@ static void test_a_life_hangs_from_its_beginning_on(void)
     TEST_ASSERT_EQUAL_UINT64(2000U, osal_lockstep_begin_ns(scheduler, SECOND));
 }
 
-static void test_the_holder_is_told(void)
+static void test_the_holder_is_reported(void)
 {
     uint32_t before = 0U;
     uint32_t after  = 0U;
@@ -470,7 +470,7 @@ static pid_t hammer_as_second(uint32_t life)
     return child;
 }
 
-static void test_who_is_stopped_inside_is_killed_so_that_the_others_go_on(void)
+static void test_who_is_stopped_inside_is_killed_so_that_the_others_continue(void)
 {
     scheduler = shared_scheduler();
     osal_lockstep_set_patience(scheduler, 2000000U);
@@ -526,7 +526,7 @@ int main(void)
     RUN_TEST(test_what_was_due_in_a_hang_comes_after_it);
     RUN_TEST(test_a_suspended_participant_ends_as_any_other);
     RUN_TEST(test_a_life_hangs_from_its_beginning_on);
-    RUN_TEST(test_the_holder_is_told);
+    RUN_TEST(test_the_holder_is_reported);
     RUN_TEST(test_a_place_that_is_taken_is_refused);
     RUN_TEST(test_one_place_too_many_is_a_coding_error);
     RUN_TEST(test_a_place_that_was_freed_is_taken_again);
@@ -535,7 +535,7 @@ int main(void)
     RUN_TEST(test_who_comes_back_to_an_ended_life_is_turned_away);
     RUN_TEST(test_a_stream_ends_with_the_life_of_its_server);
     RUN_TEST(test_a_server_that_cuts_a_stream_wakes_its_participant);
-    RUN_TEST(test_who_is_stopped_inside_is_killed_so_that_the_others_go_on);
+    RUN_TEST(test_who_is_stopped_inside_is_killed_so_that_the_others_continue);
     RUN_TEST(test_who_has_no_life_of_its_own_is_waited_for);
     return UNITY_END();
 }

@@ -115,7 +115,7 @@ static void test_names_that_exist_and_do_not(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_mqueue_create(&other, name, 1U, 0U));
 }
 
-static void test_a_sender_is_told_when_the_receiver_begins_anew(void)
+static void test_a_sender_is_told_when_the_receiver_starts_again(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, say("old"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_remove(name));
@@ -154,7 +154,7 @@ int main(void)
     RUN_TEST(test_limits_are_reached_and_told);
     RUN_TEST(test_what_every_system_grants_and_what_none_does);
     RUN_TEST(test_names_that_exist_and_do_not);
-    RUN_TEST(test_a_sender_is_told_when_the_receiver_begins_anew);
+    RUN_TEST(test_a_sender_is_told_when_the_receiver_starts_again);
     RUN_TEST(test_what_a_process_that_died_has_sent_is_there);
     return UNITY_END();
 }

@@ -208,7 +208,7 @@ static osal_process_result_t result_of(osal_process_t* process)
 
 static const osal_process_start_t plain = {.processor = -1};
 
-static void test_exit_code_is_told_once(void)
+static void test_exit_code_is_reported_once(void)
 {
     osal_process_t process       = start_role("exit", "42", &plain);
     osal_process_result_t result = result_of(&process);
@@ -425,7 +425,7 @@ static void test_child_dies_with_its_parent(void)
     TEST_ASSERT_FALSE(osal_process_is_alive(&grandchild));
 }
 
-static void test_child_that_outlives_its_parent_goes_on_whatever_ends_its_group(void)
+static void test_child_that_outlives_its_parent_continues_whatever_ends_its_group(void)
 {
     osal_process_t grandchild;
     osal_process_t* const one[] = {&grandchild};
@@ -546,7 +546,7 @@ int main(int count, char** arguments)
         return play(arguments[1], (count > 2) ? arguments[2] : "");
     }
     UNITY_BEGIN();
-    RUN_TEST(test_exit_code_is_told_once);
+    RUN_TEST(test_exit_code_is_reported_once);
     RUN_TEST(test_running_child_and_its_two_ways_to_end);
     RUN_TEST(test_what_cannot_be_started);
     RUN_TEST(test_child_keeps_only_the_named_descriptors);
@@ -558,7 +558,7 @@ int main(int count, char** arguments)
     RUN_TEST(test_output_goes_to_the_file_and_is_appended);
     RUN_TEST(test_child_begins_with_ordinary_signals);
     RUN_TEST(test_child_dies_with_its_parent);
-    RUN_TEST(test_child_that_outlives_its_parent_goes_on_whatever_ends_its_group);
+    RUN_TEST(test_child_that_outlives_its_parent_continues_whatever_ends_its_group);
     RUN_TEST(test_watch_needs_a_process);
     RUN_TEST(test_wait_any_finds_the_one_that_ended);
     RUN_TEST(test_caught_stop_signal_ends_a_wait_and_not_the_program);

@@ -91,7 +91,7 @@ static void test_udp_limits(void)
     TEST_ASSERT_EQUAL(10U, size);
 }
 
-static void test_udp_sends_go_on_when_a_peer_is_gone(void)
+static void test_udp_sends_continue_when_a_peer_is_gone(void)
 {
     uint8_t in[10];
     osal_address_t from;
@@ -170,7 +170,7 @@ static void test_tcp_fills_up_without_blocking_and_delivers_every_octet(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_stream_receive(&c, block, sizeof(block), &part));
 }
 
-static void test_tcp_peer_that_ends_is_told_after_its_last_octet(void)
+static void test_tcp_peer_that_ends_is_reported_after_its_last_octet(void)
 {
     uint8_t in[10];
     size_t size = 0U;
@@ -343,10 +343,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_udp_carries_whole_datagrams_in_order);
     RUN_TEST(test_udp_limits);
-    RUN_TEST(test_udp_sends_go_on_when_a_peer_is_gone);
+    RUN_TEST(test_udp_sends_continue_when_a_peer_is_gone);
     RUN_TEST(test_udp_datagram_stays_until_the_next_receive);
     RUN_TEST(test_tcp_fills_up_without_blocking_and_delivers_every_octet);
-    RUN_TEST(test_tcp_peer_that_ends_is_told_after_its_last_octet);
+    RUN_TEST(test_tcp_peer_that_ends_is_reported_after_its_last_octet);
     RUN_TEST(test_tcp_listener);
     RUN_TEST(test_descriptors_run_out_as_a_status);
     RUN_TEST(test_a_connection_may_be_begun_without_waiting);

@@ -88,7 +88,7 @@ static void a_message_beyond_the_protocol_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_tipc_send(&sender, name(INSTANCE), longer, sizeof longer));
 }
 
-static void a_message_beyond_the_buffer_is_dropped_with_a_word(void)
+static void a_message_beyond_the_buffer_is_dropped_and_reported(void)
 {
     open_pair(OSAL_TIPC_MESSAGE);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_send(&sender, name(INSTANCE), octets, 100U));
@@ -99,7 +99,7 @@ static void a_message_beyond_the_buffer_is_dropped_with_a_word(void)
     TEST_ASSERT_EQUAL(10U, size);
 }
 
-static void a_name_that_nobody_has_is_told(void)
+static void a_name_without_a_socket_is_reported(void)
 {
     open_pair(OSAL_TIPC_MESSAGE);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_tipc_send(&sender, name(OTHER), octets, 10U));
@@ -153,7 +153,7 @@ static void identities_differ_and_stay(void)
     TEST_ASSERT_EQUAL_HEX64(one, again);
 }
 
-static void an_adopted_socket_goes_on(void)
+static void an_adopted_socket_continues(void)
 {
     osal_socket_t heir = OSAL_SOCKET_CLOSED;
     open_pair(OSAL_TIPC_MESSAGE);
@@ -173,7 +173,7 @@ static void expect_event(bool is_published, uint32_t instance)
     TEST_ASSERT_EQUAL(instance, event.instance);
 }
 
-static void names_that_come_and_go_are_told(void)
+static void names_that_come_and_go_are_reported(void)
 {
     const osal_tipc_name_t other = name(OTHER);
     osal_tipc_event_t event      = {false, 0U};
@@ -199,12 +199,12 @@ int main(void)
     osal_socket_close(&receiver);
     RUN_TEST(messages_of_every_size_arrive_whole_and_in_order);
     RUN_TEST(a_message_beyond_the_protocol_is_refused);
-    RUN_TEST(a_message_beyond_the_buffer_is_dropped_with_a_word);
-    RUN_TEST(a_name_that_nobody_has_is_told);
+    RUN_TEST(a_message_beyond_the_buffer_is_dropped_and_reported);
+    RUN_TEST(a_name_without_a_socket_is_reported);
     RUN_TEST(what_a_slow_receiver_has_no_room_for_comes_back);
     RUN_TEST(samples_that_have_no_room_do_not_come_back);
     RUN_TEST(identities_differ_and_stay);
-    RUN_TEST(an_adopted_socket_goes_on);
-    RUN_TEST(names_that_come_and_go_are_told);
+    RUN_TEST(an_adopted_socket_continues);
+    RUN_TEST(names_that_come_and_go_are_reported);
     return UNITY_END();
 }

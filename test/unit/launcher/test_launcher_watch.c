@@ -56,7 +56,7 @@ static osal_process_look_t look_until(const bool is_runnable)
     return look;
 }
 
-static void who_waits_for_a_processor_is_starved(void)
+static void a_process_that_waits_for_a_processor_is_starved(void)
 {
     start("while :; do :; done");
     (void)look_until(true);
@@ -91,7 +91,7 @@ static void who_is_stopped_is_not(void)
     end();
 }
 
-static void nobody_is_starved_who_does_not_hold_the_grant(void)
+static void only_the_holder_of_the_grant_can_be_starved(void)
 {
     start("while :; do :; done");
     (void)look_until(true);
@@ -112,10 +112,10 @@ static void nobody_is_starved_who_does_not_hold_the_grant(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(who_waits_for_a_processor_is_starved);
+    RUN_TEST(a_process_that_waits_for_a_processor_is_starved);
     RUN_TEST(who_has_used_its_time_is_not);
     RUN_TEST(who_waits_for_something_else_is_not);
     RUN_TEST(who_is_stopped_is_not);
-    RUN_TEST(nobody_is_starved_who_does_not_hold_the_grant);
+    RUN_TEST(only_the_holder_of_the_grant_can_be_starved);
     return UNITY_END();
 }

@@ -266,7 +266,7 @@ static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
     TEST_ASSERT_EQUAL(NMT_STATE_UNKNOWN, master.nodes[0].state);
 }
 
-static void nothing_is_queued_while_nobody_acknowledges(void)
+static void nothing_is_queued_without_acknowledge(void)
 {
     const uint8_t pdo[8] = {1U};
     canopen_master_set_sync(&master, true);
@@ -322,7 +322,7 @@ int main(void)
     RUN_TEST(process_data_reach_their_taker);
     RUN_TEST(emergencies_are_queued_and_counted_when_they_do_not_fit);
     RUN_TEST(frames_of_the_wrong_kind_are_counted_and_dropped);
-    RUN_TEST(nothing_is_queued_while_nobody_acknowledges);
+    RUN_TEST(nothing_is_queued_without_acknowledge);
     RUN_TEST(a_full_queue_is_counted_and_is_no_sync);
     RUN_TEST(a_flood_is_taken_in_piecewise_and_does_not_hold_us);
     return UNITY_END();

@@ -133,7 +133,7 @@ static void nothing_works_out_of_order(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_open(&network, &resolver, "moon", NULL));
 }
 
-static void a_node_that_does_not_boot_is_told_again(void)
+static void a_node_that_does_not_boot_is_reported_again(void)
 {
     joints[1]->is_boot_mute = true;
     for (unsigned i = 0U; i < 500U; i++) {
@@ -173,7 +173,7 @@ static void a_device_of_another_maker_or_kind_is_refused(void)
     expect_no_fault();
 }
 
-static void a_device_that_boots_anew_meanwhile_is_refused(void)
+static void a_device_that_boots_again_meanwhile_is_refused(void)
 {
     const uint8_t boot_up = 0U;
     for (unsigned i = 0U; i < 6U; i++) { // The master answers the first boot-up with requests.
@@ -214,7 +214,7 @@ static void an_abort_and_silence_end_commissioning(void)
     TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure)); // The same once more.
 }
 
-static void starting_waits_for_every_device(void)
+static void starting_waits_without_endy_device(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
     TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure));
@@ -254,14 +254,14 @@ int main(void)
     RUN_TEST(a_joystick_has_two_axes_behind_one_node);
     RUN_TEST(what_is_added_is_checked);
     RUN_TEST(nothing_works_out_of_order);
-    RUN_TEST(a_node_that_does_not_boot_is_told_again);
+    RUN_TEST(a_node_that_does_not_boot_is_reported_again);
     RUN_TEST(a_device_of_another_type_is_refused);
     RUN_TEST(a_device_of_another_maker_or_kind_is_refused);
-    RUN_TEST(a_device_that_boots_anew_meanwhile_is_refused);
+    RUN_TEST(a_device_that_boots_again_meanwhile_is_refused);
     RUN_TEST(a_device_that_maps_other_data_is_refused);
     RUN_TEST(a_device_without_a_rated_torque_is_refused);
     RUN_TEST(an_abort_and_silence_end_commissioning);
-    RUN_TEST(starting_waits_for_every_device);
+    RUN_TEST(starting_waits_without_endy_device);
     RUN_TEST(it_can_be_configured_again_for_another_mode);
     return UNITY_END();
 }

@@ -162,7 +162,7 @@ static void devices_on_the_other_channel_are_called_by_the_heartbeat(void)
     TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
 }
 
-static void a_call_does_not_last_for_ever(void)
+static void a_call_does_not_last_without_end(void)
 {
     devices_on(NETWORK_CHANNELS);
     nodes[A][0]->is_plugged   = true;
@@ -255,7 +255,7 @@ static void what_the_other_channel_brings_is_dropped(void)
     TEST_ASSERT_EQUAL_UINT32(0U, network.devices[0].is_lost ? 1U : 0U);
 }
 
-static void a_missing_channel_b_is_told_and_cannot_be_selected(void)
+static void a_missing_channel_b_is_reported_and_cannot_be_selected(void)
 {
     is_b_missing = true;
     open_network();
@@ -272,7 +272,7 @@ static void a_missing_channel_b_is_told_and_cannot_be_selected(void)
     open_network();
 }
 
-static void conditions_of_a_controller_are_told_and_counted(void)
+static void conditions_of_a_controller_are_reported_and_counted(void)
 {
     open_network();
     run();
@@ -328,13 +328,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_master_speaks_on_the_active_channel_only);
     RUN_TEST(devices_on_the_other_channel_are_called_by_the_heartbeat);
-    RUN_TEST(a_call_does_not_last_for_ever);
+    RUN_TEST(a_call_does_not_last_without_end);
     RUN_TEST(a_cut_is_met_like_an_unplug_and_the_order_brings_them_back);
     RUN_TEST(a_selection_while_closed_counts_for_the_next_opening);
     RUN_TEST(a_switch_in_mid_run_stops_process_data_first);
     RUN_TEST(what_the_other_channel_brings_is_dropped);
-    RUN_TEST(a_missing_channel_b_is_told_and_cannot_be_selected);
-    RUN_TEST(conditions_of_a_controller_are_told_and_counted);
+    RUN_TEST(a_missing_channel_b_is_reported_and_cannot_be_selected);
+    RUN_TEST(conditions_of_a_controller_are_reported_and_counted);
     RUN_TEST(what_is_not_sent_is_counted_with_the_reason);
     return UNITY_END();
 }

@@ -67,7 +67,7 @@ static void a_dead_bus_loses_every_device_in_that_cycle(void)
     expect_no_fault();
 }
 
-static void nobody_there_is_every_device_lost(void)
+static void without_devices_every_device_is_lost(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     joints[0]->is_plugged = false;
@@ -78,7 +78,7 @@ static void nobody_there_is_every_device_lost(void)
     TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
 }
 
-static void error_states_of_the_bus_are_told_once_each(void)
+static void error_states_of_the_bus_are_reported_once_each(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x08U);
@@ -114,7 +114,7 @@ static void heartbeats_watch_where_no_process_data_flow(void)
     expect_fault(NETWORK_DEVICE_LOST, 0x12U, 0U);
 }
 
-static void a_fault_is_told_once_with_its_code(void)
+static void a_fault_is_reported_once_with_its_code(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     scripted_bus_emergency(&bus, 0x12U, 0x2310U);
@@ -199,7 +199,7 @@ static void securing_brakes_then_takes_the_voltage(void)
     expect_no_fault();
 }
 
-static void braking_does_not_last_for_ever(void)
+static void braking_does_not_last_without_end(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     const uint64_t begun_ns = now_ns;
@@ -270,7 +270,7 @@ static void an_unplugged_bus_comes_back_by_commissioning(void)
     expect_no_fault();
 }
 
-static void a_foreign_sync_is_told_once_while_it_goes_on(void)
+static void a_foreign_sync_is_reported_once_while_it_continues(void)
 {
     scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
     idle(2U);
@@ -300,22 +300,22 @@ int main(void)
     RUN_TEST(two_missing_answers_are_none);
     RUN_TEST(process_data_of_a_wrong_length_count_as_missing);
     RUN_TEST(a_dead_bus_loses_every_device_in_that_cycle);
-    RUN_TEST(nobody_there_is_every_device_lost);
-    RUN_TEST(error_states_of_the_bus_are_told_once_each);
+    RUN_TEST(without_devices_every_device_is_lost);
+    RUN_TEST(error_states_of_the_bus_are_reported_once_each);
     RUN_TEST(a_node_that_boots_again_is_lost);
     RUN_TEST(heartbeats_watch_where_no_process_data_flow);
-    RUN_TEST(a_fault_is_told_once_with_its_code);
+    RUN_TEST(a_fault_is_reported_once_with_its_code);
     RUN_TEST(leaving_operation_by_itself_is_a_fault);
     RUN_TEST(emergencies_go_by_their_class);
     RUN_TEST(what_was_before_the_reset_does_not_matter);
     RUN_TEST(a_fault_is_reset_on_the_way_to_standby_only);
     RUN_TEST(a_flood_of_faults_is_counted);
     RUN_TEST(securing_brakes_then_takes_the_voltage);
-    RUN_TEST(braking_does_not_last_for_ever);
+    RUN_TEST(braking_does_not_last_without_end);
     RUN_TEST(securing_works_with_one_drive_mute);
     RUN_TEST(securing_from_every_goal);
     RUN_TEST(no_command_is_queued_while_nobody_acknowledges);
     RUN_TEST(an_unplugged_bus_comes_back_by_commissioning);
-    RUN_TEST(a_foreign_sync_is_told_once_while_it_goes_on);
+    RUN_TEST(a_foreign_sync_is_reported_once_while_it_continues);
     return UNITY_END();
 }

@@ -235,7 +235,7 @@ static void a_device_that_was_not_brought_up_cannot_be_configured(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, walk(configure));
 }
 
-static void a_configuration_that_was_given_up_begins_anew(void)
+static void a_configuration_that_was_given_up_starts_again(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     select(2U);
@@ -475,7 +475,7 @@ int main(void)
     RUN_TEST(devices_on_two_buses_are_refused);
     RUN_TEST(an_unknown_class_and_no_device_at_all_are_refused);
     RUN_TEST(a_device_that_was_not_brought_up_cannot_be_configured);
-    RUN_TEST(a_configuration_that_was_given_up_begins_anew);
+    RUN_TEST(a_configuration_that_was_given_up_starts_again);
     RUN_TEST(a_drive_that_drops_out_raises_an_event_with_its_statusword);
     RUN_TEST(why_a_device_is_not_commissioned_is_an_event);
     RUN_TEST(an_event_the_descriptor_does_not_have_is_left_out);

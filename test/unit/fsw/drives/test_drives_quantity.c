@@ -192,7 +192,7 @@ static void what_is_no_quantity_or_cannot_be_set_is_refused(void)
     TEST_ASSERT_FALSE(to_object(1U, 1e9));
 }
 
-static void wrong_lines_of_a_descriptor_are_told(void)
+static void wrong_lines_of_a_descriptor_are_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("scale='0.1'", "scale='0'"));
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "a number other than 0"));
@@ -210,6 +210,6 @@ int main(void)
     RUN_TEST(objects_become_values);
     RUN_TEST(logical_devices_are_read_and_set);
     RUN_TEST(what_is_no_quantity_or_cannot_be_set_is_refused);
-    RUN_TEST(wrong_lines_of_a_descriptor_are_told);
+    RUN_TEST(wrong_lines_of_a_descriptor_are_reported);
     return UNITY_END();
 }

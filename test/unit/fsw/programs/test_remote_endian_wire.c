@@ -54,7 +54,7 @@ static run_state_t sample_run(void)
     return run;
 }
 
-static void a_run_is_told(void)
+static void a_run_is_reported(void)
 {
     const run_state_t run = sample_run();
     static run_state_t heard;
@@ -134,7 +134,7 @@ static void numbers_are_big_endian(void)
     TEST_ASSERT_EQUAL_HEX32(grant.octets, heard.octets);
 }
 
-static void what_was_done_is_told(void)
+static void what_was_done_is_reported(void)
 {
     remote_endian_done_t done = {.wake_ns = OSAL_LOCKSTEP_NEVER, .opened = 5U, .is_lossy = true};
     remote_endian_done_t heard;
@@ -300,10 +300,10 @@ static void frames_that_are_none_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_run_is_told);
+    RUN_TEST(a_run_is_reported);
     RUN_TEST(a_run_cut_short_or_out_of_bounds_is_refused);
     RUN_TEST(numbers_are_big_endian);
-    RUN_TEST(what_was_done_is_told);
+    RUN_TEST(what_was_done_is_reported);
     RUN_TEST(what_is_no_message_is_refused);
     RUN_TEST(a_message_may_come_in_pieces);
     RUN_TEST(an_end_that_is_gone_is_noticed);

@@ -152,7 +152,7 @@ static void any_octet_that_changes_refuses_its_bank(void)
     }
 }
 
-static void two_damaged_banks_are_told(void)
+static void two_damaged_banks_are_reported(void)
 {
     supervisor_checkpoint_commit(&checkpoint, &state, &rings);
     supervisor_checkpoint_commit(&checkpoint, &state, &rings);
@@ -515,7 +515,7 @@ int main(void)
     RUN_TEST(memory_that_was_never_written_is_nobodys);
     RUN_TEST(the_last_commit_is_adopted);
     RUN_TEST(any_octet_that_changes_refuses_its_bank);
-    RUN_TEST(two_damaged_banks_are_told);
+    RUN_TEST(two_damaged_banks_are_reported);
     RUN_TEST(a_commit_that_was_cut_short_leaves_the_one_before);
     RUN_TEST(a_writer_that_is_killed_anywhere_leaves_a_whole_state);
     RUN_TEST(a_head_that_cannot_be_is_refused);

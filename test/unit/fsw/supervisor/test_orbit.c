@@ -14,7 +14,7 @@ void tearDown(void)
 {
 }
 
-static void the_first_node_is_at_time_0_whenever_the_period_is_told(void)
+static void the_first_node_is_at_time_0_whenever_the_period_is_reported(void)
 {
     orbit_t orbit = {0};
     TEST_ASSERT_EQUAL_UINT64(0U, supervisor_orbit_position(&orbit, 3U * S, 0U));
@@ -23,7 +23,7 @@ static void the_first_node_is_at_time_0_whenever_the_period_is_told(void)
                              supervisor_orbit_position(&orbit, 250U * S, 100000U));
 }
 
-static void a_change_of_the_period_goes_on_from_where_it_is(void)
+static void a_change_of_the_period_continues_from_where_it_is(void)
 {
     static const uint32_t periods_ms[] = {100000U, 1U, 4294967295U, 0U, 5000U, 0U, 100000U};
     orbit_t orbit                      = {0};
@@ -43,7 +43,7 @@ static void a_change_of_the_period_goes_on_from_where_it_is(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_first_node_is_at_time_0_whenever_the_period_is_told);
-    RUN_TEST(a_change_of_the_period_goes_on_from_where_it_is);
+    RUN_TEST(the_first_node_is_at_time_0_whenever_the_period_is_reported);
+    RUN_TEST(a_change_of_the_period_continues_from_where_it_is);
     return UNITY_END();
 }

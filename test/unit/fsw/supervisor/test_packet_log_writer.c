@@ -145,7 +145,7 @@ static void expect_numbers(uint64_t first, uint64_t last)
 }
 
 /// A step that waited for the disk would never return here: the pipe is not read.
-static void a_slow_disk_holds_nobody_up(void)
+static void a_slow_disk_delays_no_other(void)
 {
     open_slow_log(RING_RECORDS);
     append(300U); // More than the pipe holds.
@@ -310,7 +310,7 @@ int main(void)
 {
     (void)alarm(120U); // A write to a disk that takes nothing never ends.
     UNITY_BEGIN();
-    RUN_TEST(a_slow_disk_holds_nobody_up);
+    RUN_TEST(a_slow_disk_delays_no_other);
     RUN_TEST(a_disk_that_stays_slow_leaves_the_ring_in_force);
     RUN_TEST(the_ring_overflows_while_the_disk_is_slow);
     RUN_TEST(a_storm_while_the_disk_is_slow);

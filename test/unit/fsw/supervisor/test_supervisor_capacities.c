@@ -89,7 +89,7 @@ static uint16_t take_until_it_warns(pool_t* pool)
 }
 
 /// Memory for requests and sequences: three quarters in use raise one event each; peaks are parameters.
-static void pools_of_requests_warn_and_are_told(void)
+static void pools_of_requests_warn_and_are_reported(void)
 {
     const supervisor_blocks_t* const blocks = &fixture.supervisor.blocks;
     const uint16_t requests = take_until_it_warns(&fixture.supervisor.spacecraft.schedules.chains.pool);
@@ -118,6 +118,6 @@ int main(void)
     RUN_TEST(each_service_is_told_what_it_has);
     RUN_TEST(activities_beyond_it_are_refused);
     RUN_TEST(actions_beyond_it_are_refused);
-    RUN_TEST(pools_of_requests_warn_and_are_told);
+    RUN_TEST(pools_of_requests_warn_and_are_reported);
     return UNITY_END();
 }

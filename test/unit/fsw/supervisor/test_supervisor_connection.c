@@ -56,7 +56,7 @@ static void an_application_that_answers_is_reached(void)
     fixture_expect("G 17.4 0010\nG 1.7 #0\n");
 }
 
-static void an_application_that_is_silent_is_told_after_a_while(void)
+static void an_application_that_is_silent_is_reported_after_a_while(void)
 {
     test_connection(ARM);
     test_connection(HAND);
@@ -108,7 +108,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_supervisor_reaches_itself);
     RUN_TEST(an_application_that_answers_is_reached);
-    RUN_TEST(an_application_that_is_silent_is_told_after_a_while);
+    RUN_TEST(an_application_that_is_silent_is_reported_after_a_while);
     RUN_TEST(applications_that_are_not_there_are_refused);
     RUN_TEST(only_some_are_tested_at_once);
     RUN_TEST(an_application_without_room_is_not_asked);

@@ -82,7 +82,7 @@ static void expect_whole_log(void)
     TEST_ASSERT_TRUE(number > 10UL);
 }
 
-static void it_goes_on_and_says_so(void)
+static void it_continues_and_says_so(void)
 {
     die();
     fixture_step();
@@ -216,7 +216,7 @@ static void networks_are_there_again(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
 }
 
-static void a_negotiation_goes_on(void)
+static void a_negotiation_continues(void)
 {
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
@@ -295,7 +295,7 @@ static void who_is_on_the_way_back_arrives(unsigned ticks)
 }
 
 /// At each instant of the recommissioning.
-static void a_recommissioning_goes_on(void)
+static void a_recommissioning_continues(void)
 {
     for (unsigned ticks = 0U; ticks < 140U; ticks += 3U) {
         who_is_on_the_way_back_arrives(ticks);
@@ -305,7 +305,7 @@ static void a_recommissioning_goes_on(void)
 }
 
 /// Both die, and the next supervisor detects it: it knows the earlier state of the subsystem.
-static void who_dies_with_it_is_led_back(void)
+static void a_member_that_dies_with_it_is_recommissioned(void)
 {
     lead_back();
     fixture_run(200U);
@@ -429,7 +429,7 @@ static void a_step_that_was_cut_short_is_done_again(void)
     TEST_ASSERT_TRUE(deaths >= 10U);
 }
 
-static void a_shutdown_goes_on(void)
+static void a_shutdown_continues(void)
 {
     (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, 5U, NULL, 0U);
     fixture_step();
@@ -443,7 +443,7 @@ static void a_shutdown_goes_on(void)
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
-static void the_word_of_the_member_wins(void)
+static void the_report_of_the_member_takes_precedence(void)
 {
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_step();
@@ -471,7 +471,7 @@ static void a_damaged_commit_falls_back_to_the_one_before(void)
     TEST_ASSERT_TRUE(fixture_has(RESTARTED));
 }
 
-static void without_anything_to_take_over_it_begins_anew_and_says_so(void)
+static void without_anything_to_take_over_it_starts_again_and_says_so(void)
 {
     checkpoint.banks[0].sum ^= 1U;
     checkpoint.banks[1].sum ^= 1U;
@@ -518,7 +518,7 @@ static void what_was_damaged_is_kept(void)
 }
 
 /// If it ran as a thread, its messages are still there: they are not taken over a second time.
-static void messages_that_were_kept_go_on_as_they_are(void)
+static void messages_that_were_kept_continue_as_they_are(void)
 {
     fixture_run(5U);
     const uint32_t sent = fixture.supervisor.subsystem.process.counters.sent;
@@ -541,7 +541,7 @@ static void messages_that_were_kept_go_on_as_they_are(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(it_goes_on_and_says_so);
+    RUN_TEST(it_continues_and_says_so);
     RUN_TEST(who_is_stopped_is_not_asked);
     RUN_TEST(a_request_that_is_under_way_is_answered_once);
     RUN_TEST(what_comes_while_it_is_dead_is_done_once);
@@ -549,17 +549,17 @@ int main(void)
     RUN_TEST(what_it_had_begun_itself_ends_with_the_reason);
     RUN_TEST(links_are_as_the_members_say);
     RUN_TEST(networks_are_there_again);
-    RUN_TEST(a_negotiation_goes_on);
-    RUN_TEST(a_recommissioning_goes_on);
-    RUN_TEST(who_dies_with_it_is_led_back);
+    RUN_TEST(a_negotiation_continues);
+    RUN_TEST(a_recommissioning_continues);
+    RUN_TEST(a_member_that_dies_with_it_is_recommissioned);
     RUN_TEST(the_mode_is_there_again);
     RUN_TEST(records_that_are_in_memory_only_are_there_again);
     RUN_TEST(a_step_that_was_cut_short_is_done_again);
-    RUN_TEST(a_shutdown_goes_on);
-    RUN_TEST(the_word_of_the_member_wins);
+    RUN_TEST(a_shutdown_continues);
+    RUN_TEST(the_report_of_the_member_takes_precedence);
     RUN_TEST(a_damaged_commit_falls_back_to_the_one_before);
-    RUN_TEST(without_anything_to_take_over_it_begins_anew_and_says_so);
+    RUN_TEST(without_anything_to_take_over_it_starts_again_and_says_so);
     RUN_TEST(what_was_damaged_is_kept);
-    RUN_TEST(messages_that_were_kept_go_on_as_they_are);
+    RUN_TEST(messages_that_were_kept_continue_as_they_are);
     return UNITY_END();
 }

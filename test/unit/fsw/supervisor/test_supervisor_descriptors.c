@@ -44,14 +44,14 @@ static const mission_subsystem_t* lone(void)
     return descriptor_mission_find_subsystem(fixture.supervisor.mission, LONE);
 }
 
-static void equal_descriptors_are_no_news(void)
+static void equal_descriptors_are_not_reported(void)
 {
     fixture_run(TICKS_OF_A_STATUS);
     TEST_ASSERT_EQUAL(0U, count(fixture_look(), "G 5."));
     TEST_ASSERT_TRUE(lone()->interface_hash != lone()->configuration_hash);
 }
 
-static void another_interface_is_told_once_and_refused(void)
+static void another_interface_is_reported_once_and_refused(void)
 {
     fixture.members[FIXTURE_LONE].interface_offset = FOREIGN;
     fixture_run(3U * TICKS_OF_A_STATUS);
@@ -94,7 +94,7 @@ static void with_the_right_interface_again_it_is_led_on(void)
     expect_told(fixture_look(), 9U, lone()->interface_hash, FOREIGN);
 }
 
-static void another_configuration_is_told_once_for_each_and_not_refused(void)
+static void another_configuration_is_reported_once_for_each_and_not_refused(void)
 {
     fixture.members[FIXTURE_LONE].configuration_offset = 1U;
     fixture_run(3U * TICKS_OF_A_STATUS);
@@ -111,10 +111,10 @@ static void another_configuration_is_told_once_for_each_and_not_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(equal_descriptors_are_no_news);
-    RUN_TEST(another_interface_is_told_once_and_refused);
+    RUN_TEST(equal_descriptors_are_not_reported);
+    RUN_TEST(another_interface_is_reported_once_and_refused);
     RUN_TEST(downwards_it_may_go_and_answer);
     RUN_TEST(with_the_right_interface_again_it_is_led_on);
-    RUN_TEST(another_configuration_is_told_once_for_each_and_not_refused);
+    RUN_TEST(another_configuration_is_reported_once_for_each_and_not_refused);
     return UNITY_END();
 }

@@ -60,7 +60,7 @@ static void a_state_that_is_not_heard_of_bars_nobody_for_certain(void)
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #7 0115 10"));
 }
 
-static void who_is_heard_again_is_asked_and_then_believed(void)
+static void a_subsystem_heard_again_is_queried_and_then_trusted(void)
 {
     cut_off_arm();
     fixture_tick();
@@ -145,7 +145,7 @@ static void who_comes_back_offline_has_no_links(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));
 }
 
-static void a_process_that_begins_anew_is_not_in_doubt(void)
+static void a_process_that_starts_again_is_not_in_doubt(void)
 {
     cut_off_arm();
     TEST_ASSERT_EQUAL(DOUBT_SILENT, arm()->doubt);
@@ -155,7 +155,7 @@ static void a_process_that_begins_anew_is_not_in_doubt(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.reactions.asked);
 }
 
-static void who_speaks_is_never_asked(void)
+static void a_subsystem_that_reports_is_never_queried(void)
 {
     run_ms(10000);
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.reactions.asked);
@@ -165,11 +165,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_state_that_is_not_heard_of_bars_nobody_for_certain);
-    RUN_TEST(who_is_heard_again_is_asked_and_then_believed);
+    RUN_TEST(a_subsystem_heard_again_is_queried_and_then_trusted);
     RUN_TEST(an_answer_that_does_not_come_is_asked_for_again);
     RUN_TEST(only_the_end_of_the_question_is_an_answer);
     RUN_TEST(who_comes_back_offline_has_no_links);
-    RUN_TEST(a_process_that_begins_anew_is_not_in_doubt);
-    RUN_TEST(who_speaks_is_never_asked);
+    RUN_TEST(a_process_that_starts_again_is_not_in_doubt);
+    RUN_TEST(a_subsystem_that_reports_is_never_queried);
     return UNITY_END();
 }

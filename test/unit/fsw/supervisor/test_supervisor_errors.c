@@ -445,7 +445,7 @@ static void silence_is_an_error(void)
     TEST_ASSERT_TRUE(fixture_has("G 5.4 00020010"));
 }
 
-static void who_speaks_is_not_silent(void)
+static void a_subsystem_that_reports_is_not_silent(void)
 {
     run_ms(20000);
     fixture_expect("");
@@ -511,7 +511,7 @@ int main(void)
     RUN_TEST(a_start_that_fails_ends_in_mode_safe);
     RUN_TEST(communication_comes_up_again_by_itself);
     RUN_TEST(silence_is_an_error);
-    RUN_TEST(who_speaks_is_not_silent);
+    RUN_TEST(a_subsystem_that_reports_is_not_silent);
     RUN_TEST(no_history_of_errors_breaks_the_supervisor);
     return UNITY_END();
 }

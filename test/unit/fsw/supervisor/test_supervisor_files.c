@@ -145,7 +145,7 @@ static void without_a_store_there_is_no_port(void)
 
 // ---- ST[23] ----
 
-static void copies_go_on_while_nothing_else_wakes_the_supervisor(void)
+static void copies_continue_while_nothing_else_wakes_the_supervisor(void)
 {
     static const uint8_t copy[]     = "\0\1\0\1a\0\4long\0\1a\0\3two"; // Operation 1.
     const disk_file_t* const copied = disk_file("a/long", DISK_FILE_SIZE, 'B');
@@ -188,7 +188,7 @@ int main(void)
     RUN_TEST(paths_and_names_are_those_of_st23);
     RUN_TEST(only_some_are_open_at_once);
     RUN_TEST(without_a_store_there_is_no_port);
-    RUN_TEST(copies_go_on_while_nothing_else_wakes_the_supervisor);
+    RUN_TEST(copies_continue_while_nothing_else_wakes_the_supervisor);
     RUN_TEST(a_sequence_is_loaded_from_a_file);
     return UNITY_END();
 }

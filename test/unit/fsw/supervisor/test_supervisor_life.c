@@ -60,7 +60,7 @@ static void supervisor_and_communication_come_up_by_themselves(void)
     fixture_expect("");
 }
 
-static void nobody_is_ordered_before_it_was_heard(void)
+static void no_subsystem_gets_an_order_before_its_first_report(void)
 {
     fixture_open();
     fixture.members[FIXTURE_GROUND].is_silent = true;
@@ -224,12 +224,12 @@ static void shut_down_while_it_hangs(const unsigned member, const char* const or
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
-static void the_first_member_that_hangs_holds_nobody_up(void)
+static void the_first_member_that_hangs_delays_no_other(void)
 {
     shut_down_while_it_hangs(FIXTURE_ARM, "16 TC 129.8 00");
 }
 
-static void a_member_that_hangs_holds_nobody_up(void)
+static void a_member_that_hangs_delays_no_other(void)
 {
     shut_down_while_it_hangs(FIXTURE_HAND, "17 TC 129.8 00");
 }
@@ -332,7 +332,7 @@ static void strategies_that_are_none_are_refused(void)
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, fixture.supervisor.log.strategy);
 }
 
-static void a_log_that_fails_is_told_once_and_goes_on_in_the_ring(void)
+static void a_log_that_fails_is_reported_once_and_continues_in_the_ring(void)
 {
     char path[160];
     fixture_open_up();
@@ -349,7 +349,7 @@ static void a_log_that_fails_is_told_once_and_goes_on_in_the_ring(void)
     TEST_ASSERT_TRUE(fixture_has("G 131.4 0300"));
 }
 
-static void a_log_that_can_be_written_again_is_told(void)
+static void a_log_that_can_be_written_again_is_reported(void)
 {
     char path[160];
     fixture_open_up();
@@ -471,7 +471,7 @@ static void a_request_that_has_ended_is_not_answered(void)
     TEST_ASSERT_EQUAL(3U, fixture.endpoint.counters.stale);
 }
 
-static void last_words_do_not_make_the_next_life_heard(void)
+static void reports_of_a_dead_life_do_not_count_for_the_next(void)
 {
     end_life_before_the_answers(true);
     TEST_ASSERT_EQUAL(1U, fixture.starts);
@@ -494,7 +494,7 @@ static void what_has_waited_for_longer_than_its_life_is_dropped(void)
     TEST_ASSERT_EQUAL(1U, fixture.endpoint.counters.stale);
 }
 
-static void a_start_that_fails_is_told(void)
+static void a_start_that_fails_is_reported(void)
 {
     fixture_open_up();
     (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
@@ -509,7 +509,7 @@ static void a_start_that_fails_is_told(void)
 
 // ---- Reports of members about themselves ----
 
-static void states_that_are_none_are_not_believed(void)
+static void states_that_are_none_are_not_accepted(void)
 {
     static const uint8_t states[] = {10U, 11U, 128U, 255U};
     fixture_open_up();
@@ -543,15 +543,15 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(supervisor_and_communication_come_up_by_themselves);
-    RUN_TEST(nobody_is_ordered_before_it_was_heard);
+    RUN_TEST(no_subsystem_gets_an_order_before_its_first_report);
     RUN_TEST(communication_ordered_down_comes_back);
     RUN_TEST(members_hear_the_supervisor_once_a_second);
     RUN_TEST(the_least_patient_member_sets_the_interval);
     RUN_TEST(a_mission_goes_down_with_communication_last);
     RUN_TEST(a_stop_request_does_the_same);
     RUN_TEST(a_stop_request_at_once_is_followed_too);
-    RUN_TEST(the_first_member_that_hangs_holds_nobody_up);
-    RUN_TEST(a_member_that_hangs_holds_nobody_up);
+    RUN_TEST(the_first_member_that_hangs_delays_no_other);
+    RUN_TEST(a_member_that_hangs_delays_no_other);
     RUN_TEST(without_communication_it_shuts_down_too);
     RUN_TEST(the_shutdown_ends_what_was_not_answered);
     RUN_TEST(a_second_shutdown_is_refused);
@@ -559,17 +559,17 @@ int main(void)
     RUN_TEST(modes_are_set_and_told);
     RUN_TEST(the_log_is_switched_at_a_record);
     RUN_TEST(strategies_that_are_none_are_refused);
-    RUN_TEST(a_log_that_fails_is_told_once_and_goes_on_in_the_ring);
-    RUN_TEST(a_log_that_can_be_written_again_is_told);
+    RUN_TEST(a_log_that_fails_is_reported_once_and_continues_in_the_ring);
+    RUN_TEST(a_log_that_can_be_written_again_is_reported);
     RUN_TEST(subsystems_are_listed);
     RUN_TEST(processes_are_stopped_and_started);
     RUN_TEST(what_may_not_be_started_or_stopped_stays);
     RUN_TEST(requests_to_a_stopped_process_end);
     RUN_TEST(a_request_that_has_ended_is_not_answered);
-    RUN_TEST(last_words_do_not_make_the_next_life_heard);
+    RUN_TEST(reports_of_a_dead_life_do_not_count_for_the_next);
     RUN_TEST(what_has_waited_for_longer_than_its_life_is_dropped);
-    RUN_TEST(a_start_that_fails_is_told);
-    RUN_TEST(states_that_are_none_are_not_believed);
+    RUN_TEST(a_start_that_fails_is_reported);
+    RUN_TEST(states_that_are_none_are_not_accepted);
     RUN_TEST(own_figures_are_parameters);
     return UNITY_END();
 }

@@ -294,7 +294,7 @@ static void closing_takes_both_ends(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
-static void closing_ends_even_if_nobody_answers(void)
+static void closing_ends_without_answers(void)
 {
     char expected[64];
     fixture_link_up(STATE_PRE_OPERATIONAL);
@@ -474,7 +474,7 @@ int main(void)
     RUN_TEST(an_end_that_does_not_open_leaves_the_other_closed);
     RUN_TEST(a_producer_that_fails_to_open_ends_it);
     RUN_TEST(closing_takes_both_ends);
-    RUN_TEST(closing_ends_even_if_nobody_answers);
+    RUN_TEST(closing_ends_without_answers);
     RUN_TEST(a_negotiated_link_can_be_given_up);
     RUN_TEST(an_end_that_closes_takes_the_other_along);
     RUN_TEST(an_end_that_closes_by_itself_is_not_told_to);

@@ -107,7 +107,7 @@ static void what_is_not_permitted_is_refused(void)
     expect_ends(1U, 0U);
 }
 
-static void who_does_not_answer_is_told(void)
+static void who_does_not_answer_is_reported(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
     run("local ok, code = send(16, 17, 1, '', true) assert(not ok and code == 0x0406, code)");
@@ -162,7 +162,7 @@ static void only_events_for_procedures_are_raised(void)
     expect_ends(1U, 0U);
 }
 
-static void an_error_is_told(void)
+static void an_error_is_reported(void)
 {
     run("\nerror('no light')");
     fixture_run(2U);
@@ -201,7 +201,7 @@ static void those_without_an_end_take_their_share_only(void)
 
 /// A request to a subsystem that takes nothing, does not run or does not exist delays requests to others by a
 /// tenth of a second at most.
-static void requests_to_who_takes_nothing_end_in_time(void)
+static void requests_to_a_subsystem_that_takes_nothing_end_in_time(void)
 {
     fixture.members[FIXTURE_ARM].is_deaf     = true;
     fixture.members[FIXTURE_LONE].is_running = false;
@@ -222,13 +222,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_request_is_routed_and_its_end_awaited);
     RUN_TEST(what_is_not_permitted_is_refused);
-    RUN_TEST(who_does_not_answer_is_told);
+    RUN_TEST(who_does_not_answer_is_reported);
     RUN_TEST(requests_share_the_counts_of_the_supervisor);
     RUN_TEST(telemetry_is_read_by_name_and_number);
     RUN_TEST(names_come_from_descriptors);
     RUN_TEST(only_events_for_procedures_are_raised);
-    RUN_TEST(an_error_is_told);
+    RUN_TEST(an_error_is_reported);
     RUN_TEST(those_without_an_end_take_their_share_only);
-    RUN_TEST(requests_to_who_takes_nothing_end_in_time);
+    RUN_TEST(requests_to_a_subsystem_that_takes_nothing_end_in_time);
     return UNITY_END();
 }

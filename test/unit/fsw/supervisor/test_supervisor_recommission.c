@@ -110,7 +110,7 @@ static void it_goes_no_further_than_it_was(void)
     }
 }
 
-static void who_was_not_up_stays_down(void)
+static void a_subsystem_that_was_not_up_stays_down(void)
 {
     fixture_open_up();
     mission_of(ARM)->is_recommissioned = true;
@@ -120,7 +120,7 @@ static void who_was_not_up_stays_down(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC 129."));
 }
 
-static void without_the_mission_s_word_nobody_is_led_back(void)
+static void unless_the_mission_requires_it_no_subsystem_is_recommissioned(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(ARM)->is_recommissioned = false;
@@ -185,7 +185,7 @@ static void a_link_that_is_refused_is_asked_for_three_times(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
 }
 
-static void who_fails_again_on_the_way_is_left_alone(void)
+static void a_member_that_fails_again_is_not_recommissioned(void)
 {
     link_up(STATE_OPERATIONAL);
     die(FIXTURE_ARM);
@@ -197,7 +197,7 @@ static void who_fails_again_on_the_way_is_left_alone(void)
     expect_stopped(ARM, STATE_ERROR_OPERATIONAL, PUS_FAILURE_STATE);
 }
 
-static void who_is_led_down_by_a_user_is_left_alone(void)
+static void a_member_ordered_down_by_a_user_is_not_recommissioned(void)
 {
     link_up(STATE_OPERATIONAL);
     die(FIXTURE_ARM);
@@ -210,7 +210,7 @@ static void who_is_led_down_by_a_user_is_left_alone(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_ARM].state);
 }
 
-static void who_had_failed_before_is_not_led_back(void)
+static void a_member_that_had_failed_before_is_not_recommissioned(void)
 {
     link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
@@ -221,7 +221,7 @@ static void who_had_failed_before_is_not_led_back(void)
 }
 
 /// A partner detects the silence of the dead one before the supervisor does.
-static void who_failed_by_the_same_death_is_led_back(void)
+static void a_member_that_failed_by_the_same_death_is_recommissioned(void)
 {
     link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
@@ -232,7 +232,7 @@ static void who_failed_by_the_same_death_is_led_back(void)
     expect_back(HAND, STATE_OPERATIONAL);
 }
 
-static void nobody_is_led_back_at_the_end_of_the_mission(void)
+static void no_subsystem_is_recommissioned_at_the_end_of_the_mission(void)
 {
     link_up(STATE_OPERATIONAL);
     fixture.is_stop_requested = true;
@@ -302,7 +302,7 @@ static unsigned deaths_of(uint16_t apid)
 
 /// At each instant of its recommissioning it hangs, also while a link is being opened: it is killed, which
 /// uses its budget, and it and its partner start again and return to their states.
-static void who_hangs_on_the_way_begins_anew(void)
+static void a_member_that_hangs_during_recommissioning_starts_again(void)
 {
     unsigned on_the_way = 0U;
     for (unsigned ticks = 0U; ticks <= 60U; ticks++) {
@@ -443,7 +443,7 @@ static void a_long_life_makes_deaths_forgotten(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
-static void who_is_started_by_a_user_in_the_pause_is_not_started_twice(void)
+static void a_process_started_by_a_user_in_the_pause_is_not_started_twice(void)
 {
     const uint8_t apid[2] = {0U, LONE};
     fixture_open_up();
@@ -462,24 +462,24 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_network_is_back_with_its_links);
     RUN_TEST(it_goes_no_further_than_it_was);
-    RUN_TEST(who_was_not_up_stays_down);
-    RUN_TEST(without_the_mission_s_word_nobody_is_led_back);
+    RUN_TEST(a_subsystem_that_was_not_up_stays_down);
+    RUN_TEST(unless_the_mission_requires_it_no_subsystem_is_recommissioned);
     RUN_TEST(a_member_without_configuration_is_led_to_where_it_was);
     RUN_TEST(a_mode_that_forbids_it_stops_it);
     RUN_TEST(a_partner_that_does_not_come_stops_it_in_time);
     RUN_TEST(a_link_that_is_refused_is_asked_for_three_times);
-    RUN_TEST(who_fails_again_on_the_way_is_left_alone);
-    RUN_TEST(who_is_led_down_by_a_user_is_left_alone);
-    RUN_TEST(who_had_failed_before_is_not_led_back);
-    RUN_TEST(who_failed_by_the_same_death_is_led_back);
-    RUN_TEST(nobody_is_led_back_at_the_end_of_the_mission);
+    RUN_TEST(a_member_that_fails_again_is_not_recommissioned);
+    RUN_TEST(a_member_ordered_down_by_a_user_is_not_recommissioned);
+    RUN_TEST(a_member_that_had_failed_before_is_not_recommissioned);
+    RUN_TEST(a_member_that_failed_by_the_same_death_is_recommissioned);
+    RUN_TEST(no_subsystem_is_recommissioned_at_the_end_of_the_mission);
     RUN_TEST(a_plan_for_a_member_on_its_way_stops_it);
     RUN_TEST(the_shutdown_ends_it);
-    RUN_TEST(who_hangs_on_the_way_begins_anew);
+    RUN_TEST(a_member_that_hangs_during_recommissioning_starts_again);
     RUN_TEST(a_partner_that_hangs_on_the_way_ends_it_by_its_plan);
     RUN_TEST(hangs_on_the_way_use_up_the_budget);
     RUN_TEST(deaths_in_a_row_cost_a_pause_each_and_then_the_mode);
     RUN_TEST(a_long_life_makes_deaths_forgotten);
-    RUN_TEST(who_is_started_by_a_user_in_the_pause_is_not_started_twice);
+    RUN_TEST(a_process_started_by_a_user_in_the_pause_is_not_started_twice);
     return UNITY_END();
 }

@@ -110,7 +110,7 @@ static void definitions_of_each_service_come_back(void)
     TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
 }
 
-static void a_record_of_nobody_is_told(void)
+static void a_record_of_no_service_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, 99U, 0x12345678U, (const uint8_t*)"a", 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, PUS_SERVICE_STORAGE, 5U, (const uint8_t*)"a", 1U));
@@ -125,7 +125,7 @@ static void a_record_of_nobody_is_told(void)
 
 /// A flipped bit early in the file: schedules and procedures are lost. This is reported once, and the mode is
 /// SAFE.
-static void a_damaged_journal_is_told(void)
+static void a_damaged_journal_is_reported(void)
 {
     TEST_ASSERT_NOT_EQUAL(0U, fixture.supervisor.mode);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
@@ -210,7 +210,7 @@ static void the_mission_says_what_the_fallback_mode_is(void)
     TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
 }
 
-static void a_record_that_is_no_mode_is_told(void)
+static void a_record_that_is_no_mode_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, PUS_SERVICE_MISSION, 0U, (const uint8_t*)"a", 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
@@ -235,7 +235,7 @@ static void a_disk_that_takes_no_record_stops_no_mode(void)
     }
 }
 
-static void a_journal_that_cannot_be_read_is_told(void)
+static void a_journal_that_cannot_be_read_is_reported(void)
 {
     REQUEST(PUS_SERVICE_TIME, 1U, "\7");
     fixture_close();
@@ -265,7 +265,7 @@ static status_t fail_to_tell_size(void* const context, uint64_t* const out_size)
     return STATUS_IO;
 }
 
-static void a_service_that_cannot_begin_is_told(void)
+static void a_service_that_cannot_begin_is_reported(void)
 {
     for (unsigned i = 0U; i < SPACECRAFT_STORES; i++) {
         media[i]      = recorded_medium(1U);
@@ -324,16 +324,16 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(definitions_of_each_service_come_back);
-    RUN_TEST(a_record_of_nobody_is_told);
-    RUN_TEST(a_damaged_journal_is_told);
+    RUN_TEST(a_record_of_no_service_is_reported);
+    RUN_TEST(a_damaged_journal_is_reported);
     RUN_TEST(after_a_power_cut_it_begins_in_the_fallback_mode);
     RUN_TEST(after_a_shutdown_it_begins_in_the_initial_mode);
     RUN_TEST(a_disk_that_forgets_nothing_leaves_the_record);
     RUN_TEST(the_mission_says_what_the_fallback_mode_is);
-    RUN_TEST(a_record_that_is_no_mode_is_told);
+    RUN_TEST(a_record_that_is_no_mode_is_reported);
     RUN_TEST(a_disk_that_takes_no_record_stops_no_mode);
-    RUN_TEST(a_journal_that_cannot_be_read_is_told);
-    RUN_TEST(a_service_that_cannot_begin_is_told);
+    RUN_TEST(a_journal_that_cannot_be_read_is_reported);
+    RUN_TEST(a_service_that_cannot_begin_is_reported);
     RUN_TEST(a_release_is_never_lost_untold);
     return UNITY_END();
 }

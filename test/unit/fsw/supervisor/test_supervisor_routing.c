@@ -127,7 +127,7 @@ static void a_cut_request_is_told_if_its_source_is_there(void)
     fixture_expect("");
 }
 
-static void nobody_speaks_for_another(void)
+static void no_subsystem_sends_in_the_name_of_another(void)
 {
     fixture.source = PUS_USER_ONBOARD | ARM; // The ground in the name of ARM.
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
@@ -210,7 +210,7 @@ static void a_request_waits_for_room_at_its_addressee(void)
 }
 
 /// Others are delayed once, for a limited time; reports and orders never.
-static void who_takes_nothing_in_does_not_hold_others_up(void)
+static void a_subsystem_that_takes_nothing_in_does_not_delay_others(void)
 {
     fixture.members[FIXTURE_ARM].is_deaf = true;
     for (unsigned i = 0U; i < PLAIN_WINDOW; i++) {
@@ -247,7 +247,7 @@ static void who_takes_nothing_in_does_not_hold_others_up(void)
 }
 
 /// A process that has ended delays no request.
-static void a_request_to_who_is_gone_does_not_wait(void)
+static void a_request_to_an_ended_process_does_not_wait(void)
 {
     fixture.members[FIXTURE_ARM].is_deaf = true;
     for (unsigned i = 0U; i < (PLAIN_WINDOW + 1U); i++) {
@@ -403,7 +403,7 @@ static void a_stale_link_is_a_missing_one(void)
     fixture_expect("16 TC 129.1 05 from 1\n");
 }
 
-static void nobody_goes_up_beside_a_member_in_error(void)
+static void no_member_goes_up_while_a_partner_is_in_error(void)
 {
     fixture_link_up(STATE_SAFE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
@@ -415,7 +415,7 @@ static void nobody_goes_up_beside_a_member_in_error(void)
     fixture_expect(expected);
 }
 
-static void nobody_goes_down_beside_a_member_that_operates(void)
+static void no_member_goes_down_while_a_partner_operates(void)
 {
     static const state_t downwards[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL};
     fixture_link_up(STATE_OPERATIONAL);
@@ -475,7 +475,7 @@ static void pending_requests_end_with_their_subsystem(void)
 }
 
 /// A subsystem that continues to report its status, but never answers a request.
-static void a_request_that_nobody_accepts_ends(void)
+static void a_request_that_is_not_accepted_ends(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
@@ -574,12 +574,12 @@ int main(void)
     RUN_TEST(a_refused_request_is_logged_too);
     RUN_TEST(each_fault_has_its_code);
     RUN_TEST(a_cut_request_is_told_if_its_source_is_there);
-    RUN_TEST(nobody_speaks_for_another);
+    RUN_TEST(no_subsystem_sends_in_the_name_of_another);
     RUN_TEST(reports_of_others_are_dropped);
     RUN_TEST(what_cannot_be_delivered_is_unrouted);
     RUN_TEST(a_request_waits_for_room_at_its_addressee);
-    RUN_TEST(who_takes_nothing_in_does_not_hold_others_up);
-    RUN_TEST(a_request_to_who_is_gone_does_not_wait);
+    RUN_TEST(a_subsystem_that_takes_nothing_in_does_not_delay_others);
+    RUN_TEST(a_request_to_an_ended_process_does_not_wait);
     RUN_TEST(reports_wait_for_the_ground_in_order);
     RUN_TEST(what_nothing_allows_is_denied);
     RUN_TEST(what_a_rule_allows_passes_in_its_mode_and_state);
@@ -587,11 +587,11 @@ int main(void)
     RUN_TEST(power_is_not_overdrawn);
     RUN_TEST(links_are_needed_on_the_way_up);
     RUN_TEST(a_stale_link_is_a_missing_one);
-    RUN_TEST(nobody_goes_up_beside_a_member_in_error);
-    RUN_TEST(nobody_goes_down_beside_a_member_that_operates);
+    RUN_TEST(no_member_goes_up_while_a_partner_is_in_error);
+    RUN_TEST(no_member_goes_down_while_a_partner_operates);
     RUN_TEST(a_way_up_is_one_step);
     RUN_TEST(pending_requests_end_with_their_subsystem);
-    RUN_TEST(a_request_that_nobody_accepts_ends);
+    RUN_TEST(a_request_that_is_not_accepted_ends);
     RUN_TEST(an_order_without_room_is_owed);
     RUN_TEST(an_order_passes_where_requests_wait);
     RUN_TEST(answers_wait_by_class_and_requests_with_them);

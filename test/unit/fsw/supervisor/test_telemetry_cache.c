@@ -234,7 +234,7 @@ static void reported_values_are_kept(void)
     TEST_ASSERT_EQUAL_UINT32(3U, cache.counters.unfitting);
 }
 
-static void who_is_unknown_is_not_found(void)
+static void an_unknown_subsystem_is_not_found(void)
 {
     const pus_parameter_port_t port = supervisor_telemetry_cache_port(&cache);
     uint16_t handle                 = 0U;
@@ -338,7 +338,7 @@ int main(void)
     RUN_TEST(a_definition_replaces_the_one_before);
     RUN_TEST(bad_definitions_are_no_definitions);
     RUN_TEST(reported_values_are_kept);
-    RUN_TEST(who_is_unknown_is_not_found);
+    RUN_TEST(an_unknown_subsystem_is_not_found);
     RUN_TEST(there_is_an_end_of_everything);
     RUN_TEST(octets_have_an_end);
     RUN_TEST(what_is_not_reported_any_more_is_old);

@@ -140,7 +140,7 @@ static void the_telemetry_cache_takes_reports_of_the_configuration(void)
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
 }
 
-static void sizes_are_told(void)
+static void sizes_are_reported(void)
 {
     const telemetry_cache_sizes_t sizes = supervisor_telemetry_directory_sizes(&directory);
     uint16_t size                       = 0U;
@@ -177,7 +177,7 @@ int main(void)
     RUN_TEST(scalars_are_found_by_name);
     RUN_TEST(what_is_no_scalar_is_not_found);
     RUN_TEST(the_telemetry_cache_takes_reports_of_the_configuration);
-    RUN_TEST(sizes_are_told);
+    RUN_TEST(sizes_are_reported);
     RUN_TEST(what_has_no_room_is_counted);
     return UNITY_END();
 }

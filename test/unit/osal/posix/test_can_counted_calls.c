@@ -158,7 +158,7 @@ static int set_up(void** state)
     return 0;
 }
 
-static void a_bus_that_cannot_be_made_or_opened_is_told(void** state)
+static void a_bus_that_cannot_be_made_or_opened_is_reported(void** state)
 {
     osal_can_hand_over_t counts;
     osal_can_t can = {.end = OSAL_CAN_NODE};
@@ -436,7 +436,7 @@ static void an_address_says_whether_frames_are_counted(void** state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(a_bus_that_cannot_be_made_or_opened_is_told, set_up),
+        cmocka_unit_test_setup(a_bus_that_cannot_be_made_or_opened_is_reported, set_up),
         cmocka_unit_test_setup(frames_are_counted_in_each_direction, set_up),
         cmocka_unit_test_setup(an_announced_frame_is_waited_for, set_up),
         cmocka_unit_test_setup(what_the_controller_refuses_is_counted, set_up),

@@ -157,7 +157,7 @@ static void an_interrupted_opening_is_repeated(void** state)
     assert_int_equal(DESCRIPTOR, file.descriptor);
 }
 
-static void why_a_file_does_not_open_is_told(void** state)
+static void why_a_file_does_not_open_is_reported(void** state)
 {
     static const told_t errors[] = {{ENOENT, STATUS_NOT_FOUND}, {ENOTDIR, STATUS_NOT_FOUND},
                                     {EACCES, STATUS_DENIED},    {EPERM, STATUS_DENIED},
@@ -224,7 +224,7 @@ static void what_is_written_in_parts_at_a_place_is_whole_in_the_end(void** state
     assert_int_equal(STATUS_IO, osal_file_write_at(&file, AT, octets, sizeof octets));
 }
 
-static void why_a_file_does_not_grow_is_told(void** state)
+static void why_a_file_does_not_grow_is_reported(void** state)
 {
     (void)state;
     for (size_t i = 0U; i < COUNT(write_errors); i++) {
@@ -251,7 +251,7 @@ static void why_a_file_does_not_grow_is_told(void** state)
     assert_int_equal(STATUS_OK, osal_file_resize(&file, (uint64_t)INT64_MAX));
 }
 
-static void what_is_not_on_the_disk_is_told(void** state)
+static void what_is_not_on_the_disk_is_reported(void** state)
 {
     (void)state;
     will_return(__wrap_fsync, -EIO);
@@ -337,7 +337,7 @@ static void a_file_that_fails_while_it_is_loaded_is_closed(void** state)
 
 // ---- Properties of a file ----
 
-static void what_the_kernel_does_not_know_is_told(void** state)
+static void what_the_kernel_does_not_know_is_reported(void** state)
 {
     uint64_t end = 5U;
     (void)state;
@@ -361,15 +361,15 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(an_interrupted_opening_is_repeated, set_up),
-        cmocka_unit_test_setup(why_a_file_does_not_open_is_told, set_up),
+        cmocka_unit_test_setup(why_a_file_does_not_open_is_reported, set_up),
         cmocka_unit_test_setup(what_is_written_in_parts_is_whole_in_the_end, set_up),
         cmocka_unit_test_setup(what_is_written_in_parts_at_a_place_is_whole_in_the_end, set_up),
-        cmocka_unit_test_setup(why_a_file_does_not_grow_is_told, set_up),
-        cmocka_unit_test_setup(what_is_not_on_the_disk_is_told, set_up),
+        cmocka_unit_test_setup(why_a_file_does_not_grow_is_reported, set_up),
+        cmocka_unit_test_setup(what_is_not_on_the_disk_is_reported, set_up),
         cmocka_unit_test_setup(a_new_name_is_on_the_disk_before_the_old_one_is_gone, set_up),
         cmocka_unit_test_setup(what_is_read_in_parts_is_whole_in_the_end, set_up),
         cmocka_unit_test_setup(a_file_that_fails_while_it_is_loaded_is_closed, set_up),
-        cmocka_unit_test_setup(what_the_kernel_does_not_know_is_told, set_up),
+        cmocka_unit_test_setup(what_the_kernel_does_not_know_is_reported, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

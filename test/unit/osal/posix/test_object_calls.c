@@ -273,7 +273,7 @@ static void memory_that_cannot_be_made_leaves_nothing(void** state)
     fallocated = sizeof memory;
 }
 
-static void memory_that_cannot_be_opened_is_told(void** state)
+static void memory_that_cannot_be_opened_is_reported(void** state)
 {
     osal_shm_t shm;
     (void)state;
@@ -309,7 +309,7 @@ static void no_visit(void* context, const char* name)
     fail_msg("%s", name);
 }
 
-static void names_that_cannot_be_removed_or_listed_are_told(void** state)
+static void names_that_cannot_be_removed_or_listed_are_reported(void** state)
 {
     (void)state;
     will_return(__wrap_shm_unlink, -ENOENT);
@@ -325,7 +325,7 @@ static void names_that_cannot_be_removed_or_listed_are_told(void** state)
 
 // ---- Message queues ----
 
-static void queues_that_cannot_be_had_are_told(void** state)
+static void queues_that_cannot_be_had_are_reported(void** state)
 {
     static const told_t errors[] = {
         {EEXIST, STATUS_EXISTS},       {ENOENT, STATUS_NOT_FOUND},   {EACCES, STATUS_DENIED},
@@ -348,7 +348,7 @@ static void queues_that_cannot_be_had_are_told(void** state)
     assert_false(osal_mqueue_is_open(&queue));
 }
 
-static void what_a_queue_answers_is_told(void** state)
+static void what_a_queue_answers_is_reported(void** state)
 {
     static const told_t sendings[] = {
         {0, STATUS_OK}, {EAGAIN, STATUS_FULL}, {EMSGSIZE, STATUS_TOO_LARGE}, {EBADF, STATUS_IO}};
@@ -437,7 +437,7 @@ static void a_task_starts_without_a_priority_that_is_not_permitted(void** state)
     }
 }
 
-static void a_task_that_does_not_start_is_told(void** state)
+static void a_task_that_does_not_start_is_reported(void** state)
 {
     static const told_t errors[] = {{EAGAIN, STATUS_EXHAUSTED}, {EINVAL, STATUS_IO}};
     osal_task_t task;
@@ -454,7 +454,7 @@ static void a_task_that_does_not_start_is_told(void** state)
     assert_int_equal(STATUS_IO, osal_task_start(&task, run, NULL, 0));
 }
 
-static void a_priority_that_is_not_permitted_is_told(void** state)
+static void a_priority_that_is_not_permitted_is_reported(void** state)
 {
     (void)state;
     expect_value(__wrap_pthread_setschedparam, policy, SCHED_FIFO);
@@ -475,14 +475,14 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(memory_that_cannot_be_made_leaves_nothing),
-        cmocka_unit_test(memory_that_cannot_be_opened_is_told),
-        cmocka_unit_test(names_that_cannot_be_removed_or_listed_are_told),
-        cmocka_unit_test(queues_that_cannot_be_had_are_told),
-        cmocka_unit_test(what_a_queue_answers_is_told),
+        cmocka_unit_test(memory_that_cannot_be_opened_is_reported),
+        cmocka_unit_test(names_that_cannot_be_removed_or_listed_are_reported),
+        cmocka_unit_test(queues_that_cannot_be_had_are_reported),
+        cmocka_unit_test(what_a_queue_answers_is_reported),
         cmocka_unit_test(a_lock_that_lacks_anything_is_none),
         cmocka_unit_test(a_task_starts_without_a_priority_that_is_not_permitted),
-        cmocka_unit_test(a_task_that_does_not_start_is_told),
-        cmocka_unit_test(a_priority_that_is_not_permitted_is_told),
+        cmocka_unit_test(a_task_that_does_not_start_is_reported),
+        cmocka_unit_test(a_priority_that_is_not_permitted_is_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -205,7 +205,7 @@ static int set_up(void** state)
 
 // ---- Opening ----
 
-static void what_does_not_open_is_told_and_closed(void** state)
+static void what_does_not_open_is_reported_and_closed(void** state)
 {
     static const told_t binds[] = {{EADDRINUSE, STATUS_EXISTS},
                                    {EEXIST, STATUS_EXISTS},
@@ -230,7 +230,7 @@ static void what_does_not_open_is_told_and_closed(void** state)
     }
 }
 
-static void why_nobody_is_accepted_is_told(void** state)
+static void why_nobody_is_accepted_is_reported(void** state)
 {
     static const told_t errors[] = {{EAGAIN, STATUS_EMPTY},     {EMFILE, STATUS_EXHAUSTED},
                                     {ENFILE, STATUS_EXHAUSTED}, {ENOBUFS, STATUS_EXHAUSTED},
@@ -349,7 +349,7 @@ static const told_t sendings[] = {{EAGAIN, STATUS_FULL},
                                   {ETIMEDOUT, STATUS_CLOSED},
                                   {EINVAL, STATUS_IO}};
 
-static void why_octets_are_not_sent_is_told(void** state)
+static void why_octets_are_not_sent_is_reported(void** state)
 {
     (void)state;
     for (size_t i = 0U; i < COUNT(sendings); i++) {
@@ -372,7 +372,7 @@ static void why_octets_are_not_sent_is_told(void** state)
     assert_int_equal(1U, size);
 }
 
-static void what_a_stream_ends_with_is_told(void** state)
+static void what_a_stream_ends_with_is_reported(void** state)
 {
     static const struct {
         int result;
@@ -470,7 +470,7 @@ static void a_wait_looks_the_less_the_less_often_it_finds_anything(void** state)
     wait_in_vain(1);
 }
 
-static void a_wait_goes_on_after_a_signal_and_ends_with_an_error(void** state)
+static void a_wait_continues_after_a_signal_and_ends_with_an_error(void** state)
 {
     (void)state;
     sock.blind = 2U;
@@ -570,16 +570,16 @@ static void a_pair_is_two_ends_or_none(void** state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(what_does_not_open_is_told_and_closed, set_up),
-        cmocka_unit_test_setup(why_nobody_is_accepted_is_told, set_up),
+        cmocka_unit_test_setup(what_does_not_open_is_reported_and_closed, set_up),
+        cmocka_unit_test_setup(why_nobody_is_accepted_is_reported, set_up),
         cmocka_unit_test_setup(a_connection_that_is_interrupted_is_waited_for, set_up),
         cmocka_unit_test_setup(a_connection_that_is_begun_is_asked_for_its_end, set_up),
-        cmocka_unit_test_setup(why_octets_are_not_sent_is_told, set_up),
-        cmocka_unit_test_setup(what_a_stream_ends_with_is_told, set_up),
+        cmocka_unit_test_setup(why_octets_are_not_sent_is_reported, set_up),
+        cmocka_unit_test_setup(what_a_stream_ends_with_is_reported, set_up),
         cmocka_unit_test_setup(a_datagram_is_told_from_the_errors_of_earlier_ones, set_up),
         cmocka_unit_test_setup(a_deferred_datagram_is_taken_out_by_the_next_call, set_up),
         cmocka_unit_test_setup(a_wait_looks_the_less_the_less_often_it_finds_anything, set_up),
-        cmocka_unit_test_setup(a_wait_goes_on_after_a_signal_and_ends_with_an_error, set_up),
+        cmocka_unit_test_setup(a_wait_continues_after_a_signal_and_ends_with_an_error, set_up),
         cmocka_unit_test_setup(each_kind_of_socket_has_its_options, set_up),
         cmocka_unit_test_setup(a_pair_is_two_ends_or_none, set_up),
     };

@@ -48,7 +48,7 @@ static unsigned request(uint16_t apid)
     return octets_u16_at(&last[2]) & 0x3FFFU;
 }
 
-static void numbers_go_on_where_they_ended(void)
+static void numbers_continue_where_they_ended(void)
 {
     begin();
     (void)report(2U);
@@ -104,7 +104,7 @@ static void what_cannot_be_a_count_is_not_sound(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(numbers_go_on_where_they_ended);
+    RUN_TEST(numbers_continue_where_they_ended);
     RUN_TEST(full_tables_go_over);
     RUN_TEST(what_cannot_be_a_count_is_not_sound);
     return UNITY_END();

@@ -69,7 +69,7 @@ static void entries_go_over_as_many_packets_as_needed(void)
     expect_split(PUS_LIST_ENTRY_MAX, 3U);
 }
 
-static void what_is_lost_is_told(void)
+static void what_is_lost_is_reported(void)
 {
     begin(NULL, 0U);
     bench.refusals = 100U; // No report of their class is kept.
@@ -243,7 +243,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(an_empty_list_is_one_packet);
     RUN_TEST(entries_go_over_as_many_packets_as_needed);
-    RUN_TEST(what_is_lost_is_told);
+    RUN_TEST(what_is_lost_is_reported);
     RUN_TEST(what_the_port_refuses_is_sent_later_and_then_the_request_ends);
     RUN_TEST(packet_after_packet_goes_out_as_the_port_takes_them);
     RUN_TEST(a_request_without_data_is_put_off_too);

@@ -389,7 +389,7 @@ static void a_medium_that_fails_loses_nothing_else(void)
     TEST_ASSERT_EQUAL_UINT(0U, recorded.calls);
 }
 
-static void a_medium_that_fails_at_the_start_is_told(void)
+static void a_medium_that_fails_at_the_start_is_reported(void)
 {
     fill(1U, 6U, LARGE);
     memset(&recorded.image[0].octets[recorded.image[0].size], 0xFF, 8300U);
@@ -469,7 +469,7 @@ int main(void)
     RUN_TEST(damage_costs_the_rest_of_a_block);
     RUN_TEST(a_damaged_header_ends_the_chain);
     RUN_TEST(a_medium_that_fails_loses_nothing_else);
-    RUN_TEST(a_medium_that_fails_at_the_start_is_told);
+    RUN_TEST(a_medium_that_fails_at_the_start_is_reported);
     RUN_TEST(a_medium_that_ends_anywhere_is_read);
     RUN_TEST(what_a_caller_may_not_do_is_asserted);
     return UNITY_END();

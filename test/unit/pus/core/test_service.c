@@ -117,7 +117,7 @@ static void a_refused_start_and_a_failed_execution_are_told_apart(void)
     expect_failure(2U, 8U, PUS_FAILURE_TIMEOUT, 0U, 250U);
 }
 
-static void without_flags_only_failures_are_told(void)
+static void without_flags_only_failures_are_reported(void)
 {
     bench.ack = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
@@ -395,7 +395,7 @@ int main(void)
     RUN_TEST(what_is_done_is_accepted_started_and_completed);
     RUN_TEST(what_takes_time_is_completed_with_the_token);
     RUN_TEST(a_refused_start_and_a_failed_execution_are_told_apart);
-    RUN_TEST(without_flags_only_failures_are_told);
+    RUN_TEST(without_flags_only_failures_are_reported);
     RUN_TEST(each_instruction_stands_on_its_own);
     RUN_TEST(unknown_services_and_subtypes_are_rejected);
     RUN_TEST(a_foreign_apid_is_rejected);

@@ -141,7 +141,7 @@ static void a_configuration_and_a_reload_are_passed_on(void)
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 5U);
 }
 
-static void status_is_told_to_who_asks(void)
+static void status_is_reported_to_the_requester(void)
 {
     static const uint8_t expected[] = {3,    2,    5,    1,    2,    0x11, 0x12, 0x13, 0x14, 0x15,
                                        0x16, 0x17, 0x18, 0x21, 0x22, 0x23, 0x24, 0x25, 0x26, 0x27,
@@ -213,7 +213,7 @@ int main(void)
     RUN_TEST(a_state_is_asked_for_and_reached_later);
     RUN_TEST(an_order_of_the_supervisor_tells_its_cause);
     RUN_TEST(a_configuration_and_a_reload_are_passed_on);
-    RUN_TEST(status_is_told_to_who_asks);
+    RUN_TEST(status_is_reported_to_the_requester);
     RUN_TEST(a_transition_is_told_to_all);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();

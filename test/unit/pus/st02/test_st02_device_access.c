@@ -304,7 +304,7 @@ static void pulses_are_given_by_each_unit(void)
     expect_strict_format(4U, data, writer.position);
 }
 
-static void the_most_pulses_of_a_request_go_on_over_many_steps(void)
+static void the_most_pulses_of_a_request_continue_over_many_steps(void)
 {
     begin(8U);
     for (unsigned i = 0U; i < 8U; i++) {
@@ -381,7 +381,7 @@ static void the_first_command_that_fails_is_the_last(void)
     TEST_ASSERT_EQUAL_UINT(1U, devices.begun);
 }
 
-static void other_requests_go_on_after_a_failure(void)
+static void other_requests_continue_after_a_failure(void)
 {
     begin(3U);
     u16(BROKEN);
@@ -512,7 +512,7 @@ static void several_requests_are_under_way_at_once(void)
     TEST_ASSERT_TRUE(devices.is_open[0] && devices.is_open[1]);
 }
 
-static void a_request_goes_on_when_the_one_before_it_has_ended(void)
+static void a_request_continues_when_the_one_before_it_has_ended(void)
 {
     begin(1U);
     u16(1U);
@@ -537,16 +537,16 @@ int main(void)
     RUN_TEST(registers_are_dumped_but_those_that_fail);
     RUN_TEST(the_most_registers_of_a_request_are_dumped);
     RUN_TEST(pulses_are_given_by_each_unit);
-    RUN_TEST(the_most_pulses_of_a_request_go_on_over_many_steps);
+    RUN_TEST(the_most_pulses_of_a_request_continue_over_many_steps);
     RUN_TEST(physical_devices_are_commanded);
     RUN_TEST(one_faulty_command_refuses_the_whole_request);
     RUN_TEST(the_first_command_that_fails_is_the_last);
-    RUN_TEST(other_requests_go_on_after_a_failure);
+    RUN_TEST(other_requests_continue_after_a_failure);
     RUN_TEST(logical_devices_are_commanded);
     RUN_TEST(each_acquisition_has_a_report);
     RUN_TEST(logical_devices_answer_with_a_value_alone);
     RUN_TEST(a_device_that_does_not_answer_is_given_up);
-    RUN_TEST(a_request_goes_on_when_the_one_before_it_has_ended);
+    RUN_TEST(a_request_continues_when_the_one_before_it_has_ended);
     RUN_TEST(a_request_longer_than_a_packet_is_refused);
     RUN_TEST(several_requests_are_under_way_at_once);
     return UNITY_END();

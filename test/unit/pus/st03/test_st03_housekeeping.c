@@ -398,7 +398,7 @@ static void parameters_are_appended_in_their_places(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 8U);
 }
 
-static void one_shot_reports_go_to_who_asked_and_disturb_nothing(void)
+static void one_shot_reports_go_to_the_requester_and_disturb_nothing(void)
 {
     static const uint8_t one[] = {1, 0, 5};
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
@@ -584,7 +584,7 @@ int main(void)
     RUN_TEST(creation_is_refused_as_a_whole);
     RUN_TEST(the_table_and_the_lists_have_their_limits);
     RUN_TEST(parameters_are_appended_in_their_places);
-    RUN_TEST(one_shot_reports_go_to_who_asked_and_disturb_nothing);
+    RUN_TEST(one_shot_reports_go_to_the_requester_and_disturb_nothing);
     RUN_TEST(intervals_are_modified_one_by_one);
     RUN_TEST(lists_of_255_are_served);
     RUN_TEST(enabling_again_does_not_begin_again);

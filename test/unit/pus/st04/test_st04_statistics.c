@@ -466,7 +466,7 @@ static void without_a_store_all_is_done(void)
     TEST_ASSERT_EQUAL_UINT(0U, records.puts);
 }
 
-static void records_that_are_no_good_are_told(void)
+static void records_that_are_no_good_are_reported(void)
 {
     static const uint8_t one[]  = {0, 0, 0, 1, 0, 0, 0, 0};
     static const uint8_t none[] = {0, 0, 0, 0, 0, 0, 0};
@@ -517,7 +517,7 @@ int main(void)
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
     RUN_TEST(what_is_not_kept_is_refused);
     RUN_TEST(without_a_store_all_is_done);
-    RUN_TEST(records_that_are_no_good_are_told);
+    RUN_TEST(records_that_are_no_good_are_reported);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

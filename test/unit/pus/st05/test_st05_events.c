@@ -231,7 +231,7 @@ static uint32_t told(const size_t index, const uint16_t id)
     return octet_read_u32(&reader);
 }
 
-static void what_is_suppressed_is_told_once_a_second(void)
+static void what_is_suppressed_is_reported_once_a_second(void)
 {
     limit();
     TEST_ASSERT_FALSE(pus_events_step(&events, 0U));
@@ -254,7 +254,7 @@ static void what_is_suppressed_is_told_once_a_second(void)
     TEST_ASSERT_EQUAL_UINT64(2U, bench.count);
 }
 
-static void what_cannot_be_told_is_told_later(void)
+static void what_cannot_be_told_is_reported_later(void)
 {
     limit();
     (void)passed(1U, 30U, MS);
@@ -271,7 +271,7 @@ static void what_cannot_be_told_is_told_later(void)
     TEST_ASSERT_EQUAL_UINT32(10U, told(0U, 1U));
 }
 
-static void nobody_tells_where_there_is_no_such_event(void)
+static void without_the_event_nothing_is_reported(void)
 {
     limit();
     pus_events_tell_by(&events, 0U);
@@ -374,9 +374,9 @@ int main(void)
     RUN_TEST(an_event_waits_while_the_port_refuses);
     RUN_TEST(a_burst_passes_and_then_the_rate);
     RUN_TEST(an_event_without_a_rate_always_passes);
-    RUN_TEST(what_is_suppressed_is_told_once_a_second);
-    RUN_TEST(what_cannot_be_told_is_told_later);
-    RUN_TEST(nobody_tells_where_there_is_no_such_event);
+    RUN_TEST(what_is_suppressed_is_reported_once_a_second);
+    RUN_TEST(what_cannot_be_told_is_reported_later);
+    RUN_TEST(without_the_event_nothing_is_reported);
     RUN_TEST(a_high_event_passes_unless_it_still_waits);
     RUN_TEST(all_occurrences_of_a_storm_add_up);
     RUN_TEST(the_largest_auxiliary_data_fits_and_the_next_does_not);

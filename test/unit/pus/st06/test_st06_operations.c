@@ -304,7 +304,7 @@ static void a_file_with_a_wrong_checksum_changes_nothing(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(memory_file.octets, &memory_ram[100], 20U);
 }
 
-static void a_load_from_a_file_that_fails_is_told(void)
+static void a_load_from_a_file_that_fails_is_reported(void)
 {
     memory_hardware.stuck_at = RAM_BASE + 3U;
     memory_begin(RAM);
@@ -441,7 +441,7 @@ static void a_file_of_which_nothing_is_wanted_is_closed_or_not_made(void)
     EXPECT_MESSAGES(1, 1, 1, 4);
 }
 
-static void a_dump_goes_on_when_the_one_before_it_has_ended(void)
+static void a_dump_continues_when_the_one_before_it_has_ended(void)
 {
     memory_begin(RAM);
     octet_write_u8(&memory_writer, 1U);
@@ -478,14 +478,14 @@ int main(void)
     RUN_TEST(a_dump_waits_while_no_report_is_taken);
     RUN_TEST(what_cannot_be_read_is_left_out_of_a_dump);
     RUN_TEST(all_dumps_are_ended_together);
-    RUN_TEST(a_dump_goes_on_when_the_one_before_it_has_ended);
+    RUN_TEST(a_dump_continues_when_the_one_before_it_has_ended);
     RUN_TEST(raw_areas_are_checked);
     RUN_TEST(objects_are_checked_in_parts_and_whole);
     RUN_TEST(what_cannot_be_read_is_left_out_of_a_check);
     RUN_TEST(raw_areas_are_loaded_from_a_file);
     RUN_TEST(an_object_is_loaded_from_a_file);
     RUN_TEST(a_file_with_a_wrong_checksum_changes_nothing);
-    RUN_TEST(a_load_from_a_file_that_fails_is_told);
+    RUN_TEST(a_load_from_a_file_that_fails_is_reported);
     RUN_TEST(areas_are_dumped_to_a_file_one_behind_the_other);
     RUN_TEST(a_dump_to_a_file_ends_with_its_first_failure);
     RUN_TEST(a_file_that_cannot_be_opened_refuses_the_request);

@@ -63,7 +63,7 @@ static void a_power_cut_leaves_what_was_acknowledged(void)
     TEST_ASSERT_EQUAL_UINT64(0U, released.lost_count);
 }
 
-static void what_was_under_release_is_told_and_not_released_again(void)
+static void what_was_under_release_is_reported_and_not_released_again(void)
 {
     st11_fixture_start_with_records();
     st11_fixture_enable_all();
@@ -262,7 +262,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_power_cut_leaves_what_was_acknowledged);
-    RUN_TEST(what_was_under_release_is_told_and_not_released_again);
+    RUN_TEST(what_was_under_release_is_reported_and_not_released_again);
     RUN_TEST(without_somebody_to_tell_it_is_counted);
     RUN_TEST(a_step_commits_once_before_and_once_after_it_releases);
     RUN_TEST(what_cannot_be_kept_is_not_acknowledged);

@@ -138,7 +138,7 @@ static unsigned details_so_far(const size_t from)
     return count;
 }
 
-static void a_long_report_goes_on_in_the_steps(void)
+static void a_long_report_continues_in_the_steps(void)
 {
     insert_600();
     st11_fixture_begin();
@@ -192,7 +192,7 @@ int main(void)
     RUN_TEST(a_detail_report_holds_the_request);
     RUN_TEST(a_report_by_identifier_has_those_in_order);
     RUN_TEST(a_report_is_split_where_it_does_not_fit);
-    RUN_TEST(a_long_report_goes_on_in_the_steps);
+    RUN_TEST(a_long_report_continues_in_the_steps);
     RUN_TEST(what_the_port_refuses_of_a_report_is_sent_later);
     return UNITY_END();
 }

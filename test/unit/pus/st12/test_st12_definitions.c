@@ -347,7 +347,7 @@ static void definitions_outlast_a_power_cut(void)
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks);
 }
 
-static void records_that_are_no_good_are_told(void)
+static void records_that_are_no_good_are_reported(void)
 {
     static const uint8_t settings[] = {1, 0, 0, 0, 0, 5};
     static const uint8_t odd[]      = {0, 1, 0, 0, 0, 5};
@@ -447,7 +447,7 @@ int main(void)
     RUN_TEST(definitions_are_reported_as_they_were_added);
     RUN_TEST(what_is_not_kept_is_refused);
     RUN_TEST(definitions_outlast_a_power_cut);
-    RUN_TEST(records_that_are_no_good_are_told);
+    RUN_TEST(records_that_are_no_good_are_reported);
     RUN_TEST(without_a_store_all_is_done_and_nothing_kept);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();

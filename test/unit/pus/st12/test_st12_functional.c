@@ -350,7 +350,7 @@ static void definitions_are_reported_and_outlast_a_power_cut(void)
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.failures);
 }
 
-static void a_record_that_is_no_good_is_told(void)
+static void a_record_that_is_no_good_is_reported(void)
 {
     uint8_t record[64];
     size_t size = 0U;
@@ -434,7 +434,7 @@ int main(void)
     RUN_TEST(the_table_takes_what_it_holds_and_no_id_twice);
     RUN_TEST(unknown_ids_are_refused);
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
-    RUN_TEST(a_record_that_is_no_good_is_told);
+    RUN_TEST(a_record_that_is_no_good_is_reported);
     RUN_TEST(event_0_is_none);
     RUN_TEST(adding_has_a_strict_format);
     return UNITY_END();

@@ -199,7 +199,7 @@ static void parts_without_octets_are_refused(void)
     expect_failure(2U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 4U);
 }
 
-static void a_transaction_that_begins_anew_goes_on(void)
+static void a_transaction_that_starts_again_continues(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
     send_part(9U, 7U, 1U, whole, 512U);
@@ -212,7 +212,7 @@ static void a_transaction_that_begins_anew_goes_on(void)
 }
 
 /// A complete request that waits to be taken is no uplink any more: its number may be used again.
-static void a_whole_request_is_not_begun_anew(void)
+static void a_whole_request_is_not_begun_again(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
     take_status = STATUS_FULL;
@@ -414,8 +414,8 @@ int main(void)
     RUN_TEST(parts_become_one_request);
     RUN_TEST(parts_out_of_order_end_the_uplink);
     RUN_TEST(parts_without_octets_are_refused);
-    RUN_TEST(a_transaction_that_begins_anew_goes_on);
-    RUN_TEST(a_whole_request_is_not_begun_anew);
+    RUN_TEST(a_transaction_that_starts_again_continues);
+    RUN_TEST(a_whole_request_is_not_begun_again);
     RUN_TEST(sources_number_their_transactions_on_their_own);
     RUN_TEST(too_long_a_request_is_given_up_as_soon_as_it_says_so);
     RUN_TEST(too_long_a_request_is_given_up_when_its_length_field_lies);

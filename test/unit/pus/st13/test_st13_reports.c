@@ -254,7 +254,7 @@ static void a_process_may_have_long_reports(void)
 }
 
 /// The table of message type counters is full: a long report is sent with 0, as a short one would be.
-static void an_uncounted_report_is_told(void)
+static void an_uncounted_report_is_reported(void)
 {
     for (uint16_t i = 0U; i < PUS_MESSAGE_COUNTERS; i++) {
         octet_writer_t report = pus_tm_begin(&bench.process, 17U, 2U, i, TEST_NOW_NS);
@@ -289,7 +289,7 @@ int main(void)
     RUN_TEST(a_port_that_takes_nothing_loses_no_part);
     RUN_TEST(a_report_may_be_given_up);
     RUN_TEST(a_process_may_have_long_reports);
-    RUN_TEST(an_uncounted_report_is_told);
+    RUN_TEST(an_uncounted_report_is_reported);
     RUN_TEST(more_than_the_longest_report_cannot_be_closed);
     return UNITY_END();
 }

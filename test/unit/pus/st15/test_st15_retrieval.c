@@ -299,7 +299,7 @@ static void a_medium_that_fails_is_read_again(void)
 
 // ---- Power cuts ----
 
-static void a_retrieval_goes_on_after_a_restart(void)
+static void a_retrieval_continues_after_a_restart(void)
 {
     only_ring();
     stores_reports(1U, 12U);
@@ -577,7 +577,7 @@ int main(void)
     RUN_TEST(what_is_passed_over_counts_too);
     RUN_TEST(damage_is_passed_over);
     RUN_TEST(a_medium_that_fails_is_read_again);
-    RUN_TEST(a_retrieval_goes_on_after_a_restart);
+    RUN_TEST(a_retrieval_continues_after_a_restart);
     RUN_TEST(between_checkpoints_packets_are_sent_again);
     RUN_TEST(what_was_not_synced_is_lost_and_not_waited_for);
     RUN_TEST(checkpoints_that_fail_are_tried_again);

@@ -417,7 +417,7 @@ static void requests_are_strict(void)
 }
 
 /// A damaged block invalidates the blocks before it: this is reported at the start.
-static void what_cannot_be_reached_is_told(void)
+static void what_cannot_be_reached_is_reported(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_add("box", 4U, PUS_STORE_BOUNDED);
@@ -461,7 +461,7 @@ int main(void)
     RUN_TEST(a_store_of_the_same_name_is_another);
     RUN_TEST(selections_by_request);
     RUN_TEST(requests_are_strict);
-    RUN_TEST(what_cannot_be_reached_is_told);
+    RUN_TEST(what_cannot_be_reached_is_reported);
     RUN_TEST(what_a_caller_may_not_do_is_asserted);
     return UNITY_END();
 }

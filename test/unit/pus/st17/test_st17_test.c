@@ -37,7 +37,7 @@ static void connect_it(void)
     bench_serve(pus_test_service(&test));
 }
 
-static void are_you_alive_is_answered_to_who_asked(void)
+static void a_connection_test_is_answered_to_its_sender(void)
 {
     bench.ack = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
@@ -83,7 +83,7 @@ static void a_connection_test_is_offered_only_with_a_port(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(are_you_alive_is_answered_to_who_asked);
+    RUN_TEST(a_connection_test_is_answered_to_its_sender);
     RUN_TEST(a_connection_test_is_offered_only_with_a_port);
     return UNITY_END();
 }

@@ -89,7 +89,7 @@ static void files_are_loaded_whole(void)
     TEST_ASSERT_EQUAL_UINT(st18_fixture.file.opened, st18_fixture.file.closed);
 }
 
-static void files_that_fail_are_told(void)
+static void files_that_fail_are_reported(void)
 {
     st18_fixture.file.open = STATUS_NOT_FOUND;
     expect_refused(13U, "B", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_UNKNOWN_ID, 0U);
@@ -165,7 +165,7 @@ static void code_outlasts_a_power_cut(void)
     st18_fixture_activated("B", 0U);
 }
 
-static void records_that_are_no_good_are_told(void)
+static void records_that_are_no_good_are_reported(void)
 {
     uint8_t record[PUS_RECORD_MAX] = {'A',  0,   0,   0,   0,   0,   0,   0,   0,   9,  0x29,
                                       0xB1, '1', '2', '3', '4', '5', '6', '7', '8', '9'};
@@ -258,12 +258,12 @@ int main(void)
     RUN_TEST(code_is_loaded_with_its_checksum);
     RUN_TEST(the_table_takes_what_it_holds);
     RUN_TEST(files_are_loaded_whole);
-    RUN_TEST(files_that_fail_are_told);
+    RUN_TEST(files_that_fail_are_reported);
     RUN_TEST(a_file_is_loaded_and_activated);
     RUN_TEST(what_is_not_kept_is_not_loaded);
     RUN_TEST(without_a_store_all_is_done);
     RUN_TEST(code_outlasts_a_power_cut);
-    RUN_TEST(records_that_are_no_good_are_told);
+    RUN_TEST(records_that_are_no_good_are_reported);
     RUN_TEST(every_request_has_a_strict_format);
     RUN_TEST(one_is_unloaded_while_another_runs);
     return UNITY_END();

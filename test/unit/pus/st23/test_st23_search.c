@@ -368,7 +368,7 @@ static void a_directory_that_goes_away_is_passed_over(void)
     expect_failure(0U, 8U, PUS_FAILURE_IO, 0U, STATUS_NOT_FOUND);
 }
 
-static void a_search_that_fails_is_told(void)
+static void a_search_that_fails_is_reported(void)
 {
     place_files();
     find("/", "*");
@@ -409,7 +409,7 @@ int main(void)
     RUN_TEST(a_full_report_is_not_followed_by_an_empty_one);
     RUN_TEST(names_that_no_request_can_have_are_skipped);
     RUN_TEST(a_directory_that_goes_away_is_passed_over);
-    RUN_TEST(a_search_that_fails_is_told);
+    RUN_TEST(a_search_that_fails_is_reported);
     RUN_TEST(searches_take_turns);
     return UNITY_END();
 }

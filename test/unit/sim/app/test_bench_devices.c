@@ -75,7 +75,7 @@ static void expect_refusal(const char* text, unsigned line, const char* words)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 
-static void mistakes_are_told_with_file_line_value_and_expectation(void)
+static void mistakes_are_reported_with_file_line_value_and_expectation(void)
 {
     expect_refusal("griper 0x31 joint-drive 0 0\n", 1U,
                    "'griper', expected a bus of the mission: robot gripper");
@@ -94,7 +94,7 @@ static void mistakes_are_told_with_file_line_value_and_expectation(void)
                    "'5', expected a node id that no");
 }
 
-static void what_is_not_there_is_told(void)
+static void what_is_not_there_is_reported(void)
 {
     const bench_devices_config_t nowhere = {.path = "/nowhere/bench.txt", .segments = segments};
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, bench_devices_open(&nowhere, &bench_devices, error));
@@ -121,7 +121,7 @@ static void too_many_devices_are_refused(void)
     expect_refusal(text, 17U, "at most 16 devices");
 }
 
-static void a_device_boots_on_its_bus_and_is_told_of(void)
+static void a_device_boots_on_its_bus_and_is_reported(void)
 {
     unsigned node                   = 0U;
     const bus_callbacks_t listening = {.on_frame = on_frame};
@@ -157,10 +157,10 @@ int main(void)
         (void)close(file);
     }
     UNITY_BEGIN();
-    RUN_TEST(mistakes_are_told_with_file_line_value_and_expectation);
-    RUN_TEST(what_is_not_there_is_told);
+    RUN_TEST(mistakes_are_reported_with_file_line_value_and_expectation);
+    RUN_TEST(what_is_not_there_is_reported);
     RUN_TEST(too_many_devices_are_refused);
-    RUN_TEST(a_device_boots_on_its_bus_and_is_told_of);
+    RUN_TEST(a_device_boots_on_its_bus_and_is_reported);
     RUN_TEST(no_bench_devices_is_no_trouble);
     (void)unlink(path);
     return UNITY_END();

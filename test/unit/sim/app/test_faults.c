@@ -181,7 +181,7 @@ static void count_sync(void* context, const osal_can_frame_t* frame)
     *count += ((frame->id == 0x80U) && (frame->length == 0U)) ? 1U : 0U;
 }
 
-static void test_a_node_sends_sync_as_often_as_it_is_told(void)
+static void test_a_node_sends_sync_as_often_as_it_is_reported(void)
 {
     open_world();
     bus_t* bus                      = world.channel[0][0].bus;
@@ -280,7 +280,7 @@ static void test_a_kill_names_its_process(void)
     close_world();
 }
 
-static void test_a_process_hangs_and_goes_on(void)
+static void test_a_process_hangs_and_continues(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, load("1 fault hang joystick\n2 fault resume joystick\n"), error);
     open_world();
@@ -301,13 +301,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_kill_names_its_process);
-    RUN_TEST(test_a_process_hangs_and_goes_on);
+    RUN_TEST(test_a_process_hangs_and_continues);
     RUN_TEST(test_every_verb);
     RUN_TEST(test_errors_name_file_line_and_what_is_expected);
     RUN_TEST(test_no_scenario_means_no_faults);
     RUN_TEST(test_scenarios_of_the_mission_are_read);
     RUN_TEST(test_faults_reach_the_bus);
-    RUN_TEST(test_a_node_sends_sync_as_often_as_it_is_told);
+    RUN_TEST(test_a_node_sends_sync_as_often_as_it_is_reported);
     RUN_TEST(test_a_cut_takes_one_channel);
     RUN_TEST(test_bus_off_ends_by_order);
     return UNITY_END();

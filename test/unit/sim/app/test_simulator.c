@@ -220,7 +220,7 @@ static void test_the_arm_stands_on_its_brakes_and_under_control(void)
     TEST_ASSERT_INT32_WITHIN(1000, before[1], heard.position[1]);
 }
 
-static void test_unplugged_devices_are_mute_the_rest_goes_on(void)
+static void test_unplugged_devices_are_mute_the_rest_continues(void)
 {
     open_simulator("0.1 fault unplug robot JOINT1\n0.3 fault plug robot JOINT1\n", 1U);
     bring_up();
@@ -284,7 +284,7 @@ static void test_a_cut_drive_is_safe_in_time_at_20_phases(void)
     }
 }
 
-static void test_an_injected_error_is_told_and_stops_the_drive(void)
+static void test_an_injected_error_is_reported_and_stops_the_drive(void)
 {
     open_simulator("0.05 fault error robot JOINT2 0x2310 on\n", 1U);
     bring_up();
@@ -360,7 +360,7 @@ static void expect_open_error(const simulator_config_t* config, status_t status,
     }
 }
 
-static void test_what_cannot_be_opened_is_told_in_one_line(void)
+static void test_what_cannot_be_opened_is_reported_in_one_line(void)
 {
     expect_open_error(
         &(simulator_config_t){.bus = {{.name = "robot", .address = "shm:nobody-made-this"}}, .bus_count = 1U},
@@ -394,13 +394,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_cycle_takes_one_step_there_and_back);
     RUN_TEST(test_the_arm_stands_on_its_brakes_and_under_control);
-    RUN_TEST(test_unplugged_devices_are_mute_the_rest_goes_on);
+    RUN_TEST(test_unplugged_devices_are_mute_the_rest_continues);
     RUN_TEST(test_a_master_left_alone_is_told_so);
     RUN_TEST(test_a_cut_drive_is_safe_in_time_at_20_phases);
-    RUN_TEST(test_an_injected_error_is_told_and_stops_the_drive);
+    RUN_TEST(test_an_injected_error_is_reported_and_stops_the_drive);
     RUN_TEST(test_a_seed_gives_the_same_logs_again_and_another_does_not);
     RUN_TEST(test_loads_are_those_computed);
-    RUN_TEST(test_what_cannot_be_opened_is_told_in_one_line);
+    RUN_TEST(test_what_cannot_be_opened_is_reported_in_one_line);
     RUN_TEST(test_it_catches_up_when_called_late);
     return UNITY_END();
 }

@@ -280,7 +280,7 @@ static void test_bad_frames_and_full_queues_are_refused(void)
     TEST_ASSERT_NULL(bus_create(&odd));
 }
 
-static void test_a_lone_sender_turns_passive_and_goes_on_trying(void)
+static void test_a_lone_sender_turns_passive_and_continues_trying(void)
 {
     const osal_can_frame_t frame = data_frame(0x123U, 8U, 0U);
     bus_unplug(bus, node[1]);
@@ -540,7 +540,7 @@ int main(void)
     RUN_TEST(test_the_robot_cycle_takes_no_more_than_computed);
     RUN_TEST(test_wakes_come_in_time_order);
     RUN_TEST(test_bad_frames_and_full_queues_are_refused);
-    RUN_TEST(test_a_lone_sender_turns_passive_and_goes_on_trying);
+    RUN_TEST(test_a_lone_sender_turns_passive_and_continues_trying);
     RUN_TEST(test_unplugging_the_sender_breaks_its_frame);
     RUN_TEST(test_unplugging_the_only_receiver_leaves_no_acknowledge);
     RUN_TEST(test_equal_frames_merge_and_unequal_ones_destroy_each_other);

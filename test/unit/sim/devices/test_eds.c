@@ -121,7 +121,7 @@ static void test_doubled_objects_and_empty_files_are_refused(void)
     TEST_ASSERT_NOT_NULL(strstr(error, "no object"));
 }
 
-static void test_a_missing_file_is_told_with_the_next_step(void)
+static void test_a_missing_file_is_reported_with_the_next_step(void)
 {
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, eds_load("/nowhere/none.eds", 1U, &dictionary, error));
     TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere/none.eds"));
@@ -177,7 +177,7 @@ int main(void)
     RUN_TEST(test_values_of_all_kinds);
     RUN_TEST(test_errors_name_file_and_line);
     RUN_TEST(test_doubled_objects_and_empty_files_are_refused);
-    RUN_TEST(test_a_missing_file_is_told_with_the_next_step);
+    RUN_TEST(test_a_missing_file_is_reported_with_the_next_step);
     RUN_TEST(test_sheets_of_the_mission_are_whole);
     RUN_TEST(test_reset_restores_initial_values);
     return UNITY_END();

@@ -261,7 +261,7 @@ static void test_event_driven_types(void)
     TEST_ASSERT_UINT_WITHIN(1U, 10U, master_heard(&master, 0x191U));
 }
 
-static void test_a_missed_rpdo_deadline_is_told_once_and_cleared(void)
+static void test_a_missed_rpdo_deadline_is_reported_once_and_cleared(void)
 {
     start();
     master_wait(&master, 10U * MASTER_MS);
@@ -298,7 +298,7 @@ static void test_a_deadline_of_zero_never_runs_out(void)
     TEST_ASSERT_EQUAL_STRING("", story);
 }
 
-static void test_a_lost_master_heartbeat_is_told(void)
+static void test_a_lost_master_heartbeat_is_reported(void)
 {
     const uint8_t operational[] = {5U};
     start();
@@ -522,9 +522,9 @@ int main(void)
     RUN_TEST(test_type_20_goes_with_every_20th_sync);
     RUN_TEST(test_type_0_goes_with_sync_when_something_changed);
     RUN_TEST(test_event_driven_types);
-    RUN_TEST(test_a_missed_rpdo_deadline_is_told_once_and_cleared);
+    RUN_TEST(test_a_missed_rpdo_deadline_is_reported_once_and_cleared);
     RUN_TEST(test_a_deadline_of_zero_never_runs_out);
-    RUN_TEST(test_a_lost_master_heartbeat_is_told);
+    RUN_TEST(test_a_lost_master_heartbeat_is_reported);
     RUN_TEST(test_pdos_of_wrong_length);
     RUN_TEST(test_sync_with_a_counter);
     RUN_TEST(test_sync_start_value_holds_a_pdo_back);

@@ -255,7 +255,7 @@ static void test_messages_of_frames(void)
     TEST_ASSERT_LESS_THAN_UINT(SOCKETCAND_MESSAGE_MAX, socketcand_message(&longest, text) + 1U);
 }
 
-static void test_a_port_in_use_is_told(void)
+static void test_a_port_in_use_is_reported(void)
 {
     socketcand_t* second           = NULL;
     const socketcand_bus_t buses[] = {{"robot", bus}};
@@ -274,6 +274,6 @@ int main(void)
     RUN_TEST(test_clients_hear_each_other);
     RUN_TEST(test_time_waits_for_a_client_in_lock_step);
     RUN_TEST(test_messages_of_frames);
-    RUN_TEST(test_a_port_in_use_is_told);
+    RUN_TEST(test_a_port_in_use_is_reported);
     return UNITY_END();
 }

@@ -123,7 +123,7 @@ static void test_long_words_are_cut(void)
     write_sample(path); // Keeps the sample for other readers.
 }
 
-static void test_failures_are_told(void)
+static void test_failures_are_reported(void)
 {
     truth_t* truth            = NULL;
     const truth_stick_t stick = {{0.0}, {0.0}, {0.0}, {0.0}};
@@ -150,7 +150,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_lcm_reads_channels_and_simulated_time);
     RUN_TEST(test_two_runs_give_the_same_octets);
-    RUN_TEST(test_failures_are_told);
+    RUN_TEST(test_failures_are_reported);
     RUN_TEST(test_long_words_are_cut);
     return UNITY_END();
 }

@@ -146,7 +146,7 @@ static void a_record_that_is_too_long_is_a_coding_error(void)
     TEST_ASSERT_TRUE(assertion_fails(send_a_giant));
 }
 
-static void full_and_too_large_are_told(void)
+static void full_and_too_large_are_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&sender, 0U));
@@ -212,7 +212,7 @@ int main(void)
     RUN_TEST(messages_pass_whatever_end_was_first);
     RUN_TEST(records_travel_in_the_flows_order);
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
-    RUN_TEST(full_and_too_large_are_told);
+    RUN_TEST(full_and_too_large_are_reported);
     RUN_TEST(a_receiver_that_was_killed_comes_back);
     RUN_TEST(queues_are_refused_for_a_reason);
     return UNITY_END();

@@ -249,7 +249,7 @@ static void a_reader_that_starts_first_waits_with_back_off(void)
 }
 
 /// Values in the queue when the writer closed it are read; then the reader gets STATUS_CLOSED.
-static void a_writer_that_closes_is_told_after_its_last_value(void)
+static void a_writer_that_closes_is_reported_after_its_last_value(void)
 {
     uint8_t value[5] = {1U};
     both_ends(queue);
@@ -393,7 +393,7 @@ int main(void)
     RUN_TEST(records_of_another_size_are_coding_errors);
     RUN_TEST(impossible_shapes_are_coding_errors);
     RUN_TEST(a_reader_that_starts_first_waits_with_back_off);
-    RUN_TEST(a_writer_that_closes_is_told_after_its_last_value);
+    RUN_TEST(a_writer_that_closes_is_reported_after_its_last_value);
     RUN_TEST(a_writer_that_was_killed_comes_back);
     RUN_TEST(a_writer_that_was_replaced_takes_nothing_away);
     RUN_TEST(memory_of_somebody_else_is_no_flow);

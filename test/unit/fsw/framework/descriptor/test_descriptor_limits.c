@@ -252,7 +252,7 @@ static void a_port_may_be_in_several_configurations(void)
 }
 
 /// The arena gives out a limited number of blocks: none for a parser, or some and then no more.
-static void an_arena_that_is_used_up_is_told(void)
+static void an_arena_that_is_used_up_is_reported(void)
 {
     xml_limits_t limits    = loader.parser.limits;
     limits.allocations_max = 1U;
@@ -277,6 +277,6 @@ int main(void)
     RUN_TEST(high_events_fill_their_room_exactly);
     RUN_TEST(texts_beyond_the_models_room_are_refused);
     RUN_TEST(a_port_may_be_in_several_configurations);
-    RUN_TEST(an_arena_that_is_used_up_is_told);
+    RUN_TEST(an_arena_that_is_used_up_is_reported);
     return UNITY_END();
 }

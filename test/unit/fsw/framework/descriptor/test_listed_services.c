@@ -64,7 +64,7 @@ static void the_supervisor_is_granted_entries_of_the_whole_spacecrafts(void)
                              descriptor_error(&loader));
 }
 
-static void what_is_wrong_with_them_is_told(void)
+static void what_is_wrong_with_them_is_reported(void)
 {
     static const struct {
         const char* services;
@@ -89,6 +89,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(they_are_read_with_what_they_have_room_for);
     RUN_TEST(the_supervisor_is_granted_entries_of_the_whole_spacecrafts);
-    RUN_TEST(what_is_wrong_with_them_is_told);
+    RUN_TEST(what_is_wrong_with_them_is_reported);
     return UNITY_END();
 }

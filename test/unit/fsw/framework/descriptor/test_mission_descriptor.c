@@ -321,7 +321,7 @@ static void a_rule_may_select_anything(void)
 }
 
 /// Of several mistakes in one element the message names the first one only.
-static void of_several_mistakes_the_first_is_told(void)
+static void of_several_mistakes_the_first_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       load(damaged(flight_document, "mode='SAFE'/", "state='OFFLINE' target='SELF'/")));
@@ -558,7 +558,7 @@ int main(void)
     RUN_TEST(how_long_a_subsystem_lives_without_supervisor_is_the_missions);
     RUN_TEST(the_fallback_mode_is_the_one_marked_or_0);
     RUN_TEST(a_rule_may_select_anything);
-    RUN_TEST(of_several_mistakes_the_first_is_told);
+    RUN_TEST(of_several_mistakes_the_first_is_reported);
     RUN_TEST(paths_are_relative_to_the_mission_or_absolute);
     RUN_TEST(a_redundant_bus_belongs_to_one_other);
     RUN_TEST(a_bus_has_the_devices_of_one_subsystem);

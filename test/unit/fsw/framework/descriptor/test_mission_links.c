@@ -171,7 +171,7 @@ static void a_required_port_has_one_writer(void)
     expect_refused(links, 3U, "to=\"HUB.Q1\" of <Link>: expected a port that no other link leads to");
 }
 
-static void nobody_reads_himself(void)
+static void no_subsystem_reads_its_own_port(void)
 {
     static const link_t links[] = {{"HUB.P1", "HUB.Q1"}};
     expect_refused(links, 1U, "to=\"HUB.Q1\" of <Link>: expected a port of another subsystem");
@@ -211,7 +211,7 @@ int main(void)
     RUN_TEST(one_subsystem_reads_a_port_twice_by_two_ports);
     RUN_TEST(a_subsystem_has_eight_links_and_no_more);
     RUN_TEST(a_required_port_has_one_writer);
-    RUN_TEST(nobody_reads_himself);
+    RUN_TEST(no_subsystem_reads_its_own_port);
     RUN_TEST(a_subsystem_knows_its_own_ports);
     for (unsigned i = 0U; i <= READERS; i++) {
         char name[16];

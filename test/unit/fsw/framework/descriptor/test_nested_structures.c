@@ -94,7 +94,7 @@ static void structures_lie_within_structures_as_the_compiler_has_them(void)
 
 #define DEEPER(name, inside) "<StructRef name='" name "' type='STRUCT'>" inside "</StructRef>"
 
-static void mistakes_in_structures_within_structures_are_told(void)
+static void mistakes_in_structures_within_structures_are_reported(void)
 {
     static const struct {
         const char* find;
@@ -149,7 +149,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(structures_lie_within_structures_as_the_compiler_has_them);
-    RUN_TEST(mistakes_in_structures_within_structures_are_told);
+    RUN_TEST(mistakes_in_structures_within_structures_are_reported);
     RUN_TEST(groups_stand_anywhere_and_share_beginnings);
     return UNITY_END();
 }

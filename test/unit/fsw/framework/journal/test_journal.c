@@ -251,7 +251,7 @@ static void a_transaction_larger_than_a_medium_is_refused(void)
 
 /// Life 1 writes A, B and a commit, of which A is lost. Life 2 writes A again: B and the commit behind it
 /// would make sense.
-static void a_stale_tail_is_not_believed(void)
+static void a_stale_tail_is_not_accepted(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
     commit();
@@ -276,7 +276,7 @@ static void a_stale_tail_is_not_believed(void)
 
 /// The same with a generation that was begun twice: by compactions whose first record is the same. The cut
 /// that ends the second one loses only the emptying of the medium, if that was not synced.
-static void a_stale_generation_is_not_believed(void)
+static void a_stale_generation_is_not_accepted(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
     for (uint32_t i = 0U; i < 3U; i++) {
@@ -312,7 +312,7 @@ static void a_stale_generation_is_not_believed(void)
 }
 
 /// Records with the right numbers, after records other than those before them.
-static void a_record_of_another_history_is_not_believed(void)
+static void a_record_of_another_history_is_not_accepted(void)
 {
     static image_t other[2];
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -528,7 +528,7 @@ static void a_commit_fails_as_long_as_its_records_cannot_be_read(void)
     TEST_ASSERT_EQUAL_UINT64(2U, kept_count);
 }
 
-static void every_error_at_open_is_told(void)
+static void every_error_at_open_is_reported(void)
 {
     for (unsigned k = 0U; k < 3U; k++) { // Never used; without commit; with a tail to be cut off.
         recorded_copy(saved, recorded.image);
@@ -584,9 +584,9 @@ int main(void)
     RUN_TEST(a_full_medium_refuses_puts_and_still_erases);
     RUN_TEST(dead_octets_are_left_behind_at_commit);
     RUN_TEST(a_transaction_larger_than_a_medium_is_refused);
-    RUN_TEST(a_stale_tail_is_not_believed);
-    RUN_TEST(a_stale_generation_is_not_believed);
-    RUN_TEST(a_record_of_another_history_is_not_believed);
+    RUN_TEST(a_stale_tail_is_not_accepted);
+    RUN_TEST(a_stale_generation_is_not_accepted);
+    RUN_TEST(a_record_of_another_history_is_not_accepted);
     RUN_TEST(any_damaged_octet_is_noticed);
     RUN_TEST(an_erasure_of_what_is_not_there_is_passed_over);
     RUN_TEST(octets_that_are_no_journal_are_replaced);
@@ -594,7 +594,7 @@ int main(void)
     RUN_TEST(a_torn_record_leaves_nothing_behind_the_next_one);
     RUN_TEST(a_medium_that_stays_broken_keeps_what_was_committed);
     RUN_TEST(a_commit_fails_as_long_as_its_records_cannot_be_read);
-    RUN_TEST(every_error_at_open_is_told);
+    RUN_TEST(every_error_at_open_is_reported);
     RUN_TEST(a_callback_that_calls_the_journal_is_a_coding_error);
     return UNITY_END();
 }

@@ -286,7 +286,7 @@ static void what_is_lost_is_counted(void)
 }
 
 /// With both media damaged, their content shows it, without a mark.
-static void damage_of_both_media_is_told(void)
+static void damage_of_both_media_is_reported(void)
 {
     write_journal(3U);
     recorded_copy(work, original);
@@ -309,7 +309,7 @@ static void damage_of_both_media_is_told(void)
 }
 
 /// Each call of a medium fails, while damaged media are opened.
-static void errors_of_damaged_media_are_told(void)
+static void errors_of_damaged_media_are_reported(void)
 {
     write_journal(3U);
     const journal_configuration_t configuration = {.media    = {recorded_medium(0U), recorded_medium(1U)},
@@ -352,8 +352,8 @@ int main(void)
     RUN_TEST(damage_anywhere_is_told_or_does_no_harm);
     RUN_TEST(many_damages_are_told_or_do_no_harm);
     RUN_TEST(what_is_lost_is_counted);
-    RUN_TEST(damage_of_both_media_is_told);
-    RUN_TEST(errors_of_damaged_media_are_told);
+    RUN_TEST(damage_of_both_media_is_reported);
+    RUN_TEST(errors_of_damaged_media_are_reported);
     RUN_TEST(nobody_needs_to_keep_it);
     return UNITY_END();
 }

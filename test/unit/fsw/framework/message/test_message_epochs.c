@@ -78,7 +78,7 @@ static void restart_the_receiver(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
 }
 
-static void a_receiver_that_comes_back_starts_anew(void)
+static void a_receiver_that_comes_back_starts_again(void)
 {
     party_in_each_form(&party, restart_the_receiver);
 }
@@ -95,7 +95,7 @@ static void restart_the_sender(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
 }
 
-static void a_sender_that_comes_back_starts_anew(void)
+static void a_sender_that_comes_back_starts_again(void)
 {
     party_in_each_form(&party, restart_the_sender);
 }
@@ -195,7 +195,7 @@ static void stay_unheard(void)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-static void a_restarted_component_is_heard_before_it_is_told(void)
+static void a_restarted_component_is_heard_before_it_is_reported(void)
 {
     party_in_each_form(&party, stay_unheard);
 }
@@ -356,7 +356,7 @@ static void leap_in_the_sequence(void)
     exchange(0U, 1U, 10U, 3U);
 }
 
-static void a_sequence_beyond_the_window_is_not_believed(void)
+static void a_sequence_beyond_the_window_is_not_accepted(void)
 {
     party_in_each_form(&party, leap_in_the_sequence);
 }
@@ -386,7 +386,7 @@ static void claim_credit(void)
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(1U), party_id(0U)));
 }
 
-static void credit_beyond_what_was_sent_is_not_believed(void)
+static void credit_beyond_what_was_sent_is_not_accepted(void)
 {
     party_in_each_form(&party, claim_credit);
 }
@@ -514,18 +514,18 @@ static void both_forms_behave_as_one(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_receiver_that_comes_back_starts_anew);
-    RUN_TEST(a_sender_that_comes_back_starts_anew);
+    RUN_TEST(a_receiver_that_comes_back_starts_again);
+    RUN_TEST(a_sender_that_comes_back_starts_again);
     RUN_TEST(an_old_peer_is_never_taken_for_the_new);
     RUN_TEST(two_that_come_back_meet_again);
     RUN_TEST(what_was_said_to_a_predecessor_costs_nothing);
-    RUN_TEST(a_restarted_component_is_heard_before_it_is_told);
+    RUN_TEST(a_restarted_component_is_heard_before_it_is_reported);
     RUN_TEST(no_history_of_restarts_doubles_or_disorders);
     RUN_TEST(the_frame_is_as_the_header_says);
     RUN_TEST(a_frame_is_refused_at_every_shorter_length);
     RUN_TEST(each_field_is_checked);
-    RUN_TEST(a_sequence_beyond_the_window_is_not_believed);
-    RUN_TEST(credit_beyond_what_was_sent_is_not_believed);
+    RUN_TEST(a_sequence_beyond_the_window_is_not_accepted);
+    RUN_TEST(credit_beyond_what_was_sent_is_not_accepted);
     RUN_TEST(strangers_are_not_heard);
     RUN_TEST(too_long_for_any_frame);
     RUN_TEST(noise_breaks_nothing);

@@ -140,7 +140,7 @@ static void refuse_one_peer(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
 }
 
-static void who_takes_no_data_still_takes_credit(void)
+static void a_receiver_that_takes_no_data_still_takes_credit(void)
 {
     party_in_each_form(&party, refuse_one_peer);
 }
@@ -239,7 +239,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_last_blocks_of_a_window_are_reserved);
     RUN_TEST(the_last_octets_of_a_window_are_reserved);
-    RUN_TEST(who_takes_no_data_still_takes_credit);
+    RUN_TEST(a_receiver_that_takes_no_data_still_takes_credit);
     RUN_TEST(credit_is_taken_without_a_block);
     RUN_TEST(what_says_less_is_heard_before_what_says_more);
     RUN_TEST(blocks_come_in_order_of_arrival);

@@ -115,7 +115,7 @@ static void say_the_lives_before_a_word(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.syncs + end(1U)->counters.syncs);
 }
 
-static void a_life_that_is_said_needs_no_word_first(void)
+static void a_life_given_by_the_run_needs_no_frame_first(void)
 {
     party_in_each_form(&party, say_the_lives_before_a_word);
 }
@@ -162,7 +162,7 @@ static void tell_somebody_unheard(void)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-static void a_first_word_that_is_lost_is_told(void)
+static void a_lost_first_frame_is_reported(void)
 {
     party_in_each_form(&party, tell_somebody_unheard);
 }
@@ -327,7 +327,7 @@ static void no_forged_frame_leaves_a_channel_dead(void)
     party_in_each_form(&party, forge_each_field);
 }
 
-static void a_forged_life_is_corrected_where_nobody_says_lives(void)
+static void a_forged_life_is_corrected_without_lives_from_the_run(void)
 {
     uint8_t frame[MESSAGE_HEADER_OCTETS + 4U];
     party_open(&party, PARTY_RING);
@@ -375,14 +375,14 @@ static void damaged_frames_leave_no_channel_dead(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_life_that_is_said_needs_no_word_first);
+    RUN_TEST(a_life_given_by_the_run_needs_no_frame_first);
     RUN_TEST(other_lives_than_that_change_nothing);
-    RUN_TEST(a_first_word_that_is_lost_is_told);
+    RUN_TEST(a_lost_first_frame_is_reported);
     RUN_TEST(a_position_of_an_earlier_life_is_not_resumed);
     RUN_TEST(one_exchange_later_all_is_counted_and_data_passes);
     RUN_TEST(a_sequence_far_ahead_is_found_again);
     RUN_TEST(no_forged_frame_leaves_a_channel_dead);
-    RUN_TEST(a_forged_life_is_corrected_where_nobody_says_lives);
+    RUN_TEST(a_forged_life_is_corrected_without_lives_from_the_run);
     RUN_TEST(damaged_frames_leave_no_channel_dead);
     return UNITY_END();
 }

@@ -243,7 +243,7 @@ static void ask_again_what_was_told(void)
     TEST_ASSERT_EQUAL(0U, counters(1U)->lost);
 }
 
-static void credit_that_was_lost_is_told_again(void)
+static void credit_that_was_lost_is_reported_again(void)
 {
     party_in_each_form(&party, ask_again_what_was_told);
 }
@@ -296,7 +296,7 @@ int main(void)
     RUN_TEST(a_slow_receiver_loses_nothing_silently);
     RUN_TEST(both_windows_lost_are_counted_and_given_back);
     RUN_TEST(a_hint_asks_at_once);
-    RUN_TEST(credit_that_was_lost_is_told_again);
+    RUN_TEST(credit_that_was_lost_is_reported_again);
     RUN_TEST(asking_does_not_fill_the_way);
     RUN_TEST(a_long_cut_is_found_to_be_over);
     return UNITY_END();

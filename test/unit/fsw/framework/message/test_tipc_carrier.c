@@ -135,7 +135,7 @@ static void a_frame_goes_to_the_name_of_its_component(void** state)
     assert_memory_equal(octets, &sent[MESSAGE_HEADER_OCTETS], sizeof octets);
 }
 
-static void what_the_kernel_refuses_is_told_and_not_announced(void** state)
+static void what_the_kernel_refuses_is_reported_and_not_announced(void** state)
 {
     (void)state;
     will_send(PEER, MESSAGE_HEADER_OCTETS + sizeof octets, STATUS_FULL);
@@ -261,7 +261,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_frame_goes_to_the_name_of_its_component, set_up),
-        cmocka_unit_test_setup(what_the_kernel_refuses_is_told_and_not_announced, set_up),
+        cmocka_unit_test_setup(what_the_kernel_refuses_is_reported_and_not_announced, set_up),
         cmocka_unit_test_setup(no_more_peers_than_there_is_room_for, set_up),
         cmocka_unit_test_setup(what_comes_back_is_counted_and_is_no_message, set_up),
         cmocka_unit_test_setup(a_stranger_is_not_heard, set_up),

@@ -243,7 +243,7 @@ static void meet_an_old_producer(void)
     rtlink_producer_close(&successor);
 }
 
-static void an_old_producer_is_not_believed(void)
+static void an_old_producer_is_not_accepted(void)
 {
     over_each_method(meet_an_old_producer);
 }
@@ -410,7 +410,7 @@ static void a_datagram_that_does_not_leave_is_counted(void)
 
 /// A full queue is told apart from every other reason; in both cases the sample is lost and the next one is
 /// sent.
-static void why_a_frame_over_tipc_does_not_leave_is_told(void)
+static void why_a_frame_over_tipc_does_not_leave_is_reported(void)
 {
     static const status_t refusals[][2] = {{STATUS_FULL, STATUS_FULL},
                                            {STATUS_CLOSED, STATUS_IO},
@@ -484,7 +484,7 @@ int main(void)
     RUN_TEST(losses_are_counted_per_sample_that_should_have_come);
     RUN_TEST(the_sequence_goes_around);
     RUN_TEST(an_earlier_opening_is_forgotten);
-    RUN_TEST(an_old_producer_is_not_believed);
+    RUN_TEST(an_old_producer_is_not_accepted);
     RUN_TEST(an_old_reader_of_replaced_memory_goes_stale);
     RUN_TEST(nothing_to_open_is_said);
     RUN_TEST(memory_of_another_size_is_not_read);
@@ -494,7 +494,7 @@ int main(void)
     RUN_TEST(an_overtaken_datagram_is_left_aside);
     RUN_TEST(no_datagram_reaches_a_link_by_memory);
     RUN_TEST(a_datagram_that_does_not_leave_is_counted);
-    RUN_TEST(why_a_frame_over_tipc_does_not_leave_is_told);
+    RUN_TEST(why_a_frame_over_tipc_does_not_leave_is_reported);
     RUN_TEST(a_name_that_cannot_be_is_said);
     RUN_TEST(nobody_need_know_what_was_delivered);
     return UNITY_END();

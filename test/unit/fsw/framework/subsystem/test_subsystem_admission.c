@@ -111,7 +111,7 @@ static void events_that_wait_keep_no_request_out(void)
     TEST_ASSERT_TRUE(subsystem_may_accept(&fixture.subsystem));
 }
 
-static void of_many_refused_instructions_the_first_and_their_number_are_told(void)
+static void of_many_refused_instructions_the_first_and_their_number_are_reported(void)
 {
     uint8_t ids[1U + (2U * PUS_COUNT_MAX)] = {PUS_COUNT_MAX};
     ids[2]                                 = FIXTURE_NOTE; // One that is known.
@@ -141,6 +141,6 @@ int main(void)
     RUN_TEST(a_high_event_and_its_transition_have_room_behind_them);
     RUN_TEST(while_an_answer_is_unfinished_nothing_is_taken_in);
     RUN_TEST(events_that_wait_keep_no_request_out);
-    RUN_TEST(of_many_refused_instructions_the_first_and_their_number_are_told);
+    RUN_TEST(of_many_refused_instructions_the_first_and_their_number_are_reported);
     return UNITY_END();
 }

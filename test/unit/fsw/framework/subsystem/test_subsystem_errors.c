@@ -27,7 +27,7 @@ static void spoil(state_action_t action, bool hangs)
 
 // ---- Actions ----
 
-static void failing_actions_are_told(void)
+static void failing_actions_are_reported(void)
 {
     spoil(ACTION_HARDWARE_INIT, false);
     (void)fixture_state(STATE_PRE_OPERATIONAL);
@@ -511,7 +511,7 @@ static void a_port_that_refuses_for_long_costs_no_cycle(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(failing_actions_are_told);
+    RUN_TEST(failing_actions_are_reported);
     RUN_TEST(a_failing_action_turns_the_walk);
     RUN_TEST(a_hanging_action_is_ended);
     RUN_TEST(controllers_that_do_not_start_are_stopped);

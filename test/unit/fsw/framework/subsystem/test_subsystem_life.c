@@ -150,7 +150,7 @@ static void a_request_cut_short_by_an_error_ends_too(void)
     fixture_expect("129.2 6>6 SECURED cause 1 code 0000 cfg 1\n");
 }
 
-static void causes_tell_who_asked(void)
+static void causes_name_the_requester(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     fixture.source = FIXTURE_SUPERVISOR;
@@ -348,7 +348,7 @@ int main(void)
     RUN_TEST(malformed_requests_are_rejected);
     RUN_TEST(a_superseded_request_ends);
     RUN_TEST(a_request_cut_short_by_an_error_ends_too);
-    RUN_TEST(causes_tell_who_asked);
+    RUN_TEST(causes_name_the_requester);
     RUN_TEST(a_cycle_keeps_its_order);
     RUN_TEST(nothing_runs_where_nothing_lives);
     RUN_TEST(an_action_runs_once_a_cycle);

@@ -113,7 +113,7 @@ static void the_status_of_a_producer_tells_what_it_sent(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "0000000400000000000000000000000000000003\n"));
 }
 
-static void a_lost_link_is_told_only_where_there_is_an_event_for_it(void)
+static void a_lost_link_is_reported_only_where_there_is_an_event_for_it(void)
 {
     open_with("<Event name='LINK_CLOSED' id='11' severity='LOW'/>\n", "");
     other_writes = true;
@@ -171,7 +171,7 @@ int main(void)
     RUN_TEST(more_links_than_there_is_room_for_are_refused);
     RUN_TEST(the_wrong_end_of_a_link_is_closed_to_its_user);
     RUN_TEST(the_status_of_a_producer_tells_what_it_sent);
-    RUN_TEST(a_lost_link_is_told_only_where_there_is_an_event_for_it);
+    RUN_TEST(a_lost_link_is_reported_only_where_there_is_an_event_for_it);
     RUN_TEST(released_it_has_let_go_of_its_links);
     RUN_TEST(a_component_without_links_and_callback_is_released_too);
     return UNITY_END();

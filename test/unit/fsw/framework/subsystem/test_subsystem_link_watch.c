@@ -44,7 +44,7 @@ static void expect_stale_reaction(state_t state, const char* lines)
     fixture_expect("");
 }
 
-static void a_stale_link_is_told_by_the_state(void)
+static void a_stale_link_is_reported_by_the_state(void)
 {
     expect_stale_reaction(STATE_PRE_OPERATIONAL, "130.10 link 1 3>4 reason 9\n5.2 event 11 aux \n");
     expect_stale_reaction(STATE_SAFE_OPERATIONAL, "130.10 link 1 3>4 reason 9\n5.2 event 11 aux \n");
@@ -158,7 +158,7 @@ static void a_peer_in_error_takes_this_one_along(void)
     }
 }
 
-static void a_producer_closed_by_request_goes_on(void)
+static void a_producer_closed_by_request_continues(void)
 {
     bring_linked(STATE_PRE_OPERATIONAL);
     accept_port(PORT_OUT, 2U);
@@ -180,13 +180,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(required_links_are_needed_for_safe_operational);
-    RUN_TEST(a_stale_link_is_told_by_the_state);
+    RUN_TEST(a_stale_link_is_reported_by_the_state);
     RUN_TEST(a_stale_link_bars_operational_until_it_is_fresh);
     RUN_TEST(a_link_that_never_brings_anything_is_stale);
     RUN_TEST(samples_of_an_earlier_opening_do_not_count);
     RUN_TEST(a_closed_link_is_as_lost_as_a_stale_one);
     RUN_TEST(links_that_are_not_required_are_only_told);
     RUN_TEST(a_peer_in_error_takes_this_one_along);
-    RUN_TEST(a_producer_closed_by_request_goes_on);
+    RUN_TEST(a_producer_closed_by_request_continues);
     return UNITY_END();
 }

@@ -324,7 +324,7 @@ static void link_status_tells_counters(void)
     TEST_ASSERT_NOT_NULL(strstr(text, "000000000000000A000000000000000000000009\n"));
 }
 
-static void datagrams_for_nobody_are_ignored(void)
+static void datagrams_without_an_addressee_are_ignored(void)
 {
     uint8_t frame[64] = {0x52U, 0x54U, 1U, 3U, 0U, 1U};
     bring_linked(STATE_OPERATIONAL);
@@ -354,6 +354,6 @@ int main(void)
     RUN_TEST(a_second_request_replaces_the_first);
     RUN_TEST(links_go_with_their_configuration);
     RUN_TEST(link_status_tells_counters);
-    RUN_TEST(datagrams_for_nobody_are_ignored);
+    RUN_TEST(datagrams_without_an_addressee_are_ignored);
     return UNITY_END();
 }

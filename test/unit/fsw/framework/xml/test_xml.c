@@ -362,7 +362,7 @@ static void a_cut_is_told_from_an_error(void)
 }
 
 /// Nothing that expat passes after a refusal reaches the reader, and the first refusal is kept.
-static void after_a_refusal_nothing_is_told(void)
+static void after_a_refusal_nothing_is_reported(void)
 {
     goes_on   = true;
     refuse_at = 2U;
@@ -392,7 +392,7 @@ int main(void)
     RUN_TEST(refuses_a_document_of_a_hundred_megabytes);
     RUN_TEST(a_token_that_never_ends_uses_up_the_arena);
     RUN_TEST(stops_where_the_handler_refuses);
-    RUN_TEST(after_a_refusal_nothing_is_told);
+    RUN_TEST(after_a_refusal_nothing_is_reported);
     RUN_TEST(survives_the_failure_of_each_allocation);
     RUN_TEST(survives_every_size_of_arena);
     RUN_TEST(an_arena_at_an_odd_word_works_too);

@@ -257,7 +257,7 @@ static void reports_to_on_board_users_are_not_for_the_ground(void)
     TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
 }
 
-static void what_is_sent_is_told_to_the_octet(void)
+static void what_is_sent_is_reported_to_the_octet(void)
 {
     fixture_connect(0U);
     fixture_connect(1U);
@@ -493,7 +493,7 @@ static void the_connection_of_a_participant_is_waited_for_and_told(void)
     TEST_ASSERT_EQUAL(1U, fixture.served); // Once.
 }
 
-static void a_participant_whose_connection_is_ended_is_told(void)
+static void a_participant_whose_connection_is_ended_is_reported(void)
 {
     static const uint8_t garbage[6] = {0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU};
     fixture_connect(0U);
@@ -525,7 +525,7 @@ int main(void)
     RUN_TEST(a_user_whose_connection_is_gone_is_forgotten);
     RUN_TEST(more_users_than_places_share_the_last);
     RUN_TEST(reports_to_on_board_users_are_not_for_the_ground);
-    RUN_TEST(what_is_sent_is_told_to_the_octet);
+    RUN_TEST(what_is_sent_is_reported_to_the_octet);
     RUN_TEST(a_slow_reader_loses_housekeeping_only);
     RUN_TEST(a_reader_that_reads_nothing_at_all_is_let_go);
     RUN_TEST(clients_beyond_the_limit_are_turned_away);
@@ -537,6 +537,6 @@ int main(void)
     RUN_TEST(the_end_of_a_participant_that_left_is_waited_for);
     RUN_TEST(one_that_left_without_hanging_up_is_let_go);
     RUN_TEST(the_connection_of_a_participant_is_waited_for_and_told);
-    RUN_TEST(a_participant_whose_connection_is_ended_is_told);
+    RUN_TEST(a_participant_whose_connection_is_ended_is_reported);
     return UNITY_END();
 }

@@ -174,7 +174,7 @@ static void misuse_is_counted_and_told_once_a_second(void)
 }
 
 /// The supervisor refuses it; the report of that goes to the user on board.
-static void who_poses_as_a_user_on_board_is_counted_and_told(void)
+static void a_client_that_poses_as_a_user_on_board_is_counted_and_reported(void)
 {
     fixture_run(100U);
     fixture_connect(0U);
@@ -188,7 +188,7 @@ static void who_poses_as_a_user_on_board_is_counted_and_told(void)
 }
 
 /// A client that sends requests and does not read has to wait; its connection stays.
-static void who_does_not_read_sends_no_more(void)
+static void a_client_that_does_not_read_sends_no_more(void)
 {
     fixture_connect(0U);
     fixture_write_request(0U, 1U, 1U, 0U);
@@ -239,8 +239,8 @@ int main(void)
     RUN_TEST(a_participant_keeps_its_place);
     RUN_TEST(a_participant_that_comes_gets_a_place_at_once);
     RUN_TEST(misuse_is_counted_and_told_once_a_second);
-    RUN_TEST(who_poses_as_a_user_on_board_is_counted_and_told);
-    RUN_TEST(who_does_not_read_sends_no_more);
+    RUN_TEST(a_client_that_poses_as_a_user_on_board_is_counted_and_reported);
+    RUN_TEST(a_client_that_does_not_read_sends_no_more);
     RUN_TEST(released_it_has_ended_every_connection);
     return UNITY_END();
 }

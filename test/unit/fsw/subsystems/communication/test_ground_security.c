@@ -204,7 +204,7 @@ static void many_refusals_are_few_events(void)
     TEST_ASSERT_EQUAL(told, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
 }
 
-static void a_disk_that_refuses_is_told(void)
+static void a_disk_that_refuses_is_reported(void)
 {
     connect(0U);
     recorded.calls      = 0U;
@@ -294,7 +294,7 @@ int main(void)
     RUN_TEST(a_recorded_connection_is_worth_nothing);
     RUN_TEST(what_is_authentic_has_to_be_one_packet);
     RUN_TEST(many_refusals_are_few_events);
-    RUN_TEST(a_disk_that_refuses_is_told);
+    RUN_TEST(a_disk_that_refuses_is_reported);
     RUN_TEST(strangers_make_room_for_others);
     RUN_TEST(busy_clients_with_the_key_keep_their_places);
     RUN_TEST(without_a_key_nobody_is_a_stranger);

@@ -265,7 +265,7 @@ static void range_and_speed_are_limited(void)
     EXPECT_WITHIN(gains.home[0] + gains.range[0], 0.01, arm.link[0]);
 }
 
-static void a_hand_that_is_nowhere_leads_nowhere(void)
+static void a_hand_position_that_is_not_a_number_is_ignored(void)
 {
     double hand[2] = {0.0, 0.0};
     hold(hand);
@@ -346,7 +346,7 @@ int main(void)
     RUN_TEST(the_motor_target_begins_where_the_motor_is);
     RUN_TEST(the_arm_follows_the_hand);
     RUN_TEST(range_and_speed_are_limited);
-    RUN_TEST(a_hand_that_is_nowhere_leads_nowhere);
+    RUN_TEST(a_hand_position_that_is_not_a_number_is_ignored);
     RUN_TEST(the_ceiling_of_the_torque_holds);
     RUN_TEST(without_a_hand_the_arm_is_held);
     RUN_TEST(a_hand_that_comes_late_takes_over_where_the_arm_is);

@@ -243,7 +243,7 @@ static void engaging_commands_what_the_joints_carry(void)
 
 // ---- Supervision --------------------------------------------------------------------------------
 
-static void exceeding_the_torque_limit_is_told_once_per_excess(void)
+static void exceeding_the_torque_limit_is_reported_once_per_excess(void)
 {
     rig_hand_at(0.0, 0.0);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
@@ -415,7 +415,7 @@ int main(void)
     RUN_TEST(a_zero_stays_while_the_hardware_is_up);
     RUN_TEST(a_command_takes_over_the_tare_that_began_by_itself);
     RUN_TEST(engaging_commands_what_the_joints_carry);
-    RUN_TEST(exceeding_the_torque_limit_is_told_once_per_excess);
+    RUN_TEST(exceeding_the_torque_limit_is_reported_once_per_excess);
     RUN_TEST(the_torque_limit_counts_in_operation_only);
     RUN_TEST(an_unplugged_drive_takes_the_other_down_in_that_cycle);
     RUN_TEST(emergencies_become_events);
