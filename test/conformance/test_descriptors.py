@@ -98,7 +98,7 @@ def test_compiled_interface_agrees_with_the_descriptors(probe):
     assert done.stdout.splitlines() == ["agree"]
 
 
-def test_changed_interface_is_told_with_file_and_both_hashes(probe, tmp_path):
+def test_changed_interface_is_reported_with_file_and_both_hashes(probe, tmp_path):
     for path in SUBSYSTEMS:
         shutil.copy(path, tmp_path)
     changed = tmp_path / "joystick.xml"

@@ -91,7 +91,7 @@ def test_every_public_function_has_its_place(docs, library):
     assert not missing
 
 
-def test_contracts_are_told(docs):
+def test_contracts_are_reported(docs):
     """The contract of a header, a struct's fields, a function's statuses: as written."""
     text = re.sub(r"<[^>]+>", "", page(docs, "api-subsystem.html"))
     for words in ("A specific subsystem is a table of callbacks", "Bumpless: actuators on.", "STATUS_STALE (sample delivered, but older than allowed)"):
@@ -191,7 +191,7 @@ def test_interface_control_document_agrees_with_the_dictionary(docs):
                 assert at == item["size"]
 
 
-def test_a_descriptor_with_a_mistake_is_told(tmp_path):
+def test_a_descriptor_with_a_mistake_is_reported(tmp_path):
     """The generator ends with file, line, value and expected value; it leaves no incomplete result."""
     copy = tmp_path / "tree"
     copy.mkdir()

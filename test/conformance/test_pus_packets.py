@@ -197,7 +197,7 @@ def test_our_requests_are_read_by_the_peer(process):
     assert octets == bytes(PusTc(17, 1, apid=17, seq_count=0, source_id=0x8010, ack_flags=15).pack())
 
 
-def test_malformed_requests_are_told_by_code(process):
+def test_malformed_requests_are_reported_by_code(process):
     good = bytes(request(17, 1).pack())
     cases = {
         0x010A: signed(bytes([good[0] | 0x20]) + good[1:]),

@@ -197,7 +197,7 @@ def dictionary():
     return Dictionary.load(ROOT / "build" / "generated" / f"{MISSION}.json")
 
 
-def test_it_loads_the_database_without_a_word_and_links_up(yamcs):
+def test_it_loads_the_database_without_a_message_and_links_up(yamcs):
     until(lambda: all(link["status"] == "OK" for link in yamcs.ask("links/mission")["links"]), "the links")
     words = [line for line in yamcs.told().splitlines() if re.match(r"(WARNING|SEVERE) ", line) and "xtce" in line.lower()]
     assert not words, words
@@ -371,7 +371,7 @@ def test_housekeeping_of_the_flight_has_the_values_that_our_ground_reads(yamcs, 
     assert compared
 
 
-def test_events_are_told(yamcs):
+def test_events_are_reported(yamcs):
     def told():
         found = yamcs.ask("archive/mission/events?limit=100")
         return [one["message"] for one in found.get("events", found.get("event", [])) if "GROUND_CONNECTED" in one["message"]]

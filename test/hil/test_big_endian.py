@@ -189,7 +189,7 @@ def _die(path, scenario, victim, step):
     assert flight.code == 1, flight.told()
     assert "manipulator" in flight.facts["exit_reason"]
     if victim == RUNNER:
-        assert "was ended by signal 9" in flight.console, "the proxy says how its program was lost"
+        assert "was ended by signal 9" in flight.console, "the proxy reports how its program was lost"
     return flight
 
 

@@ -122,7 +122,7 @@ def refused(command):
     return done.stderr
 
 
-def test_namespaces_that_are_not_permitted_are_told_with_the_next_step(tmp_path):
+def test_namespaces_that_are_not_permitted_are_reported_with_the_next_step(tmp_path):
     """As an account without privileges, here in a user namespace that maps no account to root."""
     line = ["unshare", "--user", "--map-user=1000", "build/bin/hirosco", "run", "--nodes", "2", "--out", str(tmp_path / "run")]
     said = refused(line)
@@ -130,7 +130,7 @@ def test_namespaces_that_are_not_permitted_are_told_with_the_next_step(tmp_path)
     assert not (tmp_path / "run").exists()
 
 
-def test_kernel_without_tipc_is_told_with_the_next_step(tmp_path):
+def test_kernel_without_tipc_is_reported_with_the_next_step(tmp_path):
     import socket
 
     try:

@@ -189,7 +189,7 @@ def test_an_emulator_that_hangs_before_the_guest_begins_is_started_once_more(ker
 
 
 @pytest.mark.parametrize("knows, told", [(False, "the package lists do not know linux-image-amd64"), (True, "cannot be fetched")])
-def test_a_kernel_that_cannot_be_fetched_is_told_with_the_next_step(tmp_path, monkeypatch, knows, told):
+def test_a_kernel_that_cannot_be_fetched_is_reported_with_the_next_step(tmp_path, monkeypatch, knows, told):
     """No sources and no lists at all, or lists that name a server that does not exist."""
     (tmp_path / "lists" / "partial").mkdir(parents=True)
     sources = tmp_path / "sources.list"
@@ -338,6 +338,6 @@ def test_a_place_that_is_not_known_is_refused(tmp_path):
 
 
 @pytest.mark.skipif(not shutil.which("unshare"), reason="no unshare")
-def test_what_the_kernel_lacks_is_told(tmp_path):
+def test_what_the_kernel_lacks_is_reported(tmp_path):
     chosen = places.choose(tmp_path)
     assert chosen.why and (chosen.name == "running kernel" or "no " in chosen.why)

@@ -65,12 +65,12 @@ def test_fetched_once_for_all_clones(machine):
     done, calls = fetch(machine, "one")
     assert (done.returncode, calls, installed(machine, "one")) == (0, 2, WHOLE), done.stderr
     assert [path.name for path in (machine / "one" / "build" / "third_party").iterdir()] == ["unity"]
-    assert fetch(machine, "one")[1] == 2, "what is there is not fetched again"
+    assert fetch(machine, "one")[1] == 2, "an existing file is not fetched again"
     done, calls = fetch(machine, "two", archive="no network")
     assert (done.returncode, calls, installed(machine, "two")) == (0, 2, WHOLE), done.stderr
 
 
-def test_damaged_cache_is_fetched_anew(machine):
+def test_damaged_cache_is_fetched_again(machine):
     fetch(machine, "one")
     (cached,) = (machine / "cache" / "hirosco").iterdir()
     whole = cached.read_bytes()
@@ -173,7 +173,7 @@ def test_python_packages_that_cannot_be_had_are_named(index, fresh_venv):
     assert list(place.glob("build/venv/lib/*/site-packages/other-3.0.dist-info"))
 
 
-def test_damaged_wheel_is_fetched_anew(index, fresh_venv):
+def test_damaged_wheel_is_fetched_again(index, fresh_venv):
     install(index, clone(index / "a", fresh_venv))
     (cached,) = (index / "cache" / "hirosco" / "wheels").glob("other*")
     whole = cached.read_bytes()
@@ -237,7 +237,7 @@ def test_foreign_expat_is_fetched_once_for_all_clones(tmp_path):
     cached = tmp_path / "cache" / "hirosco" / "libexpat1-dev_s390x.deb"
     cached.write_bytes(cached.read_bytes()[:200])
     done, is_there = fetch_expat("b")
-    assert (done.returncode, is_there) == (0, True), "a damaged package is fetched anew: " + done.stderr
+    assert (done.returncode, is_there) == (0, True), "a damaged package is fetched again: " + done.stderr
     (tmp_path / "archive").unlink()
     done, is_there = fetch_expat("c")
     assert (done.returncode, is_there) == (0, True), done.stderr

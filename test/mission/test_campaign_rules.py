@@ -199,7 +199,7 @@ def test_high_in_its_cycle():
         ([_became(5.0 + 2 * SLOT_S, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL), SECURED[1]], "the member itself"),
     ],
 )
-def test_high_to_which_nobody_reacts_in_time(reaction, word):
+def test_high_event_without_reaction_in_time(reaction, word):
     found = _violations([_event(5.0, JOYSTICK), *reaction])
     assert any(word in what for what in found)
     assert _violations([_event(5.0, JOYSTICK), *reaction], has_cut=True) == []
@@ -305,7 +305,7 @@ def _drawn_with_a_kill():
         drawn = faults.draw(seed, 1, "image")
         if drawn.kinds == ["kill"] and any(" fault kill " in line and 2.0 < float(line.split()[0]) < 5.0 for line in drawn.lines):
             return drawn
-    raise AssertionError("no seed kills anybody")
+    raise AssertionError("no seed kills a process")
 
 
 def test_each_end_and_the_reaction_of_a_real_flight_count(folder):

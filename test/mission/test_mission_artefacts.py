@@ -125,7 +125,7 @@ def test_bus_log_is_candump_text(flight, bus):
     at, last, count, fd = 0, b"", 0, 0
     for match in CANDUMP_LINE.finditer(text):
         assert match.start() == at, f"not a frame: {text[at : at + 80]!r}"
-        assert match[1] >= last, "time runs backwards"
+        assert match[1] >= last, "time decreases"
         assert match[2] == bus.encode()
         at, last, count = match.end(), match[1], count + 1
         fd += match[4] != b"#"
@@ -171,7 +171,7 @@ def test_truth_is_read_by_lcm_itself(flight):
     log = lcm.EventLog(str(flight.folder / "truth.lcm"), "r")
     channels, last = {}, 0
     for event in log:
-        assert event.timestamp > last - STEP_US, "each step tells its buses one after the other"
+        assert event.timestamp > last - STEP_US, "each step reports its buses one after the other"
         last = max(last, event.timestamp)
         channels[event.channel] = channels.get(event.channel, 0) + 1
     assert {"JOINTS", "STICK", "CONTACT", "OPERATOR", "DRIVE", "FAULT"} <= channels.keys()

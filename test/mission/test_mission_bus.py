@@ -144,7 +144,7 @@ def test_commands_lead_up_one_state_at_a_time(buses):
                 assert before == 0x07, f"{name}: {before:#04x} -> 0x0F"
             if after == 0x07:
                 assert before in (0x06, 0x0F), f"{name}: {before:#04x} -> 0x07"
-        assert 0x80 not in walk, f"{name}: no fault was there to be reset"
+        assert 0x80 not in walk, f"{name}: there was no fault to reset"
 
 
 def test_joystick_engages_without_a_push(flight, buses):
@@ -169,7 +169,7 @@ def test_one_sync_every_cycle(buses, bus):
     steps = np.diff(slots)
     assert (steps >= 1).all(), "two SYNCs in one cycle"
     breaks = np.flatnonzero(steps > 1)
-    assert len(breaks) <= 4, "SYNC stops only where the subsystem is OFFLINE or alone on its bus"
+    assert len(breaks) <= 4, "SYNC stops only while the subsystem is OFFLINE or alone on its bus"
     assert (np.diff(times)[breaks] > 400_000).all()
     for part in np.split(times, breaks + 1):
         if len(part) == 1:
@@ -221,7 +221,7 @@ def _unplugged(truth):
     return found
 
 
-def test_nobody_sends_while_unplugged(buses, truth):
+def test_no_node_sends_while_unplugged(buses, truth):
     cuts = _unplugged(truth)
     assert [(bus, node) for bus, node, _, _ in cuts] == [("joystick", STICK), ("robot", JOINTS[0])]
     for bus, node, start, end in cuts:

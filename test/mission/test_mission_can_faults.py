@@ -121,13 +121,13 @@ def test_lost_devices_end_in_the_safe_state(told, name):
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_controller_conditions_are_told_by_low_events(told, name):
+def test_controller_conditions_are_reported_by_low_events(told, name):
     _, _, wanted, _ = FAULTS[name]
     low = [data for _, service, subtype, event, data in _in_slot(told, name) if (service, subtype, event) == (5, 2, BUS_WARNING)]
     own = [data for data in low if data.startswith("00")]
     assert wanted <= set(own), own
     assert set(own) <= wanted | {WARNING, PASSIVE, TIMEOUT}, own
-    assert len(own) <= 4, "told once, not every cycle"
+    assert len(own) <= 4, "reported once, not every cycle"
 
 
 def _counters(flight):
@@ -197,7 +197,7 @@ def foreign_sync(hangar):
     return flying.fly_in_both_forms(hangar, "foreign-sync", path)
 
 
-def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_told_once(foreign_sync):
+def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_reported_once(foreign_sync):
     """MEDIUM: SAFE_OPERATIONAL in that cycle. While the fault lasts it is not reported again, and a command
     up is still possible."""
     flight = foreign_sync["image"]

@@ -59,7 +59,7 @@ def _packets_in_order(flight):
 def _assert_ended_as_it_should(flight, name):
     assert flight.code not in (0, None), flight.told()
     assert flight.code > 0, "the launcher itself must not die"
-    assert name in flight.output, f"nobody says that {name} died: {flight.output}"
+    assert name in flight.output, f"no message says that {name} died: {flight.output}"
     facts = flight.facts
     assert facts["exit_code"] == flight.code
     assert name in facts["exit_reason"]

@@ -66,7 +66,7 @@ def test_untouched_copy_flies(house):
     ],
 )
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_error_is_told_with_file_and_line(house, form, path, old, new, words):
+def test_error_is_reported_with_file_and_line(house, form, path, old, new, words):
     line = _replace(house, path, old, new)
     flight = _fly(house, form)
     assert flight.code not in (0, None)
@@ -193,7 +193,7 @@ def test_configuration_part_needs_no_recompilation(house):
     assert hashes(flight) != hashes(plain)
 
 
-def test_a_mistake_read_anew_is_told_with_its_place_and_leaves_the_old_in_force(house):
+def test_a_mistake_read_again_is_reported_with_its_place_and_leaves_the_old_in_force(house):
     """TC[129,6] in the middle of a mission: refused with file, line, value and expected value; then the
     flight continues."""
     flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
@@ -212,7 +212,7 @@ def test_a_mistake_read_anew_is_told_with_its_place_and_leaves_the_old_in_force(
     assert re.search(rf"manipulator\.xml:{line}: .*500parsec.*not reloaded", flight.output + flight.console), flight.told()
 
 
-def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_told_with_both_hashes(house):
+def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_reported_with_both_hashes(house):
     """The subsystem reads its changed descriptor again; the supervisor keeps the one read at the start."""
     flight = flying.start(house / "out", "--scenario", "none", "--duration", 36000, root=house)
     try:

@@ -75,7 +75,7 @@ def test_full_disk_from_the_first_second(disk):
     flight = flying.fly(disk(3_000_000) / "out", "--scenario", "telepresence")
     assert flight.code == 1
     assert flight.facts["exit_code"] == 1
-    assert flight.facts["simulated_s"] > 90, "the flight goes on to its end"
+    assert flight.facts["simulated_s"] > 90, "the flight continues to its end"
     assert flight.facts["exit_reason"].startswith("simulator ended with exit code 1")
     for name in ("joystick", "manipulator", "supervisor", "communication", "operator"):
         assert next(entry for entry in flight.facts["processes"] if entry["name"] == name)["exit_code"] == 0
@@ -84,12 +84,12 @@ def test_full_disk_from_the_first_second(disk):
     for name in ("packets.ascii", "can-robot.log", "operator.log"):
         assert flight.octets(name).endswith(b"\n"), f"{name} ends within a line"
     assert all(json.loads(line) for line in flight.read("operator.log").splitlines())
-    assert not (flight.folder / "packets.log").exists(), "a part of it would look like the whole"
+    assert not (flight.folder / "packets.log").exists(), "an incomplete file would look complete"
     assert not (flight.folder / "run.json.part").exists()
     flying.assert_clean(flight)
 
 
-def test_log_goes_on_when_there_is_room_again(disk, scenario):
+def test_log_continues_when_there_is_room_again(disk, scenario):
     """Records of that time were kept in memory, and nothing is missing at the end."""
     place = disk(64_000_000)
     flight = flying.start(place / "out", "--scenario", scenario)
@@ -110,7 +110,7 @@ def test_log_goes_on_when_there_is_room_again(disk, scenario):
     packets = [raw for _, direction, raw in flight.packets if direction == "TM"]
     assert len(flight.packets) == len(numbers)
     changes = [raw[21:23] for raw in packets if raw[7:9] == b"\x83\x04"]
-    assert changes == [b"\x00\x03", b"\x03\x00"], "into the ring, and back by itself"
+    assert changes == [b"\x00\x03", b"\x03\x00"], "to the ring, and back by itself"
     assert any(raw[7:9] == b"\x05\x04" and raw[21:23] == b"\x00\x08" for raw in packets), "LOG_FAILED"
 
 
@@ -194,7 +194,7 @@ def _assert_whole(flight, changes):
 
 
 @pytest.mark.parametrize("time", ["real", "free"])
-def test_a_disk_that_does_not_answer_holds_nobody_up(folder, programs, time):
+def test_a_disk_that_does_not_answer_delays_no_other(folder, programs, time):
     """A write of the log does not end until every subsystem has answered and the log has reported that the
     ring is in force."""
     with _station(folder, programs, time) as (flight, ground, gate):
@@ -272,11 +272,11 @@ def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
         flight.abandon()
     assert flight.code == 1, flight.told()
     assert "cannot write run.json into the run's folder" in flight.output, flight.told()
-    assert not (flight.folder / "run.json").exists(), "a part of it would look like the whole"
+    assert not (flight.folder / "run.json").exists(), "an incomplete file would look complete"
     assert not flight.leftovers()
 
 
-def test_slow_disk_is_told_and_changes_nothing(folder, programs):
+def test_slow_disk_is_reported_and_changes_nothing(folder, programs):
     """In stepped time wall-clock time passes, and simulated time stands still."""
     flight = flying.fly(folder / "slow", "--scenario", "commissioning", binaries=programs)
     assert flight.code == 0, flight.told()

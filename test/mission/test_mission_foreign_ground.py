@@ -55,7 +55,7 @@ def test_telecommand_of_a_foreign_client_is_served_and_told(folder):
     for raw in _packets(stream):
         assert check_pus_crc(raw)
         report = PusTm.unpack(raw, timestamp_len=8)
-        assert report.pus_tm_sec_header.dest_id in (0, FOREIGN_USER), "others' verification is not for us"
+        assert report.pus_tm_sec_header.dest_id in (0, FOREIGN_USER), "the verification of others is not sent to us"
         if report.pus_tm_sec_header.dest_id == FOREIGN_USER:
             answers.append((report.service, report.subservice))
         if len(answers) == 4:
@@ -87,13 +87,13 @@ def test_listeners_do_not_disturb(folder, quiet):
     flight.wait()
     thread.join(flying.MOMENT_S)
     assert flight.code == 0, flight.told()
-    assert flight.facts["reproducible"] is False, "the packet log tells when they came"
+    assert flight.facts["reproducible"] is False, "the packet log has the times of their connections"
     for name in flying.BUS_LOGS:
         assert flight.octets(name) == quiet.octets(name), name
     assert _of_others(flight) == _of_others(quiet)
     log = {raw for _, direction, raw in flight.packets if direction == "TM"}
     assert len(received) > 100
-    assert set(received) <= log, "what the ground hears is what the log holds"
+    assert set(received) <= log, "the ground gets exactly the packets of the log"
     events = {raw for raw in log if raw[7] == 5 and raw[8] > 1 and raw[11:13] == bytes(2)}
     assert len(events) >= 5
     assert events <= set(received), "no event is lost"

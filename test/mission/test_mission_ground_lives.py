@@ -73,7 +73,7 @@ def _assert_each_request_ends_once(flight):
         elif direction == "TM" and raw[7] == 1 and raw[8] in (2, 4, 7, 8, 10) and raw[11:13] == OPERATOR:
             ended[raw[21:25]] += 1
     assert asked == ended
-    assert {request for request, count in asked.items() if count > 1} == scheduled, "it has the number of another one"
+    assert {request for request, count in asked.items() if count > 1} == scheduled, "it has the number of another report"
     assert not [step for step in _steps(flight) if step["outcome"].startswith("FAILED")]
     return sum(asked.values())
 

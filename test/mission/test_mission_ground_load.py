@@ -256,5 +256,5 @@ def test_channel_survives_forged_datagrams(mission, life):
     for number in range(20):
         ground.stream.sendall(_ping(MANIPULATOR, number))
         flying.wait_until(lambda asked=number + 1: ground.ended() >= asked, f"an end of request {number}: {ground.answers}", 60)
-    assert ground.answers[1, 7] >= 14, "three requests at most are lost on the way to each SYNC"
+    assert ground.answers[1, 7] >= 14, "at most three requests are lost before each SYNC"
     ground.stream.close()

@@ -114,7 +114,7 @@ def test_program_called_by_hand_tells_its_usage(name, words):
     assert done.returncode in (0, 1, USAGE), f"{name} {words} ended with {done.returncode}"
     told = done.stdout + done.stderr
     if not (name == "pusdump" and words == ()):  # an empty packet log is well-formed
-        assert told.strip(), f"{name} {words} says nothing"
+        assert told.strip(), f"{name} {words} prints nothing"
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
@@ -223,7 +223,7 @@ def test_folders_that_cannot_be_written_are_told_apart(folder, tmp_path):
     ],
 )
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_error_in_a_scenario_is_told_with_its_line(folder, form, line, words):
+def test_error_in_a_scenario_is_reported_with_its_line(folder, form, line, words):
     folder.mkdir()
     path = flying.write_scenario(folder / "wrong.scn", "0.0 hand rest", line, "0.2 operator shutdown")
     flight = flying.fly(folder / "run", "--scenario", path, "--form", form)

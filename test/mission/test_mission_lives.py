@@ -187,7 +187,7 @@ def _programs(folder):
     return programs
 
 
-def test_a_start_that_does_not_join_is_ended_and_time_goes_on(folder):
+def test_a_start_that_does_not_join_is_ended_and_time_continues(folder):
     """Stepped: simulated time stands still for ten seconds of wall-clock time; then the life is given up, and
     the next one joins."""
     programs = _programs(folder)
@@ -201,7 +201,7 @@ def test_a_start_that_does_not_join_is_ended_and_time_goes_on(folder):
 
 
 @pytest.mark.parametrize("kind", ["real", "free"])
-def test_nobody_waits_for_a_start_in_real_time(folder, kind):
+def test_no_process_waits_for_a_start_in_real_time(folder, kind):
     """The others answer meanwhile; the life is ended, and the next life answers."""
     flight = flying.start(folder / "run", "--time", kind, "--scenario", "none", binaries=_programs(folder))
     try:

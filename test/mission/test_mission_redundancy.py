@@ -108,14 +108,14 @@ def test_all_nodes_are_heard_on_b_in_time(buses, run, bus):
     heartbeat time."""
     b = buses[f"{bus}-b"]
     first = b.time_us[b.frames(MASTER)][0]
-    assert first > UP_S[bus] * 1e6, "nobody commands there before the order"
+    assert first > UP_S[bus] * 1e6, "no command is sent there before the order"
     for node in NODES[bus]:
         times = b.time_us[b.frames(0x700 + node)]
         heard = times[times >= first][0]
         assert heard - first <= TOGGLE_US, f"node {node:#x}: {heard - first} us"
         while_cut = b.time_us[b.frames(0x700 + node)]
         searching = while_cut[(while_cut > _cuts(run)[bus]) & (while_cut < first)]
-        assert len(searching), "it looks for its master on both channels"
+        assert len(searching), "it searches its master on both channels"
 
 
 @pytest.mark.parametrize("bus", NODES)
@@ -130,7 +130,7 @@ def test_master_speaks_on_one_channel(buses, bus):
 
 
 @pytest.mark.parametrize("bus", NODES)
-def test_mission_goes_on_over_b(flights, buses, run, bus):
+def test_mission_continues_over_b(flights, buses, run, bus):
     """SYNC and the answer of each node in every cycle on B, subsystems in operation, the arm moves."""
     b = buses[f"{bus}-b"]
     start, end = (END_S - 0.5) * 1e6, (END_S - 0.1) * 1e6

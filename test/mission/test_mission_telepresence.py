@@ -32,7 +32,7 @@ class TestFlight:
         relation, bound = figures.BOUNDS[name]
         assert figures.holds(name, found[name]), f"{name} = {found[name]}, wanted {relation} {bound}: {reasons.get(name)}"
 
-    def test_all_members_are_told_of_each_unplug(self, fleet, form, seed):
+    def test_all_members_react_to_each_unplug(self, fleet, form, seed):
         found, _ = fleet.computed(form=form, seed=seed)
         assert found["unplugs"] == 2
         assert found["unplug_members_told"] is True

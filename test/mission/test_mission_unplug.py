@@ -76,7 +76,7 @@ def test_all_drives_leave_operation_within_5_ms(unplugged):
             assert all(e["statusword"] & 0x6F != 0x27 for e in later)
 
 
-def test_all_members_are_told(unplugged):
+def test_all_members_are_reported(unplugged):
     """TM[129,2] of both to ERROR_OPERATIONAL within 10 ms, the owner's HIGH event, then OFFLINE by the plan."""
     device, flight, run = unplugged
     owner = {"JOYSTICK": 17, "MANIPULATOR": 16}[DEVICES[device][1]]

@@ -145,7 +145,7 @@ def test_communication_that_comes_again_takes_the_key_again(folder, key):
     assert "IS_ON: 1" in security and all(f"{reason}: 0" in security for reason in REASONS), security
 
 
-def test_only_who_has_the_key_commands(folder, key):
+def test_only_the_holder_of_the_key_commands(folder, key):
     """Also through the gateway, which secures the packets of programs without keys."""
     flight = flying.start(folder, *LIVE, "--key", key)
     try:
@@ -156,7 +156,7 @@ def test_only_who_has_the_key_commands(folder, key):
         with contextlib.ExitStack() as idle:
             for _ in range(8):  # More connections than there are places.
                 idle.enter_context(flying.connect(flight.port()))
-                assert flying.gse(flight, "--key", key, "ping", "SUPERVISOR").returncode == SUCCESS, "nobody is locked out"
+                assert flying.gse(flight, "--key", key, "ping", "SUPERVISOR").returncode == SUCCESS, "no client is locked out"
         with _gateway(flight, key) as port, flying.connect(port) as stream:
             stream.sendall(_ping(7)[:5])
             stream.sendall(_ping(7)[5:] + _ping(8))
@@ -292,7 +292,7 @@ def _wait_for_event(stream, number):
     splitter = packets.Splitter()
     while True:
         octets = stream.recv(65536)
-        assert octets, "the spacecraft has hung up"
+        assert octets, "the spacecraft has closed the connection"
         for packet in map(packets.parse, splitter.feed(octets)):
             if packet.service == 5 and packet.apid == COMMUNICATION and packet.data[:2] == number:
                 return

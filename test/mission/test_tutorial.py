@@ -127,7 +127,7 @@ def test_step(pupil, step):
 def flights(pupil, scenario):
     """Folders of the flights of a scenario, in order."""
     if pupil.has_failed or not pupil.said:
-        pytest.skip("the tutorial was not gone through")
+        pytest.skip("the tutorial was not executed")
     return sorted((pupil.place / "runs").glob(f"{scenario}-processes-1-*"))
 
 

@@ -44,7 +44,7 @@ def test_a_program_that_hangs_fails(tmp_path, monkeypatch):
     assert count.failed == 1 and "begun" in output and "ended after" in output
 
 
-def test_a_program_that_computes_for_ever_fails(tmp_path, monkeypatch):
+def test_a_program_that_computes_without_end_fails(tmp_path, monkeypatch):
     program = tmp_path / "computes"
     program.write_text("#!/bin/sh\necho begun\nwhile :; do :; done\n")
     program.chmod(0o755)

@@ -177,7 +177,7 @@ class Station:
         """A request that is refused as a whole, or in some instruction, with that code; its outcome."""
         verification = self.send(subsystem, service, subtype, **fields)
         outcome = self.settle(verification)
-        assert outcome.failures, f"{verification.request.text} was carried out, 0x{code:04X} expected"
+        assert outcome.failures, f"{verification.request.text} was performed, 0x{code:04X} expected"
         codes = [failure.code for failure in outcome.failures]
         assert code in codes, f"{verification.request.text}: {[hex(found) for found in codes]}, 0x{code:04X} expected"
         return outcome

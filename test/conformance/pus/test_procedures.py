@@ -138,7 +138,7 @@ def test_requests_are_routed_and_judged(station):
         observability_level="detailed level",
     )
     assert [detail for what, _, detail in _observed(station, since) if what == SENT] == [4353, 4353, 4353, 867, 2049, 4620, 4353]
-    assert not [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == HAND], "answers go to who asked"
+    assert not [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == HAND], "answers go to the requester"
 
 
 def test_telemetry_is_read_as_it_was_reported(station):

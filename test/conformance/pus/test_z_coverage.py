@@ -22,4 +22,4 @@ def test_table_of_coverage_is_true(request, station, notes):
     page = table.render(station.catalogue, notes)
     if os.environ.get("UPDATE_COVERAGE"):
         PAGE.write_text(page, encoding="utf-8")
-    assert PAGE.exists() and PAGE.read_text(encoding="utf-8") == page, "docs/pus-coverage.md is not true: make pus-coverage"
+    assert PAGE.exists() and PAGE.read_text(encoding="utf-8") == page, "docs/pus-coverage.md is out of date: make pus-coverage"

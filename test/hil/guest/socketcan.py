@@ -187,7 +187,7 @@ def case_bad_interfaces_are_refused_with_the_next_step():
     assert "carries classic frames only (mtu 16), and the mission's bus is CAN FD" in said, said
     for options, said in ((["--bus", "vcan"], said), (["--mission", "classic", "--bus", "can", "--interface", "robot=can0"], wrong_rate)):
         do_as_told(said)
-        assert "cannot make the output folder" in refused(*options, "--out", "/dev/null/none"), "what it told did not help"
+        assert "cannot make the output folder" in refused(*options, "--out", "/dev/null/none"), "the printed command did not help"
     ip("link", "delete", "vcan-robot")
     ip("link", "set", "can0", "down")
     assert links() == before
@@ -224,8 +224,8 @@ def case_vcan_flight_is_seen_by_candump():
     assert not [line for line in lines if "DROPCOUNT" in line]
     with open(OUT / "vcan" / "candump.log", "w") as file:
         file.writelines(f"{line}\n" for line in lines if " vcan-" in line)
-    assert links() >= {"fsw-robot", "vcan-robot"}, "what was there before was removed"
-    assert not links() & {"vcan-joystick", "fsw-joystick"}, "what the run made is still there"
+    assert links() >= {"fsw-robot", "vcan-robot"}, "the interface that existed before was removed"
+    assert not links() & {"vcan-joystick", "fsw-joystick"}, "interfaces made by the run still exist"
     ip("link", "delete", "fsw-robot")
     ip("link", "delete", "vcan-robot")
     seen = facts("vcan")
@@ -277,7 +277,7 @@ def case_interfaces_that_are_lost_and_made_again_are_used_again():
         tool.bind(("vcan-robot",))
         tool.settimeout(BOUND_S)
         os.kill(simulator, signal.SIGCONT)
-        assert tool.recv(16), "what is on the bus is shown again"
+        assert tool.recv(16), "frames of the bus are shown again"
         said = process.communicate(timeout=BOUND_S)[0]
     kept("again")
     assert process.returncode == 0, said + (WORK / "again" / "console.log").read_text()

@@ -136,7 +136,7 @@ def test_link_refusal_in_words(console):
         (10, 0x0002, 16, "MANIPULATOR does not run"),
     ],
 )
-def test_rejections_are_told_in_words(console, subtype, code, detail, words):
+def test_rejections_are_reported_in_words(console, subtype, code, detail, words):
     exit_code, _, err, _ = console(lambda p: failure(p, subtype, code, detail), "state", "MANIPULATOR", "SAFE_OPERATIONAL")
     assert exit_code == 1
     assert words in err

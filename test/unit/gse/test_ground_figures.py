@@ -181,7 +181,7 @@ def test_a_drive_that_stays_enabled_is_no_figure(run):
     assert value(run, "unplug_reaction_s") is None
 
 
-def test_a_member_that_was_not_told_is_seen(run):
+def test_a_member_that_did_not_react_is_found(run):
     run.reports = [
         r for r in run.reports if not (r[2].get("state") == "ERROR_OPERATIONAL" and r[1].apid == 16)
     ]

@@ -62,7 +62,7 @@ def test_what_is_left_of_a_run_gets_a_report(flight_folder, dictionary_path, tmp
     assert "</html>" in (tmp_path / "report.html").read_text()
 
 
-def test_a_crash_is_told(flight_folder, dictionary_path, tmp_path):
+def test_a_crash_is_reported(flight_folder, dictionary_path, tmp_path):
     facts = {"mission": "rokviss", "scenario": "telepresence", "exit_code": 7, "exit_reason": "manipulator <crashed>"}
     (tmp_path / "run.json").write_text(json.dumps(facts))
     (tmp_path / "can-robot.log").write_text("garbage\n")

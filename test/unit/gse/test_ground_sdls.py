@@ -118,7 +118,7 @@ def test_a_mark_to_which_others_have_access_is_refused(key, mode):
 
 
 @pytest.mark.parametrize("damage", [lambda path: path.unlink(), lambda path: path.write_bytes(b""), lambda path: path.write_bytes(bytes(544))])
-def test_a_lost_mark_is_not_made_anew(key, damage):
+def test_a_lost_mark_is_not_made_again(key, damage):
     damage(_mark(key))
     with pytest.raises(SecurityError, match="gse key make"):
         sdls.Sender(key)(PACKET)
