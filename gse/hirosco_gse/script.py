@@ -170,13 +170,13 @@ class Script:
                 outcome = yield from self._run(step, session, timeout_ns)
             except (SessionError, DictionaryError) as problem:
                 if is_going_down and isinstance(problem, (LinkLost, RequestLost)):
-                    tell(_entry(step, start, session.now_ns, "the ground port went down with the mission"))
+                    tell(_entry(step, start, session, "the ground port went down with the mission"))
                     return
                 if isinstance(problem, LinkLost):
                     raise
-                tell(_entry(step, start, session.now_ns, f"FAILED: {problem}"))
+                tell(_entry(step, start, session, f"FAILED: {problem}"))
                 raise ScriptFailure(f"{step.place}: {problem}") from problem
-            tell(_entry(step, start, session.now_ns, outcome))
+            tell(_entry(step, start, session, outcome))
             if step.verb == "end":
                 break
         self._check_open(session)
@@ -257,7 +257,10 @@ class Script:
         return f"{found[0]['severity']} {name}"
 
 
-def _entry(step, start_ns, end_ns, outcome):
+def _entry(step, start_ns, session, outcome):
+    """Entry of the operator's log about a line of the scenario, with the packets that were asked to be sent for it."""
+    end_ns, asked = session.now_ns, [list(key) for key in session.asked]
+    session.asked.clear()
     lines = outcome.split("\n")  # Several: each on a line of its own, after that of the step.
     said = f" {outcome}" if len(lines) == 1 else "".join(f"\n    {line}" for line in lines)
     text = f"[{end_ns / 1e9:9.4f} s] {step.text}:{said}"
@@ -269,6 +272,7 @@ def _entry(step, start_ns, end_ns, outcome):
         "verb": step.verb,
         "words": list(step.words),
         "outcome": outcome,
+        "asked": asked,
     }
 
 

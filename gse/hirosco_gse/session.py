@@ -18,6 +18,7 @@ from .failures import Failure
 GROUND_USER = 1
 FINAL_SUBTYPES = (2, 4, 7, 8, 10)
 ENDED = 32  # Requests whose reports may still arrive in parts.
+ASKED = 0x4000  # Packets that are remembered until a script logs them.
 
 
 class SessionError(Exception):
@@ -89,6 +90,7 @@ class Session:
         self.links = {}  # (consumer APID, consumer port) -> link id, from accept and status reports
         self.events = []  # (packet, decoded) of ST[05], in order
         self.mode = None
+        self.asked = collections.deque(maxlen=ASKED)  # (APID, sequence count) of each packet of a request, in order.
         self.malformed = []
         self.foreign = {}  # APID -> error text: the flying interface differs from that of the dictionary
         self._splitter = packets.Splitter()
@@ -119,10 +121,14 @@ class Session:
         verification = Verification(request, bytes(raw[:4]), self.now_ns)
         self._open[verification.request_id] = verification
         if len(raw) <= packets.PACKET_MAX:
-            self.outbox += self._protect(raw)
+            self._put(raw)
         else:
             self._send_parts(raw, verification)
         return verification
+
+    def _put(self, raw):
+        self.asked.append((int.from_bytes(raw[:2], "big") & 0x7FF, int.from_bytes(raw[2:4], "big") & 0x3FFF))
+        self.outbox += self._protect(raw)
 
     def _send_parts(self, raw, whole):
         for subtype, data in large.cut(bytes(raw), self._transaction):
@@ -130,7 +136,7 @@ class Session:
             part = packets.build_tc(SUPERVISOR_APID, count, large.SERVICE, subtype, data, self.source, packets.ACK_COMPLETION)
             request = Request(SUPERVISOR_APID, large.SERVICE, subtype, data, f"part of {whole.request.text}")
             self._open[part[:4]] = Verification(request, part[:4], self.now_ns, whole=whole)
-            self.outbox += self._protect(part)
+            self._put(part)
         self._transaction = (self._transaction + 1) & 0xFFFF
 
     def link_lost(self):

@@ -2,6 +2,7 @@
 """Invariants that every flight of the fault campaign must keep, whatever faults it has."""
 
 import contextlib
+import json
 import re
 import sqlite3
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ SERVICE_1 = 1
 TERMINAL = {2, 4, 7, 8, 10}  # Subtypes of ST[01] after which a request has no further report.
 ON_BOARD = 0x8000  # Lowest number of users on board.
 CUT_S = 0.2  # Before the end of the flight: the mission may shut down before the last requests are answered.
+UPLINK_NS = NS_PER_S  # A request that was sent less than this before the connection was lost may be lost with it.
 MOVING = (0x27, 0x07)  # Statuswords of CiA 402: operation enabled, quick stop active.
 REACTION_NS = 2 * SLOT_NS
 SILENCE_NS = 10_000_000  # A stale link: the limit, one cycle, and the time for the report.
@@ -64,6 +66,16 @@ class Seen:
 
         return self.of("numbers", found)
 
+    @property
+    def operator(self):
+        """Entries of the operator's log."""
+        return self.of("operator", lambda: [json.loads(line) for line in self.flight.read("operator.log").splitlines()])
+
+    def shutdown_ns(self):
+        """When the operator commands the shutdown of the mission; members then leave OPERATIONAL by order."""
+        times = [float(line.split()[0]) for line in self.lines if line.split()[-1] == "shutdown"]
+        return round(min(times, default=self.end_s) * NS_PER_S)
+
     def faults(self):
         """(time_ns, words) of each fault or order that concerns processes and buses, by scenario or operator."""
         for line in self.lines:
@@ -103,8 +115,10 @@ class Seen:
         return 0 if any(of == apid and last <= time_ns <= until_ns for time_ns, of in self.ends_of_lives()) else state
 
     def is_secured(self, apid, from_ns, until_ns):
-        """True if a member reaches ERROR_OPERATIONAL in time."""
-        return any(of == apid and state == ERROR_OPERATIONAL and from_ns <= time_ns <= until_ns + ROUNDING_NS for time_ns, of, _, state in self.transitions())
+        """True if a member reaches ERROR_OPERATIONAL in time or, in a shutdown, any other state than OPERATIONAL."""
+        return any(of == apid and from_ns <= time_ns <= until_ns + ROUNDING_NS and
+                   (state == ERROR_OPERATIONAL or (state != OPERATIONAL and time_ns >= self.shutdown_ns()))
+                   for time_ns, of, _, state in self.transitions())  # fmt: skip
 
 
 def _apid(raw):
@@ -147,6 +161,38 @@ def every_request_ends_once(seen):
         due = sum(time_ns < last_ns for time_ns in times)
         if not due <= len(found) <= len(times):
             yield f"request {key} of {[time_ns / NS_PER_S for time_ns in times]} s ended by {found}"
+
+
+def _connections(seen):
+    """(begin, end) of each time in which the operator was connected, from its log."""
+    begin_ns, found = 0, []
+    for entry in seen.operator:
+        if entry["verb"] == "link":
+            at_ns = round(entry["time"] * NS_PER_S)
+            if "is open" in entry["outcome"]:
+                begin_ns = at_ns
+            elif begin_ns is not None:
+                found.append((begin_ns, at_ns))
+                begin_ns = None
+    return found + ([(begin_ns, round(seen.end_s * NS_PER_S))] if begin_ns is not None else [])
+
+
+def every_request_arrives(seen):
+    """What the operator sends is in the packet log soon after, unless the connection is lost by then. Requests that are released on board
+    have the operator's source as well, and numbers of their own."""
+    logged, connections = _requests(seen), _connections(seen)
+    for entry in seen.operator:
+        asked_ns = round(entry["time"] * NS_PER_S)
+        # Between two connections a request waits on the ground for the next one.
+        begin_ns, end_ns = next(((begin, end) for begin, end in connections if asked_ns < end), (0, 0))
+        sent_ns = max(begin_ns, asked_ns)
+        if sent_ns + UPLINK_NS >= end_ns:
+            continue
+        for key in map(tuple, entry.get("asked", ())):
+            # The log has the time of the slot; a long step sends its last request at its end.
+            until_ns = max(sent_ns, round(entry["end"] * NS_PER_S)) + UPLINK_NS
+            if not any(asked_ns - SLOT_NS <= time_ns <= until_ns for time_ns in logged.get(key, ())):
+                yield f"request {key}, sent at {sent_ns / NS_PER_S} s, is not in the packet log"
 
 
 def _log_is_whole(seen):
@@ -245,6 +291,7 @@ def _ends_as_it_should(seen):
 RULES = (
     _ends_as_it_should,
     every_request_ends_once,
+    every_request_arrives,
     _log_is_whole,
     _reports_are_whole,
     _brakes_hold,

@@ -84,10 +84,26 @@ def _numbered(packets):
         yield time_ns, direction, raw
 
 
+def _key(raw):
+    return [int.from_bytes(raw[:2], "big") & 0x7FF, int.from_bytes(raw[2:4], "big") & 0x3FFF]
+
+
+def _asked(time_s, *keys):
+    """Entry of the operator's log: packets that were sent."""
+    return {"time": time_s, "end": time_s, "verb": "ping", "outcome": "", "asked": list(map(list, keys))}
+
+
+def _link(time_s, outcome):
+    """Entry of the operator's log: the connection has changed."""
+    return {"time": time_s, "verb": "link", "outcome": outcome}
+
+
 def _seen(packets, lines=(), numbers=None, drives=(), ends="", **how):
     """Build a synthetic flight: the drawn faults go to Seen, everything else to Told."""
     drawn = {name: how.pop(name) for name in ("is_determined", "has_cut") if name in how}
+    sent = [(time_ns, _key(raw)) for time_ns, direction, raw in packets if direction == "TC" and not raw[9] & 0x80]
     memo = {"packets": packets, "numbers": list(range(1, len(packets) + 1)) if numbers is None else numbers}
+    memo["operator"] = how.pop("operator", [_asked(time_ns / rules.NS_PER_S, key) for time_ns, key in sent])
     return rules.Seen(Told(**how), list(lines), END_S, drives, ends=ends, memo=memo, **drawn)
 
 
@@ -133,6 +149,30 @@ def test_only_what_is_asked_at_the_very_end_may_be_left():
     assert len(_violations([late, _told(last, late), _told(last, late)])) == 1
 
 
+# ---- Between the operator and the packet log ----
+
+LOST, OPEN = "the link is lost; 1 request has no end of verification", "the link is open again"
+
+
+@pytest.mark.parametrize(
+    "operator, problems",
+    [
+        ([_asked(2.0, (16, 7))], 0),
+        ([_asked(2.0, (16, 7), (17, 3))], 1),  # Sent, and nowhere on board.
+        ([_asked(3.5, (16, 7))], 1),  # That on board was another one.
+        ([_asked(0.9, (16, 7))], 1),
+        ([_asked(2.0, (16, 7)), _asked(END_S - 0.9, (17, 3))], 0),
+        ([_asked(2.0, (16, 7)), _asked(3.0, (17, 3)), _link(3.9, LOST), _link(4.0, OPEN)], 0),  # Lost with the connection.
+        ([_asked(2.0, (16, 7)), _asked(3.0, (17, 3)), _link(4.1, LOST), _link(4.2, OPEN)], 1),
+        ([_asked(2.0, (16, 7)), _link(4.1, LOST), _asked(4.15, (17, 3)), _link(4.2, OPEN)], 1),  # It waited for the next one.
+        ([_asked(2.0, (16, 7)), _link(4.1, LOST), _asked(4.15, (17, 3)), _link(4.2, OPEN), _link(5.1, LOST)], 0),
+        ([_asked(2.0, (16, 7)), _link(4.1, LOST), _asked(4.15, (17, 3))], 0),  # There was none.
+    ],
+)
+def test_a_request_is_followed_from_the_operator_to_the_packet_log(operator, problems):
+    assert len(_violations([PING, _told(2.1, PING)], operator=operator)) == problems
+
+
 # ---- A member fails ----
 
 
@@ -168,6 +208,13 @@ def test_a_partner_is_judged_in_operation():
     # The partner is dead, too.
     assert _violations([], [DEATH, f"{DEATH_S + 0.005} fault hang MANIPULATOR"], bus=ON_BUS) == []
     assert _violations([], [DEATH], bus=ON_BUS, has_cut=True) == []
+
+
+def test_a_partner_that_leaves_operation_by_order_in_a_shutdown_is_secure():
+    left, shutdown = [_became(DEATH_S + 0.001, MANIPULATOR, OPERATIONAL, 4)], "operator try shutdown"
+    assert _violations(left, [DEATH, f"{DEATH_S:.6f} {shutdown}"], bus=ON_BUS) == []
+    assert len(_violations(left, [DEATH, f"{DEATH_S + 0.01:.6f} {shutdown}"], bus=ON_BUS)) == 1
+    assert len(_violations([], [DEATH, f"{DEATH_S:.6f} {shutdown}"], bus=ON_BUS)) == 1
 
 
 def test_what_the_bus_does_not_tell_is_judged_alone():
@@ -328,6 +375,15 @@ def test_each_end_and_the_reaction_of_a_real_flight_count(folder):
         is_due = time_ns < _at(drawn.end_s - rules.CUT_S)
         assert len(broken(whole[:i] + whole[i + 1 :])) == is_due, whole[i]
         assert len(broken(whole[:i] + [whole[i]] + whole[i:])) == 1, whole[i]
+
+    def is_of(packet, key):
+        return packet[1] == "TC" and _key(packet[2]) == key and not packet[2][9] & 0x80
+
+    sent = [key for entry in rules.Seen(flight, drawn.lines, drawn.end_s).operator if entry["time"] < drawn.end_s - 1 for key in entry["asked"]]
+    assert len(sent) > 10
+    for key in sent:
+        seen = rules.Seen(flight, drawn.lines, drawn.end_s, memo={"packets": [packet for packet in whole if not is_of(packet, key)]})
+        assert len(list(rules.every_request_arrives(seen))) == 1, key
 
     def is_reaction(packet):
         return packet[1] == "TM" and packet[2][7:9] == b"\x81\x02" and packet[2][22] == ERROR_OPERATIONAL
