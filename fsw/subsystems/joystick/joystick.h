@@ -9,12 +9,13 @@
 /// Context    The task of the generic subsystem; its callbacks never block.
 ///
 ///     static joystick_t joystick;
-///     joystick_init(&joystick, &component, &resolver);
+///     joystick_init(&joystick, &subsystem, &resolver);
 ///     config.callbacks = joystick_callbacks();
 ///     config.self      = &joystick;
 #ifndef FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_H
 #define FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_H
 
+#include "base/capacities.h"
 #include "fsw/drives/drives.h"
 #include "fsw/framework/subsystem/subsystem.h"
 #include "fsw/subsystems/joystick/force_display.h"
@@ -23,6 +24,7 @@
 #include "generated/joystick_descriptor.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 typedef struct {     // All fields are private.
@@ -36,6 +38,7 @@ typedef struct {     // All fields are private.
     joystick_force_display_t display;
     uint32_t force_call_token; ///< Function FORCE under way; 0 none.
 } joystick_t;
+CAPACITY_CHECK(joystick_begins_with_drives, offsetof(joystick_t, drives) == 0U);
 
 /// Once, before the generic subsystem runs. Pointers are kept.
 void joystick_init(joystick_t* joystick, subsystem_t* generic, const flow_resolver_t* resolver);

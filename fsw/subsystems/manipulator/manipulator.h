@@ -9,12 +9,13 @@
 /// Context    The task of the generic subsystem; its callbacks never block.
 ///
 ///     static manipulator_t manipulator;
-///     manipulator_init(&manipulator, &component, &resolver);
+///     manipulator_init(&manipulator, &subsystem, &resolver);
 ///     config.callbacks = manipulator_callbacks();
 ///     config.self      = &manipulator;
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_H
 
+#include "base/capacities.h"
 #include "fsw/drives/drives.h"
 #include "fsw/framework/control/motion.h"
 #include "fsw/framework/subsystem/subsystem.h"
@@ -24,6 +25,7 @@
 #include "generated/manipulator_descriptor.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 typedef struct {     // All fields are private.
@@ -43,6 +45,7 @@ typedef struct {     // All fields are private.
     uint32_t move_token; ///< Function MOVE_TO under way; 0 none.
     bool is_beyond_limit[ARM_JOINTS];
 } manipulator_t;
+CAPACITY_CHECK(manipulator_begins_with_drives, offsetof(manipulator_t, drives) == 0U);
 
 /// Once, before the generic subsystem runs. Pointers are kept.
 void manipulator_init(manipulator_t* manipulator, subsystem_t* generic, const flow_resolver_t* resolver);
