@@ -396,6 +396,17 @@ static void current_values_and_counters_are_published(void)
     EXPECT_WITHIN(rig_values()->external_torque[1], 0.0, robot.external_torque[1]);
 }
 
+static void the_channel_is_selected_by_command(void)
+{
+    const manipulator_channel_arguments_t second = {1U};
+    const manipulator_channel_arguments_t third  = {2U};
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(MANIPULATOR_FUNCTION_CHANNEL, &second, 1U));
+    TEST_ASSERT_EQUAL_UINT8(1U,
+                            double_last_event(&rig_generic, MANIPULATOR_EVENT_CHANNEL_SELECTED)->octets[0]);
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, rig_perform(MANIPULATOR_FUNCTION_CHANNEL, &third, 1U));
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_CHANNEL_SELECTED));
+}
+
 int main(void)
 {
     if (!rig_load()) {
@@ -422,5 +433,6 @@ int main(void)
     RUN_TEST(a_lost_link_holds_the_arm);
     RUN_TEST(only_low_events_can_be_raised_by_command);
     RUN_TEST(current_values_and_counters_are_published);
+    RUN_TEST(the_channel_is_selected_by_command);
     return UNITY_END();
 }
