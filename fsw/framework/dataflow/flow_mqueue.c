@@ -5,23 +5,9 @@
 
 #include <string.h>
 
-void flow_mqueue_init(flow_mqueue_t* const flow, const flow_mqueue_setup_t* const setup,
-                      const flow_resolver_t* const resolver)
+static status_t open_queue(void* const context)
 {
-    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
-    FSW_ASSERT((setup->message_octets >= 1U) && (!setup->is_receiver || (setup->depth >= 1U)));
-    *flow = (flow_mqueue_t){.setup = *setup, .resolver = resolver};
-    flow_reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
-}
-
-static void release(flow_mqueue_t* const flow)
-{
-    osal_mqueue_close(&flow->queue);
-    quota_give(flow->setup.quota);
-}
-
-static status_t open_queue(flow_mqueue_t* const flow)
-{
+    flow_mqueue_t* const flow = context;
     flow_endnode_address_t address;
     status_t status = flow_endnode_resolve(flow->resolver, ENDNODE_MQUEUE, flow->setup.name, &address);
     if (status != STATUS_OK) {
@@ -39,38 +25,25 @@ static status_t open_queue(flow_mqueue_t* const flow)
     return status;
 }
 
-static void begin(flow_mqueue_t* const flow)
+static void close_queue(void* const context)
 {
-    status_t status = quota_take(flow->setup.quota);
-    if (status == STATUS_OK) {
-        status = open_queue(flow);
-        if (status != STATUS_OK) {
-            release(flow);
-        }
-    }
-    if (status == STATUS_OK) {
-        flow_reconnect_succeeded(&flow->reconnect, flow->now_ns);
-    } else {
-        flow->failure = status;
-        flow_reconnect_failed(&flow->reconnect, flow->now_ns);
-    }
+    osal_mqueue_close(&((flow_mqueue_t*)context)->queue);
 }
 
-static void lose(flow_mqueue_t* const flow, const status_t why)
+void flow_mqueue_init(flow_mqueue_t* const flow, const flow_mqueue_setup_t* const setup,
+                      const flow_resolver_t* const resolver)
 {
-    release(flow);
-    flow->failure = why;
-    flow_reconnect_lost(&flow->reconnect, flow->now_ns);
+    static const flow_link_actions_t actions = {open_queue, close_queue};
+    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
+    FSW_ASSERT((setup->message_octets >= 1U) && (!setup->is_receiver || (setup->depth >= 1U)));
+    *flow = (flow_mqueue_t){.setup = *setup, .resolver = resolver};
+    flow_link_init(&flow->link, &actions, flow, setup->quota, setup->retry_first_ns, setup->retry_longest_ns);
 }
 
 status_t flow_mqueue_step(flow_mqueue_t* const flow, const uint64_t now_ns)
 {
     FSW_ASSERT(flow != NULL);
-    flow->now_ns = now_ns;
-    if (!flow_mqueue_is_open(flow) && flow_reconnect_is_due(&flow->reconnect, now_ns)) {
-        begin(flow);
-    }
-    return flow_mqueue_is_open(flow) ? STATUS_OK : STATUS_CLOSED;
+    return flow_link_step(&flow->link, now_ns);
 }
 
 status_t flow_mqueue_send(flow_mqueue_t* const flow, const uint8_t* const octets, const size_t size)
@@ -81,7 +54,7 @@ status_t flow_mqueue_send(flow_mqueue_t* const flow, const uint8_t* const octets
         status = (size <= flow->setup.message_octets) ? osal_mqueue_send(&flow->queue, octets, size)
                                                       : STATUS_TOO_LARGE;
         if ((status == STATUS_CLOSED) || (status == STATUS_IO)) {
-            lose(flow, status);
+            flow_link_lose(&flow->link, status);
             status = STATUS_CLOSED;
         }
     }
@@ -110,7 +83,7 @@ status_t flow_mqueue_receive(flow_mqueue_t* const flow, uint8_t* const octets, c
     if (status == STATUS_EMPTY) {
         return STATUS_EMPTY;
     }
-    lose(flow, status);
+    flow_link_lose(&flow->link, status);
     return STATUS_CLOSED;
 }
 
@@ -142,17 +115,15 @@ status_t flow_mqueue_receive_record(flow_mqueue_t* const flow, const flow_record
 bool flow_mqueue_is_open(const flow_mqueue_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    return osal_mqueue_is_open(&flow->queue);
+    return flow->link.is_open;
 }
 
 void flow_mqueue_close(flow_mqueue_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    if (flow_mqueue_is_open(flow)) {
-        lose(flow, STATUS_CLOSED);
-        if (flow->setup.is_receiver) {
-            (void)osal_mqueue_remove(flow->address); // Another receiver may have been faster.
-        }
+    const bool was_open = flow_mqueue_is_open(flow);
+    flow_link_close(&flow->link);
+    if (was_open && flow->setup.is_receiver) {
+        (void)osal_mqueue_remove(flow->address); // Another receiver may have been faster.
     }
-    flow_reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
 }

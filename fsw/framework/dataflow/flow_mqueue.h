@@ -14,7 +14,7 @@
 
 #include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
-#include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/dataflow/link.h"
 #include "fsw/framework/dataflow/record.h"
 #include "base/quota.h"
 #include "osal/include/osal/mqueue.h"
@@ -41,19 +41,17 @@ typedef struct { // [messages, wrap]
     uint32_t unfit;   ///< Received, but no such record.
 } flow_mqueue_counters_t;
 
-typedef struct { // Private; read-only for housekeeping: counters, reconnect, failure.
+typedef struct { // Private; read-only for housekeeping: counters, link.
     flow_mqueue_setup_t setup;
     const flow_resolver_t* resolver;
     char address[ENDNODE_ADDRESS_MAX];
     osal_mqueue_t queue;
-    uint64_t now_ns;
-    status_t failure; ///< Why the last attempt failed, or the last queue was left; STATUS_OK: nothing yet.
-    flow_reconnect_t reconnect;
+    flow_link_t link;
     flow_mqueue_counters_t counters;
 } flow_mqueue_t;
 
 void flow_mqueue_init(flow_mqueue_t* flow, const flow_mqueue_setup_t* setup, const flow_resolver_t* resolver);
-/// Make or open the queue if it is time. STATUS_OK (open), STATUS_CLOSED (`failure` says why:
+/// Make or open the queue if it is time. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
 /// STATUS_NOT_FOUND resolver, or no receiver yet; STATUS_INVALID name, or a queue of shorter messages;
 /// STATUS_EXHAUSTED quota or limits of the system; STATUS_EXISTS, STATUS_UNSUPPORTED, STATUS_DENIED,
 /// STATUS_IO).

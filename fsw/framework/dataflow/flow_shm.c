@@ -75,15 +75,6 @@ static void load_words(const uint64_t* const words, void* const out_value, const
     }
 }
 
-void flow_shm_init(flow_shm_t* const flow, const flow_shm_setup_t* const setup,
-                   const flow_resolver_t* const resolver)
-{
-    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
-    FSW_ASSERT(is_shape_valid(setup->shape));
-    *flow = (flow_shm_t){.setup = *setup, .resolver = resolver};
-    flow_reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
-}
-
 static bool is_alive(const osal_shm_t* const shm)
 {
     const region_t* const region = osal_shm_address(shm);
@@ -144,70 +135,54 @@ static status_t open_region(flow_shm_t* const flow)
     return is_same ? STATUS_OK : STATUS_INVALID;
 }
 
-static void release(flow_shm_t* const flow)
+static status_t open_memory(void* const context)
 {
-    osal_shm_close(&flow->shm);
-    quota_give(flow->setup.quota);
-    flow->is_open = false;
+    flow_shm_t* const flow = context;
+    flow_endnode_address_t address;
+    const status_t status = flow_endnode_resolve(flow->resolver, ENDNODE_SHM, flow->setup.name, &address);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    (void)memcpy(flow->address, address.address, sizeof flow->address);
+    return flow->setup.is_writer ? create_region(flow) : open_region(flow);
 }
 
-static void begin(flow_shm_t* const flow)
+static void close_memory(void* const context)
 {
-    status_t status = quota_take(flow->setup.quota);
-    if (status == STATUS_OK) {
-        flow_endnode_address_t address;
-        status = flow_endnode_resolve(flow->resolver, ENDNODE_SHM, flow->setup.name, &address);
-        if (status == STATUS_OK) {
-            (void)memcpy(flow->address, address.address, sizeof flow->address);
-            status = flow->setup.is_writer ? create_region(flow) : open_region(flow);
-        }
-        if (status != STATUS_OK) {
-            release(flow);
-        }
-    }
-    if (status == STATUS_OK) {
-        flow->is_open = true;
-        flow_reconnect_succeeded(&flow->reconnect, flow->now_ns);
-    } else {
-        flow->failure = status;
-        flow_reconnect_failed(&flow->reconnect, flow->now_ns);
-    }
+    osal_shm_close(&((flow_shm_t*)context)->shm);
 }
 
-static void lose(flow_shm_t* const flow)
+void flow_shm_init(flow_shm_t* const flow, const flow_shm_setup_t* const setup,
+                   const flow_resolver_t* const resolver)
 {
-    release(flow);
-    flow->failure = STATUS_CLOSED;
-    flow_reconnect_lost(&flow->reconnect, flow->now_ns);
+    static const flow_link_actions_t actions = {open_memory, close_memory};
+    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
+    FSW_ASSERT(is_shape_valid(setup->shape));
+    *flow = (flow_shm_t){.setup = *setup, .resolver = resolver};
+    flow_link_init(&flow->link, &actions, flow, setup->quota, setup->retry_first_ns, setup->retry_longest_ns);
 }
 
 status_t flow_shm_step(flow_shm_t* const flow, const uint64_t now_ns)
 {
     FSW_ASSERT(flow != NULL);
-    flow->now_ns = now_ns;
-    if (!flow->is_open && flow_reconnect_is_due(&flow->reconnect, now_ns)) {
-        begin(flow);
-    }
-    return flow->is_open ? STATUS_OK : STATUS_CLOSED;
+    return flow_link_step(&flow->link, now_ns);
 }
 
 bool flow_shm_is_open(const flow_shm_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    return flow->is_open;
+    return flow->link.is_open;
 }
 
 void flow_shm_close(flow_shm_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    if (flow->is_open) {
-        if (flow->setup.is_writer && is_alive(&flow->shm)) { // Else a successor has the name.
-            end_region(&flow->shm);
-            (void)osal_shm_remove(flow->address);
-        }
-        lose(flow);
+    if (flow->link.is_open && flow->setup.is_writer &&
+        is_alive(&flow->shm)) { // Else a successor has the name.
+        end_region(&flow->shm);
+        (void)osal_shm_remove(flow->address);
     }
-    flow_reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
+    flow_link_close(&flow->link);
 }
 
 static status_t write_value(const flow_shm_t* const flow, region_t* const region, const void* const value)
@@ -233,7 +208,7 @@ static status_t write_value(const flow_shm_t* const flow, region_t* const region
 status_t flow_shm_write(flow_shm_t* const flow, const void* const value)
 {
     FSW_ASSERT((flow != NULL) && (value != NULL));
-    const bool is_ready   = flow->is_open && flow->setup.is_writer;
+    const bool is_ready   = flow->link.is_open && flow->setup.is_writer;
     const status_t status = is_ready ? write_value(flow, region_of(flow), value) : STATUS_CLOSED;
     if (status == STATUS_OK) {
         flow->counters.written++;
@@ -281,7 +256,7 @@ static status_t read_queue(flow_shm_t* const flow, region_t* const region, void*
 status_t flow_shm_read(flow_shm_t* const flow, void* const out_value)
 {
     FSW_ASSERT((flow != NULL) && (out_value != NULL));
-    if (!flow->is_open || flow->setup.is_writer) {
+    if (!flow->link.is_open || flow->setup.is_writer) {
         return STATUS_CLOSED;
     }
     const bool was_alive   = is_alive(&flow->shm); // Before reading, so that no last value is missed.
@@ -291,7 +266,7 @@ status_t flow_shm_read(flow_shm_t* const flow, void* const out_value)
     if ((status == STATUS_OK) || was_alive) {
         return status;
     }
-    lose(flow);
+    flow_link_lose(&flow->link, STATUS_CLOSED);
     return STATUS_CLOSED;
 }
 

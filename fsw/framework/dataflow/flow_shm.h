@@ -18,7 +18,7 @@
 
 #include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
-#include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/dataflow/link.h"
 #include "fsw/framework/dataflow/record.h"
 #include "base/quota.h"
 #include "osal/include/osal/shm.h"
@@ -56,22 +56,19 @@ typedef struct { // [wrap]
     uint32_t unfit;   ///< Read, but no such record.
 } flow_shm_counters_t;
 
-typedef struct { // Private; read-only for housekeeping: counters, reconnect, failure.
+typedef struct { // Private; read-only for housekeeping: counters, link.
     flow_shm_setup_t setup;
     const flow_resolver_t* resolver;
     char address[ENDNODE_ADDRESS_MAX];
     osal_shm_t shm;
-    bool is_open;
     uint64_t last_sequence;
-    uint64_t now_ns;
-    status_t failure; ///< Why the last attempt failed, or the last memory was left; STATUS_OK: nothing yet.
-    flow_reconnect_t reconnect;
+    flow_link_t link;
     flow_shm_counters_t counters;
 } flow_shm_t;
 
 /// Closed. A shape out of its range is a coding error.
 void flow_shm_init(flow_shm_t* flow, const flow_shm_setup_t* setup, const flow_resolver_t* resolver);
-/// Make or open the memory if it is time. STATUS_OK (open), STATUS_CLOSED (`failure` says why:
+/// Make or open the memory if it is time. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why:
 /// STATUS_NOT_FOUND resolver, or no writer yet; STATUS_INVALID name, or another layout of the writer;
 /// STATUS_EXHAUSTED quota or memory; STATUS_EXISTS another program makes it at this moment; STATUS_DENIED,
 /// STATUS_IO).

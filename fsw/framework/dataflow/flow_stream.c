@@ -8,44 +8,7 @@
 
 #define CHUNKS_PER_CALL 16U ///< Bound for a partner that sends without a pause.
 
-void flow_stream_init(flow_stream_t* const flow, const flow_stream_setup_t* const setup,
-                      const flow_resolver_t* const resolver)
-{
-    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
-    FSW_ASSERT((setup->kind == ENDNODE_SERIAL) || (setup->kind == ENDNODE_TCP) ||
-               (setup->kind == ENDNODE_FILE));
-    FSW_ASSERT((setup->outbox != NULL) && (setup->outbox_octets > 0U));
-    *flow = (flow_stream_t){
-        .setup = *setup, .resolver = resolver, .device = OSAL_DEVICE_CLOSED, .socket = OSAL_SOCKET_CLOSED};
-    flow_reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
-    flow_frame_assembler_init(&flow->assembler, &setup->format, setup->frame, setup->frame_octets);
-}
-
 // ---- Connection ----
-
-static void release(flow_stream_t* const flow)
-{
-    osal_device_close(&flow->device);
-    osal_socket_close(&flow->socket);
-    if (flow->has_quota) {
-        quota_give(flow->setup.quota);
-        flow->has_quota = false;
-    }
-    flow->is_connecting = false;
-    flow->is_open       = false;
-}
-
-static void lose(flow_stream_t* const flow, const status_t why)
-{
-    release(flow);
-    flow->failure = why;
-    flow->counters.discarded += (uint32_t)flow->outbox_held;
-    flow->outbox_held = 0U;
-    flow->chunk_size  = 0U;
-    flow->chunk_used  = 0U;
-    flow_frame_assembler_reset(&flow->assembler);
-    flow_reconnect_lost(&flow->reconnect, flow->now_ns);
-}
 
 static osal_device_direction_t direction_of(const flow_format_t* const format)
 {
@@ -55,19 +18,27 @@ static osal_device_direction_t direction_of(const flow_format_t* const format)
     return (format->direction == FLOW_DIRECTION_WRITE) ? OSAL_DEVICE_WRITE : OSAL_DEVICE_BOTH;
 }
 
-/// STATUS_OK, STATUS_BUSY (TCP: under way), or why not.
-static status_t open_endnode(flow_stream_t* const flow)
+static status_t connect(flow_stream_t* const flow)
 {
-    flow_endnode_address_t address;
-    osal_address_t to = {0U, 0U};
-    if (flow->setup.kind == ENDNODE_TCP) {
-        const status_t resolved =
-            flow_endnode_resolve_socket(flow->resolver, ENDNODE_TCP, flow->setup.name, &to);
-        const status_t status =
-            (resolved == STATUS_OK) ? osal_tcp_connect_begin(&flow->socket, to) : resolved;
-        flow->is_connecting = (status == STATUS_BUSY);
-        return status;
+    if (flow->link.is_pending) {
+        return osal_tcp_connect_result(&flow->socket);
     }
+    osal_address_t to = {0U, 0U};
+    status_t status   = flow_endnode_resolve_socket(flow->resolver, ENDNODE_TCP, flow->setup.name, &to);
+    if (status == STATUS_OK) {
+        status                = osal_tcp_connect_begin(&flow->socket, to);
+        flow->link.is_pending = (status == STATUS_BUSY);
+    }
+    return status;
+}
+
+static status_t open_endnode(void* const context)
+{
+    flow_stream_t* const flow = context;
+    if (flow->setup.kind == ENDNODE_TCP) {
+        return connect(flow);
+    }
+    flow_endnode_address_t address;
     const status_t status =
         flow_endnode_resolve(flow->resolver, flow->setup.kind, flow->setup.name, &address);
     if (status != STATUS_OK) {
@@ -78,30 +49,30 @@ static status_t open_endnode(flow_stream_t* const flow)
                : osal_device_open(&flow->device, address.address, direction_of(&flow->setup.format));
 }
 
-/// Result of an attempt.
-static void settle(flow_stream_t* const flow, const status_t status)
+static void close_endnode(void* const context)
 {
-    if (status == STATUS_OK) {
-        flow->is_connecting = false;
-        flow->is_open       = true;
-        flow_reconnect_succeeded(&flow->reconnect, flow->now_ns);
-    } else if (!flow->is_connecting || (status != STATUS_BUSY)) {
-        flow->failure = status;
-        release(flow);
-        flow_reconnect_failed(&flow->reconnect, flow->now_ns);
-    } else {
-        // The next step checks the result.
-    }
+    flow_stream_t* const flow = context;
+    osal_device_close(&flow->device);
+    osal_socket_close(&flow->socket);
+    flow->counters.discarded += (uint32_t)flow->outbox_held;
+    flow->outbox_held = 0U;
+    flow->chunk_size  = 0U;
+    flow->chunk_used  = 0U;
+    flow_frame_assembler_reset(&flow->assembler);
 }
 
-static void begin(flow_stream_t* const flow)
+void flow_stream_init(flow_stream_t* const flow, const flow_stream_setup_t* const setup,
+                      const flow_resolver_t* const resolver)
 {
-    status_t status = quota_take(flow->setup.quota);
-    if (status == STATUS_OK) {
-        flow->has_quota = true;
-        status          = open_endnode(flow);
-    }
-    settle(flow, status);
+    static const flow_link_actions_t actions = {open_endnode, close_endnode};
+    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL) && (setup->name != NULL));
+    FSW_ASSERT((setup->kind == ENDNODE_SERIAL) || (setup->kind == ENDNODE_TCP) ||
+               (setup->kind == ENDNODE_FILE));
+    FSW_ASSERT((setup->outbox != NULL) && (setup->outbox_octets > 0U));
+    *flow = (flow_stream_t){
+        .setup = *setup, .resolver = resolver, .device = OSAL_DEVICE_CLOSED, .socket = OSAL_SOCKET_CLOSED};
+    flow_link_init(&flow->link, &actions, flow, setup->quota, setup->retry_first_ns, setup->retry_longest_ns);
+    flow_frame_assembler_init(&flow->assembler, &setup->format, setup->frame, setup->frame_octets);
 }
 
 // ---- Octets ----
@@ -123,14 +94,14 @@ static status_t read_some(flow_stream_t* const flow, size_t* const out_size)
 /// Pass the outbox to the system, as much as it takes.
 static void flush(flow_stream_t* const flow)
 {
-    while (flow->is_open && (flow->outbox_held > 0U)) {
+    while (flow->link.is_open && (flow->outbox_held > 0U)) {
         size_t sent           = 0U;
         const status_t status = write_some(flow, &sent);
         if (status == STATUS_FULL) {
             return;
         }
         if (status != STATUS_OK) {
-            lose(flow, status);
+            flow_link_lose(&flow->link, status);
             return;
         }
         flow->counters.octets_out += (uint32_t)sent;
@@ -142,19 +113,12 @@ static void flush(flow_stream_t* const flow)
 status_t flow_stream_step(flow_stream_t* const flow, const uint64_t now_ns)
 {
     FSW_ASSERT(flow != NULL);
-    flow->now_ns = now_ns;
-    if (flow->is_connecting) {
-        settle(flow, osal_tcp_connect_result(&flow->socket));
-    } else if (!flow->is_open && flow_reconnect_is_due(&flow->reconnect, now_ns)) {
-        begin(flow);
-    } else {
-        // Connected, or not yet time to try again.
+    const status_t status = flow_link_step(&flow->link, now_ns);
+    if (status != STATUS_OK) {
+        return status;
     }
     flush(flow);
-    if (flow->is_connecting) {
-        return STATUS_BUSY;
-    }
-    return flow->is_open ? STATUS_OK : STATUS_CLOSED;
+    return flow->link.is_open ? STATUS_OK : STATUS_CLOSED;
 }
 
 status_t flow_stream_send(flow_stream_t* const flow, const uint8_t* const payload, const size_t size)
@@ -162,7 +126,7 @@ status_t flow_stream_send(flow_stream_t* const flow, const uint8_t* const payloa
     FSW_ASSERT((flow != NULL) && ((payload != NULL) || (size == 0U)));
     status_t status = STATUS_CLOSED;
     size_t octets   = 0U;
-    if (flow->is_open) {
+    if (flow->link.is_open) {
         status = (flow->outbox_held < flow->setup.outbox_octets)
                      ? flow_frame_encode(&flow->setup.format, payload, size,
                                          &flow->setup.outbox[flow->outbox_held],
@@ -185,7 +149,7 @@ status_t flow_stream_receive(flow_stream_t* const flow, const uint8_t** const ou
     FSW_ASSERT((flow != NULL) && (out_payload != NULL) && (out_size != NULL));
     *out_payload = flow->setup.frame;
     *out_size    = 0U;
-    for (unsigned i = 0U; flow->is_open && (i < CHUNKS_PER_CALL); i++) {
+    for (unsigned i = 0U; flow->link.is_open && (i < CHUNKS_PER_CALL); i++) {
         size_t taken = 0U;
         if (flow_frame_assembler_feed(&flow->assembler, &flow->chunk[flow->chunk_used],
                                       flow->chunk_size - flow->chunk_used, &taken, out_size) == STATUS_OK) {
@@ -200,12 +164,12 @@ status_t flow_stream_receive(flow_stream_t* const flow, const uint8_t** const ou
             return STATUS_EMPTY;
         }
         if (status != STATUS_OK) {
-            lose(flow, status);
+            flow_link_lose(&flow->link, status);
             break;
         }
         flow->counters.octets_in += (uint32_t)flow->chunk_size;
     }
-    return flow->is_open ? STATUS_EMPTY : STATUS_CLOSED;
+    return flow->link.is_open ? STATUS_EMPTY : STATUS_CLOSED;
 }
 
 status_t flow_stream_send_record(flow_stream_t* const flow, const flow_record_layout_t* const layout,
@@ -236,14 +200,11 @@ status_t flow_stream_receive_record(flow_stream_t* const flow, const flow_record
 bool flow_stream_is_connected(const flow_stream_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    return flow->is_open;
+    return flow->link.is_open;
 }
 
 void flow_stream_close(flow_stream_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    if (flow->is_open || flow->is_connecting) {
-        lose(flow, STATUS_CLOSED);
-    }
-    flow_reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
+    flow_link_close(&flow->link);
 }

@@ -20,7 +20,7 @@
 #include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
 #include "fsw/framework/dataflow/framing.h"
-#include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/dataflow/link.h"
 #include "fsw/framework/dataflow/record.h"
 #include "base/quota.h"
 #include "osal/include/osal/device.h"
@@ -55,17 +55,12 @@ typedef struct {        // [wrap]
     uint32_t octets_out;
 } flow_stream_counters_t;
 
-typedef struct { // Private; read-only for housekeeping: counters, reconnect, assembler.counters, failure.
+typedef struct { // Private; read-only for housekeeping: counters, link, assembler.counters.
     flow_stream_setup_t setup;
     const flow_resolver_t* resolver;
     osal_device_t device;
     osal_socket_t socket;
-    bool is_connecting;
-    bool is_open;
-    bool has_quota;
-    uint64_t now_ns;
-    status_t failure; ///< Why the last attempt failed, or the last connection ended; STATUS_OK: nothing yet.
-    flow_reconnect_t reconnect;
+    flow_link_t link;
     flow_frame_assembler_t assembler;
     uint8_t chunk[FLOW_STREAM_CHUNK];
     size_t chunk_size;
@@ -77,9 +72,9 @@ typedef struct { // Private; read-only for housekeeping: counters, reconnect, as
 /// Not connected, counters zero. A wrong kind or missing buffer is a coding error.
 void flow_stream_init(flow_stream_t* flow, const flow_stream_setup_t* setup, const flow_resolver_t* resolver);
 /// Connect if it is time, and pass queued octets to the system. STATUS_OK (connected), STATUS_BUSY (the
-/// partner has not answered), STATUS_CLOSED (not connected; `failure` says why: STATUS_NOT_FOUND resolver or
-/// device, STATUS_INVALID address or device, STATUS_OUT_OF_RANGE bit rate, STATUS_BUSY in use, STATUS_CLOSED
-/// refused, STATUS_EXHAUSTED quota or descriptors, STATUS_DENIED, STATUS_IO).
+/// partner has not answered), STATUS_CLOSED (not connected; `link.failure` says why: STATUS_NOT_FOUND
+/// resolver or device, STATUS_INVALID address or device, STATUS_OUT_OF_RANGE bit rate, STATUS_BUSY in use,
+/// STATUS_CLOSED refused, STATUS_EXHAUSTED quota or descriptors, STATUS_DENIED, STATUS_IO).
 status_t flow_stream_step(flow_stream_t* flow, uint64_t now_ns);
 /// Queue one frame. STATUS_OK, STATUS_FULL, STATUS_INVALID and STATUS_TOO_LARGE as flow_frame_encode,
 /// STATUS_CLOSED.

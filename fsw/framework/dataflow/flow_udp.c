@@ -5,24 +5,10 @@
 
 #define DATAGRAMS_PER_CALL 64U // Passed over at most before the caller gets its turn back.
 
-void flow_udp_init(flow_udp_t* const flow, const flow_udp_setup_t* const setup,
-                   const flow_resolver_t* const resolver)
+static status_t open_socket(void* const context)
 {
-    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL));
-    FSW_ASSERT((setup->local != NULL) && (setup->peer != NULL));
-    *flow = (flow_udp_t){.setup = *setup, .resolver = resolver, .socket = OSAL_SOCKET_CLOSED};
-    flow_reconnect_init(&flow->reconnect, setup->retry_first_ns, setup->retry_longest_ns);
-}
-
-static void release(flow_udp_t* const flow)
-{
-    osal_socket_close(&flow->socket);
-    quota_give(flow->setup.quota);
-}
-
-static status_t open_socket(flow_udp_t* const flow)
-{
-    osal_address_t local = {0U, 0U};
+    flow_udp_t* const flow = context;
+    osal_address_t local   = {0U, 0U};
     status_t status = flow_endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.local, &local);
     if (status == STATUS_OK) {
         status = flow_endnode_resolve_socket(flow->resolver, ENDNODE_UDP, flow->setup.peer, &flow->peer);
@@ -30,53 +16,37 @@ static status_t open_socket(flow_udp_t* const flow)
     return (status == STATUS_OK) ? osal_udp_open(&flow->socket, local, flow->setup.receive_octets) : status;
 }
 
-static void begin(flow_udp_t* const flow)
+static void close_socket(void* const context)
 {
-    status_t status = quota_take(flow->setup.quota);
-    if (status == STATUS_OK) {
-        status = open_socket(flow);
-        if (status != STATUS_OK) {
-            release(flow);
-        }
-    }
-    if (status == STATUS_OK) {
-        flow_reconnect_succeeded(&flow->reconnect, flow->now_ns);
-    } else {
-        flow->failure = status;
-        flow_reconnect_failed(&flow->reconnect, flow->now_ns);
-    }
+    osal_socket_close(&((flow_udp_t*)context)->socket);
 }
 
-static void lose(flow_udp_t* const flow, const status_t why)
+void flow_udp_init(flow_udp_t* const flow, const flow_udp_setup_t* const setup,
+                   const flow_resolver_t* const resolver)
 {
-    release(flow);
-    flow->failure = why;
-    flow_reconnect_lost(&flow->reconnect, flow->now_ns);
+    static const flow_link_actions_t actions = {open_socket, close_socket};
+    FSW_ASSERT((flow != NULL) && (setup != NULL) && (resolver != NULL));
+    FSW_ASSERT((setup->local != NULL) && (setup->peer != NULL));
+    *flow = (flow_udp_t){.setup = *setup, .resolver = resolver, .socket = OSAL_SOCKET_CLOSED};
+    flow_link_init(&flow->link, &actions, flow, setup->quota, setup->retry_first_ns, setup->retry_longest_ns);
 }
 
 status_t flow_udp_step(flow_udp_t* const flow, const uint64_t now_ns)
 {
     FSW_ASSERT(flow != NULL);
-    flow->now_ns = now_ns;
-    if (!flow_udp_is_open(flow) && flow_reconnect_is_due(&flow->reconnect, now_ns)) {
-        begin(flow);
-    }
-    return flow_udp_is_open(flow) ? STATUS_OK : STATUS_CLOSED;
+    return flow_link_step(&flow->link, now_ns);
 }
 
 bool flow_udp_is_open(const flow_udp_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    return osal_socket_is_open(&flow->socket);
+    return flow->link.is_open;
 }
 
 void flow_udp_close(flow_udp_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    if (flow_udp_is_open(flow)) {
-        lose(flow, STATUS_CLOSED);
-    }
-    flow_reconnect_init(&flow->reconnect, flow->setup.retry_first_ns, flow->setup.retry_longest_ns);
+    flow_link_close(&flow->link);
 }
 
 status_t flow_udp_send(flow_udp_t* const flow, const uint8_t* const octets, const size_t size)
@@ -85,7 +55,7 @@ status_t flow_udp_send(flow_udp_t* const flow, const uint8_t* const octets, cons
     status_t status =
         flow_udp_is_open(flow) ? osal_udp_send(&flow->socket, flow->peer, octets, size) : STATUS_CLOSED;
     if (status == STATUS_IO) {
-        lose(flow, status);
+        flow_link_lose(&flow->link, status);
         status = STATUS_CLOSED;
     }
     if (status == STATUS_OK) {
@@ -107,7 +77,7 @@ status_t flow_udp_receive(flow_udp_t* const flow, uint8_t* const octets, const s
         if (status == STATUS_TOO_LARGE) {
             flow->counters.oversize++;
         } else if (status == STATUS_IO) {
-            lose(flow, status);
+            flow_link_lose(&flow->link, status);
         } else if (status != STATUS_OK) {
             *out_size = 0U;
             return status;

@@ -11,7 +11,7 @@
 
 #include "base/status.h"
 #include "fsw/framework/dataflow/endnode.h"
-#include "fsw/framework/dataflow/reconnect.h"
+#include "fsw/framework/dataflow/link.h"
 #include "fsw/framework/dataflow/record.h"
 #include "base/quota.h"
 #include "osal/include/osal/socket.h"
@@ -39,19 +39,17 @@ typedef struct { // [datagrams, wrap]
     uint32_t unfit;    ///< Received, but no such record.
 } flow_udp_counters_t;
 
-typedef struct { // Private; read-only for housekeeping: counters, reconnect, failure.
+typedef struct { // Private; read-only for housekeeping: counters, link.
     flow_udp_setup_t setup;
     const flow_resolver_t* resolver;
     osal_socket_t socket;
     osal_address_t peer;
-    uint64_t now_ns;
-    status_t failure; ///< Why the last attempt failed, or the last socket was left; STATUS_OK: nothing yet.
-    flow_reconnect_t reconnect;
+    flow_link_t link;
     flow_udp_counters_t counters;
 } flow_udp_t;
 
 void flow_udp_init(flow_udp_t* flow, const flow_udp_setup_t* setup, const flow_resolver_t* resolver);
-/// Open the socket if it is time. STATUS_OK (open), STATUS_CLOSED (`failure` says why: STATUS_NOT_FOUND,
+/// Open the socket if it is time. STATUS_OK (open), STATUS_CLOSED (`link.failure` says why: STATUS_NOT_FOUND,
 /// STATUS_INVALID address; STATUS_EXISTS port in use; STATUS_EXHAUSTED quota; STATUS_DENIED, STATUS_IO).
 status_t flow_udp_step(flow_udp_t* flow, uint64_t now_ns);
 

@@ -94,7 +94,7 @@ static void expect_nothing(const status_t status)
 static void messages_pass_whatever_end_was_first(void)
 {
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, sender.failure);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, sender.link.failure);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, say("early"));
     expect_nothing(STATUS_CLOSED);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
@@ -177,8 +177,8 @@ static void a_receiver_that_was_killed_comes_back(void)
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
     expect_nothing(STATUS_EMPTY);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, say("lost"));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, sender.failure);
-    TEST_ASSERT_EQUAL_UINT32(1U, sender.reconnect.lost);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, sender.link.failure);
+    TEST_ASSERT_EQUAL_UINT32(1U, sender.link.reconnect.lost);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&sender, 100U));
     TEST_ASSERT_EQUAL(STATUS_OK, say("alive"));
     expect("alive");
@@ -188,22 +188,22 @@ static void queues_are_refused_for_a_reason(void)
 {
     begin(&sender, "moon", false, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, sender.failure);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, sender.link.failure);
     begin(&sender, "bad", false, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, sender.failure);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, sender.link.failure);
     begin(&sender, "commands", true, 100000000U);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, sender.failure);
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, sender.link.failure);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
     begin(&sender, "commands", false, OCTETS + 1U); // Its messages would be too large.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, sender.failure);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, sender.link.failure);
     quota_init(&quota, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // That of the receiver.
     begin(&sender, "commands", false, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, sender.failure);
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, sender.link.failure);
 }
 
 int main(void)

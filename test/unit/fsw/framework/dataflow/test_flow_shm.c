@@ -180,7 +180,7 @@ static void records_of_another_size_are_coding_errors(void)
 static void expect_refusal(flow_shm_t* const flow, const uint64_t now_ns, const status_t why)
 {
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_step(flow, now_ns));
-    TEST_ASSERT_EQUAL(why, flow->failure);
+    TEST_ASSERT_EQUAL(why, flow->link.failure);
     TEST_ASSERT_FALSE(flow_shm_is_open(flow));
 }
 
@@ -201,7 +201,7 @@ static void opening_is_refused_for_a_reason_and_counted(void)
     for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
         begin(&reader, "x", false, others[i]);
         expect_refusal(&reader, 0U, STATUS_INVALID);
-        TEST_ASSERT_EQUAL_UINT32(1U, reader.reconnect.failed);
+        TEST_ASSERT_EQUAL_UINT32(1U, reader.link.reconnect.failed);
     }
     quota_init(&quota, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // That of the writer.
@@ -235,10 +235,10 @@ static void a_reader_that_starts_first_waits_with_back_off(void)
     for (uint32_t i = 0U; i < 5U; i++) {
         if (i > 0U) {
             expect_refusal(&reader, due[i] - 1U, STATUS_NOT_FOUND); // No attempt yet.
-            TEST_ASSERT_EQUAL_UINT32(i, reader.reconnect.failed);
+            TEST_ASSERT_EQUAL_UINT32(i, reader.link.reconnect.failed);
         }
         expect_refusal(&reader, due[i], STATUS_NOT_FOUND);
-        TEST_ASSERT_EQUAL_UINT32(i + 1U, reader.reconnect.failed);
+        TEST_ASSERT_EQUAL_UINT32(i + 1U, reader.link.reconnect.failed);
     }
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 111U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_write(&writer, value));
@@ -258,7 +258,7 @@ static void a_writer_that_closes_is_reported_after_its_last_value(void)
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
-    TEST_ASSERT_EQUAL_UINT32(1U, reader.reconnect.lost);
+    TEST_ASSERT_EQUAL_UINT32(1U, reader.link.reconnect.lost);
     expect_refusal(&reader, 9U, STATUS_CLOSED);
     expect_refusal(&reader, 10U, STATUS_NOT_FOUND); // The writer has not come back.
     TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 20U));
@@ -295,7 +295,7 @@ static void a_writer_that_was_killed_comes_back(void)
         }
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&writer, 0U));
         TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_shm_read(&reader, value));
-        TEST_ASSERT_EQUAL(STATUS_CLOSED, reader.failure);
+        TEST_ASSERT_EQUAL(STATUS_CLOSED, reader.link.failure);
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 10U));
         TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value)); // Nothing of the old memory.
         value[1] = 2U;

@@ -191,13 +191,13 @@ static void a_line_that_hangs_up_is_opened_again(void)
     expect_nothing(STATUS_EMPTY);
     (void)close(far);
     expect_nothing(STATUS_CLOSED);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow.failure);
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow.link.failure);
     TEST_ASSERT_EQUAL_UINT32(1U, flow.assembler.counters.cut);
-    TEST_ASSERT_EQUAL_UINT32(1U, flow.reconnect.lost);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.link.reconnect.lost);
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on()); // Without a partner: retries with increasing delays.
-    TEST_ASSERT_TRUE(flow.reconnect.failed > 5U);
-    TEST_ASSERT_TRUE(flow.reconnect.failed < 20U);
+    TEST_ASSERT_TRUE(flow.link.reconnect.failed > 5U);
+    TEST_ASSERT_TRUE(flow.link.reconnect.failed < 20U);
     begin_line(); // The system may give the line another name, so ask for the address again.
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
     say_far("f\n", 2U);
@@ -217,12 +217,12 @@ static void a_line_is_refused_for_a_reason(void)
         (void)strcpy(path, cases[i].path);
         begin(ENDNODE_SERIAL, "imu", (flow_format_t){.baud = cases[i].baud});
         TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_stream_step(&flow, 0U));
-        TEST_ASSERT_EQUAL(cases[i].failure, flow.failure);
-        TEST_ASSERT_EQUAL_UINT32(1U, flow.reconnect.failed);
+        TEST_ASSERT_EQUAL(cases[i].failure, flow.link.failure);
+        TEST_ASSERT_EQUAL_UINT32(1U, flow.link.reconnect.failed);
     }
     begin(ENDNODE_SERIAL, "moon", (flow_format_t){.baud = 9600U});
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_stream_step(&flow, 0U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow.failure);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow.link.failure);
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
 }
 
@@ -311,14 +311,14 @@ static void a_server_that_vanishes_is_called_until_it_is_back(void)
     expect_nothing(STATUS_CLOSED);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, say("lost", 4U));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on());
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow.failure); // Refused.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow.link.failure); // Refused.
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
     listen_at((uint16_t)atoi(port));
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
     accept_far();
     say_far("\000\001x", 3U);
     expect("x", 1U);
-    TEST_ASSERT_EQUAL_UINT32(2U, flow.reconnect.connected);
+    TEST_ASSERT_EQUAL_UINT32(2U, flow.link.reconnect.connected);
     TEST_ASSERT_EQUAL_UINT32(1U, flow.assembler.counters.cut);
 }
 
@@ -389,7 +389,7 @@ static void frames_that_cannot_be_sent_are_refused(void)
     (void)strcpy(path, "here");
     begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LINE});
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_stream_step(&flow, 0U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, flow.failure);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, flow.link.failure);
 }
 
 static void a_quota_that_is_used_up_is_a_refusal(void)
@@ -399,7 +399,7 @@ static void a_quota_that_is_used_up_is_a_refusal(void)
     quota_init(&quota, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_stream_step(&flow, now_ns));
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow.failure);
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow.link.failure);
     TEST_ASSERT_EQUAL_UINT32(1U, quota.stats.refused);
     quota_give(&quota);
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
@@ -427,7 +427,7 @@ static void a_fifo_waits_for_its_reader(void)
     begin(ENDNODE_FILE, "actuator",
           (flow_format_t){.framing = FLOW_FRAMING_LINE, .direction = FLOW_DIRECTION_WRITE});
     TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on());
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow.failure);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow.link.failure);
     far = open(path, O_RDONLY | O_NONBLOCK);
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
     TEST_ASSERT_EQUAL(STATUS_OK, say("on", 2U));

@@ -172,8 +172,8 @@ static void a_record_that_is_too_long_is_a_coding_error(void)
 static void expect_refusal(flow_udp_t* const flow, const status_t why)
 {
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_step(flow, 0U));
-    TEST_ASSERT_EQUAL(why, flow->failure);
-    TEST_ASSERT_EQUAL_UINT32(1U, flow->reconnect.failed);
+    TEST_ASSERT_EQUAL(why, flow->link.failure);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow->link.reconnect.failed);
     TEST_ASSERT_FALSE(flow_udp_is_open(flow));
 }
 
@@ -209,7 +209,7 @@ static void a_port_in_use_is_tried_again_with_back_off(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_step(&third, 9U)); // No attempt yet.
     TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&third, 10U));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&third, octets, 2U));
-    TEST_ASSERT_EQUAL_UINT32(1U, third.reconnect.connected);
+    TEST_ASSERT_EQUAL_UINT32(1U, third.link.reconnect.connected);
     TEST_ASSERT_EQUAL_UINT32(1U, third.counters.refused);
     flow_udp_close(&third);
 }
@@ -228,8 +228,8 @@ static void a_socket_that_fails_is_opened_again(void)
             TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_udp_receive(&left, octets, sizeof octets, &size));
             TEST_ASSERT_EQUAL_UINT64(0U, size);
         }
-        TEST_ASSERT_EQUAL(STATUS_IO, left.failure);
-        TEST_ASSERT_EQUAL_UINT32(i + 1U, left.reconnect.lost);
+        TEST_ASSERT_EQUAL(STATUS_IO, left.link.failure);
+        TEST_ASSERT_EQUAL_UINT32(i + 1U, left.link.reconnect.lost);
         TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&left, 100U * (i + 1U)));
         TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&left, hello, 2U));
         TEST_ASSERT_EQUAL(STATUS_OK, receive(&right, octets, &size));
