@@ -388,16 +388,6 @@ static void only_a_descriptor_of_one_stick_fits(void)
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected joystick"));
 }
 
-static void the_channel_is_selected_by_command(void)
-{
-    const joystick_channel_arguments_t second = {1U};
-    const joystick_channel_arguments_t third  = {2U};
-    TEST_ASSERT_EQUAL(STATUS_OK, perform(JOYSTICK_FUNCTION_CHANNEL, &second, 1U));
-    TEST_ASSERT_EQUAL_UINT8(1U, double_last_event(&generic, JOYSTICK_EVENT_CHANNEL_SELECTED)->octets[0]);
-    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, perform(JOYSTICK_FUNCTION_CHANNEL, &third, 1U));
-    TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, JOYSTICK_EVENT_CHANNEL_SELECTED));
-}
-
 int main(void)
 {
     descriptor_loader_init(&loader);
@@ -421,6 +411,5 @@ int main(void)
     RUN_TEST(a_function_that_it_does_not_have_is_refused);
     RUN_TEST(released_it_has_let_go_of_its_bus);
     RUN_TEST(only_a_descriptor_of_one_stick_fits);
-    RUN_TEST(the_channel_is_selected_by_command);
     return UNITY_END();
 }
