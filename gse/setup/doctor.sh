@@ -32,17 +32,27 @@ python_packages() {
     done
 }
 
+cache=${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/hirosco
+
+# A row of a download: in build/, in the cache of the user, or neither.
+download() {
+    if [ -f "$2" ]; then
+        state=present
+    elif [ -n "$(find "$cache" -maxdepth 1 -name "$3" 2>/dev/null)" ]; then
+        state=cached
+    else
+        state='fetched by make setup'
+    fi
+    row "$1" "$state" "$4" "$5"
+}
+
 # What the kernel and the account offer beyond the need of discrete-time flights.
 machine() {
     row MACHINE STATE LEVEL 'NEEDED FOR'
-    [ -f build/third_party/unity/src/unity.c ] && state=present || state='fetched by make test'
-    row Unity "$state" unit 'unit tests of the portable core'
-    [ -f build/third_party/expat-s390x/lib/libexpat.a ] && state=present || state='fetched by make test'
-    row 'expat, s390x' "$state" s390x 'programs of a big-endian processor'
-    [ -f build/vm/vmlinux ] && state=present || state='fetched by make vm'
-    row 'kernel, micro-VM' "$state" hil 'vcan, TIPC where this kernel has none'
-    wheels=$(ls "${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/hirosco/wheels" 2>/dev/null | wc -l)
-    row 'Python wheels' "$wheels cached" run 'new clones without a network'
+    download Unity build/third_party/unity/src/unity.c 'cjson-*' unit 'unit tests of the portable core'
+    download 'expat, s390x' build/third_party/expat-s390x/lib/libexpat.a 'libexpat1-dev_s390x.deb' s390x 'big-endian programs'
+    download 'kernel, micro-VM' build/vm/vmlinux 'linux-image-*' hil 'vcan, TIPC where this kernel has none'
+    row 'Python wheels' "$(ls "$cache/wheels" 2>/dev/null | wc -l) cached" run 'new clones without a network'
     [ "$(id -u)" -eq 0 ] && state=root || { sudo -n true 2>/dev/null && state='sudo' || state=no; }
     row 'may install' "$state" setup 'apt-get without a question'
     limit=$(ulimit -r 2>/dev/null || echo 0)

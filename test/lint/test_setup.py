@@ -158,6 +158,17 @@ def test_python_packages_are_fetched_once_for_all_clones(index, fresh_venv):
     assert (index / "b" / "build" / "venv" / "bin" / "gse").stat().st_mode & 0o111
 
 
+def test_installed_packages_are_cached_too_and_need_no_network(index, fresh_venv):
+    place = clone(index / "a", fresh_venv)
+    install(index, place)
+    shutil.rmtree(index / "cache")
+    done, modules = install(index, place, index="no network")
+    assert (done.returncode, modules, done.stderr) == (0, {"one_part", "other"}, "")
+    assert install(index, place)[0].returncode == 0
+    done, modules = install(index, clone(index / "b", fresh_venv), index="no network")
+    assert (done.returncode, modules) == (0, {"one_part", "other"}), done.stderr
+
+
 def test_python_packages_that_cannot_be_had_are_named(index, fresh_venv):
     place = clone(index / "a", fresh_venv)
     done, modules = install(index, place, index="no network")
