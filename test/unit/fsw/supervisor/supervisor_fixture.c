@@ -337,6 +337,7 @@ void fixture_open(void)
     fixture.source = FIXTURE_USER;
     fixture.ack    = PUS_ACK_ALL;
     next_number    = 0U;
+    fixture_forget_ends();
     message_ring_carrier_init(&fixture.hub, (message_delivery_notice_t){NULL, delivered});
     message_open(&fixture.endpoint, DESCRIPTOR_SUPERVISOR_APID, 1U, message_ring_carrier_port(&fixture.hub),
                  fixture.inbox, sizeof fixture.inbox / sizeof fixture.inbox[0]);
@@ -422,6 +423,7 @@ uint16_t fixture_tc(uint16_t apid, uint8_t service, uint8_t subtype, const void*
                           .data     = data,
                           .size     = size};
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &packet_size));
+    fixture_expect_end(next_number);
     fixture_send(FIXTURE_GROUND, packet, packet_size);
     return next_number++;
 }

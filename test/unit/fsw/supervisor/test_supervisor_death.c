@@ -198,6 +198,25 @@ static void links_are_as_the_members_say(void)
     TEST_ASSERT_FALSE(fixture_has(LINK_DIFFERS));
 }
 
+/// What was agreed and is not open yet can be opened as if nothing had happened.
+static void agreements_are_there_again(void)
+{
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    for (uint16_t link = LINK_ARM_STATE; link <= LINK_HAND_POS; link++) {
+        (void)fixture_request_link(link);
+        fixture_run(5U);
+    }
+    die();
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
+    for (uint16_t link = LINK_ARM_STATE; link <= LINK_HAND_POS; link++) {
+        (void)fixture_open_link(link);
+        fixture_run(5U);
+    }
+    TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
+}
+
 static void networks_are_there_again(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -548,6 +567,7 @@ int main(void)
     RUN_TEST(a_subsystem_that_dies_meanwhile_still_ends_its_requests);
     RUN_TEST(what_it_had_begun_itself_ends_with_the_reason);
     RUN_TEST(links_are_as_the_members_say);
+    RUN_TEST(agreements_are_there_again);
     RUN_TEST(networks_are_there_again);
     RUN_TEST(a_negotiation_continues);
     RUN_TEST(a_recommissioning_continues);
