@@ -110,7 +110,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
 
 /// The supervisor died: it is started again, at once, after 0.1 s, after 1 s of wall-clock time, as long as
 /// its budget lasts; in stepped time the scheduler has its next life begin after its time of booting. Members
-/// hold meanwhile. False: this once too often, or before it had begun.
+/// hold meanwhile. False: its budget is used up, or it died before it had begun.
 static bool may_return(launcher_t* const launcher, child_t* const child)
 {
     run_component_t* const component = &launcher->run->components[child->component];

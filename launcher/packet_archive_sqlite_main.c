@@ -2,8 +2,8 @@
 // The writer of the SQLite packet log, a process of its own, and the merge of all parts of a run's packet
 // log.
 //
-//     packet-archive-sqlite follow FOLDER   insert packets.spool into packets.db as it grows, until
-//     terminated packet-archive-sqlite merge FOLDER [RECORDS]
+//     packet-archive-sqlite follow FOLDER   insert packets.spool into packets.db as it grows, until ended
+//     packet-archive-sqlite merge FOLDER [RECORDS]
 //                                           packets.ascii, .spool, .ring -> packets.db and packets.log
 //
 // The merge fails (exit code 1) if a record number up to RECORDS is missing, and names those, or occurs twice

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Cost of a procedure's work, in units that depend only on the program and never on a clock. Private to
 /// fsw/procedures.
+///
 /// A unit is about 20 ns of a processor of 2024; a plain instruction costs one. The count hook
 /// charges the worst-case cost of each instruction before it is executed: by its operation code, and by the
 /// longest text, the largest table and the deepest stack that this procedure has ever had. Library functions

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Space packets with PUS-C secondary headers: decoding to views, encoding into a caller's buffer, time.
+///
 /// Ownership  A decoded view points into the packet's octets and is valid as long as they are.
 /// Context    Any; no state.
 /// Time       O(size), for the checksum.

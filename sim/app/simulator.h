@@ -45,7 +45,7 @@ typedef struct {
     bool serve_tools;         ///< Open the socketcand port.
     bool tools_in_step;       ///< Time waits until the tool sends; for deterministic tests.
     uint16_t tool_port;       ///< 0: any free port, see simulator_tool_port.
-    uint64_t tool_quantum_ns; ///< In step: time that each frame of the tool buys; 0: 5 ms.
+    uint64_t tool_quantum_ns; ///< In step: time by which each frame of the tool advances the run; 0: 5 ms.
 } simulator_config_t;
 
 typedef struct {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Fault confinement of one CAN controller: its error counters, its state, and what it reports to software.
+///
 /// Counters change by the rules of ISO 11898-1: transmit error +8 (an error-passive transmitter that misses
 /// an acknowledge keeps its counter, so a node alone on the bus becomes passive and never bus-off), receive
 /// error +1, success -1. State changes are reported as SocketCAN error frames.

@@ -6,6 +6,7 @@
 ///     port:   grant <time_ns> <messages> <octets> <port of its stream if it is served, or 0>
 ///     client: done <wake_ns, or never> <octets sent to its stream> <local TCP port of its stream, or 0>
 ///     client: leave                               (instead of done)
+///
 /// The client receives exactly the messages and octets of its grant before it runs, and sends only while its
 /// stream is served. When a stream is no longer served, it has ended, whatever the state of the socket: the
 /// client closes it. A client that vanishes, sends another line, or is silent for longer than the patience

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The simulator's truth as an LCM event log, stamped with simulated time: the figures of a run are computed
 /// against it. Two runs of one seed give the same file, octet for octet.
+///
 /// Types are the .lcm files in the folder of this header; encoding follows LCM's wire format. Channels and
 /// rates are in sim/truth/README.md. Writing costs about 0.4 us per event, without waiting for the disk.
 ///

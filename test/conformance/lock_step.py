@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A python-can bus in lock-step with the simulator: time stands still until the received frames have been
-answered. Frames pass through the simulator's own port (socketcand), or an interface on which the simulator
-publishes the bus; the steps of time always through the port. Listeners run in the notifier's thread;
-`on_step` is called there at the end of each step."""
+answered.
+
+Frames pass through the simulator's own port (socketcand), or an interface on which the simulator publishes
+the bus; the steps of time always through the port. Listeners run in the notifier's thread; `on_step` is
+called there at the end of each step."""
 
 import re
 import socket

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joint drives made from PyPI canopen's LocalNode, in the simulator's time; without deviations unless set
-otherwise. SDO server, object dictionary and PDO packing are canopen's; the drive's states, NMT, SYNC and
-heartbeat are here, because canopen's own run in wall-clock time."""
+otherwise.
+
+SDO server, object dictionary and PDO packing are canopen's; the drive's states, NMT, SYNC and heartbeat are
+here, because canopen's own run in wall-clock time."""
 
 import contextlib
 import pathlib

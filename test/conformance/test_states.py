@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """docs/states.md and its drawing agree with the state machine: its tables are compared with walks through the
-code. UPDATE_STATES=1 writes the tables and docs/images/states.svg again."""
+code.
+
+UPDATE_STATES=1 writes the tables and docs/images/states.svg again."""
 
 import os
 import pathlib

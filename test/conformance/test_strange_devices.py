@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The flight side's master with slaves that it does not know: PyPI canopen's LocalNode, in lock-step with the
-flight. One flight of the manipulator with its own drives unplugged. In each case a drive has one
-deviation; the outcome is an event that names node and reason, and a defined state. In between, and at the
-end, two drives without deviations are flown."""
+flight.
+
+One flight of the manipulator with its own drives unplugged. In each case a drive has one deviation; the
+outcome is an event that names node and reason, and a defined state. In between, and at the end, two drives
+without deviations are flown."""
 
 import pytest
 import slaves

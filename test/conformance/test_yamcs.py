@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yamcs itself with a flying mission, by the generated database: it reads the same as our ground, and
-commands the mission. It is also linked to a simulated spacecraft, which sends synthetic reports of every
-kind from the catalogue: Yamcs must find the encoded values in the encoded order. For every request Yamcs
-makes the same octets as our ground. Takes a minute: `long`."""
+commands the mission.
+
+It is also linked to a simulated spacecraft, which sends synthetic reports of every kind from the catalogue:
+Yamcs must find the encoded values in the encoded order. For every request Yamcs makes the same octets as our
+ground. Takes a minute: `long`."""
 
 import base64
 import contextlib

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Common parts of the fuzz targets: checks that end the program, inputs that are a sequence of records,
-/// mutators that keep lengths, checksums and nesting correct, and files in memory. A target is
-/// `fuzz_<name>.c` with LLVMFuzzerTestOneInput and, if a protocol has lengths or checksums,
+/// mutators that keep lengths, checksums and nesting correct, and files in memory.
+///
+/// A target is `fuzz_<name>.c` with LLVMFuzzerTestOneInput and, if a protocol has lengths or checksums,
 /// LLVMFuzzerCustomMutator. Every input starts from the same state, so that a failure can be repeated.
 #ifndef TEST_FUZZ_FUZZ_H
 #define TEST_FUZZ_FUZZ_H

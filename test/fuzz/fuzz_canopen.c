@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The CANopen master with two drives: any frame at any time of their life, between correct answers. Whatever
 // the frames, the axes stay in range, queues stay within bounds, and the network can be secured in bounded
-// time. Records: kind 0 a frame to flight; 1 argument cycles of the present step; 2 the next step of the
-// life; 3 misbehaviour of a drive by the bits of its argument; 4 goal.
+// time.
+//
+// Records: kind 0 a frame to flight; 1 argument cycles of the present step; 2 the next step of the life; 3
+// misbehaviour of a drive by the bits of its argument; 4 goal.
 #include "fsw/canopen/network.h"
 #include "test/fuzz/can_records.h"
 #include "test/support/scripted_bus.h"

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The ground port: octets of up to four clients in pieces of any size, a supervisor that refuses at times,
 // and reports for slow readers. Exactly the requests of each stream go up, in order, complete, and nothing
-// else; a client reads only complete packets, in the order in which they were queued. Records: kind 0..3
-// octets of client kind; 4 the client of the argument closes its connection; 5 the next (argument) requests
-// are refused; 6 a report to all; 7 the clients read; 8 clients take argument octets at a time.
+// else; a client reads only complete packets, in the order in which they were queued.
+//
+// Records: kind 0..3 octets of client kind; 4 the client of the argument closes its connection; 5 the next
+// (argument) requests are refused; 6 a report to all; 7 the clients read; 8 clients take argument octets at a
+// time.
 #include "fsw/subsystems/communication/communication.h"
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The simulated joint drive: any frame on its bus at any time, from a master and from another node. It sends
-// frames with its own identifiers only, its torque stays finite, and after a reset it boots again. Records:
-// kind 0..2 a frame of the master; 3 the bus runs argument x 100 us, then the plant steps; 4 unplugged and
-// plugged in.
+// frames with its own identifiers only, its torque stays finite, and after a reset it boots again.
+//
+// Records: kind 0..2 a frame of the master; 3 the bus runs argument x 100 us, then the plant steps; 4
+// unplugged and plugged in.
 #include "sim/devices/drive.h"
 #include "sim/parameters/rokviss.h"
 #include "test/fuzz/can_records.h"

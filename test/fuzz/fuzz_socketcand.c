@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The socketcand port: octets of two clients, and frames on the bus. Each submitted frame can be carried by
-// the bus; each answer is in brackets; when the clients have gone, so have their nodes. Records: kind 0, 1
-// octets of that client; 2 a frame of another node; 3 the bus runs argument x 100 us; 4 the client of the
-// argument closes its connection.
+// the bus; each answer is in brackets; when the clients have gone, so have their nodes.
+//
+// Records: kind 0, 1 octets of that client; 2 a frame of another node; 3 the bus runs argument x 100 us; 4
+// the client of the argument closes its connection.
 #include "sim/socketcand/socketcand.h"
 #include "test/fuzz/can_records.h"
 #include "test/fuzz/memory_socket.h"

@@ -2,8 +2,10 @@
 // A whole subsystem, the manipulator with its drives: packets, link frames and CAN frames in any order,
 // through dispatcher, every service of a subsystem, state machine, parameters and devices. Every report is
 // well-formed, the reported state is the present one, no request ends twice; afterwards the subsystem can go
-// to OFFLINE, where every pool is full again. Records: kind 0..4 a packet, then argument cycles; 5 a CAN
-// frame; 6 a link frame; 7 misbehaviour of a drive.
+// to OFFLINE, where every pool is full again.
+//
+// Records: kind 0..4 a packet, then argument cycles; 5 a CAN frame; 6 a link frame; 7 misbehaviour of a
+// drive.
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
 #include "pus/st01/st01_verification.h"

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The supervisor with the real mission: members send anything, as blocks of a correct channel or as raw
 // frames. It passes on only well-formed packets for the right member; every packet it logs has a number; its
-// rings and pools stay consistent; a shutdown ends. Records: kind 0..5 a packet of the member chosen by the
-// argument; 6 time passes, argument x 10 ms; 7 a raw frame; 8 a process dies or is started again; 9 a member
-// reads its mailbox.
+// rings and pools stay consistent; a shutdown ends.
+//
+// Records: kind 0..5 a packet of the member chosen by the argument; 6 time passes, argument x 10 ms; 7 a raw
+// frame; 8 a process dies or is started again; 9 a member reads its mailbox.
 #include "fsw/supervisor/supervisor.h"
 #include "test/fuzz/fuzz.h"
 #include "test/support/consistent_message.h"

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Message frames from a socket: datagrams of any octets, of peers and of others, oversized and empty ones. A
 // datagram of another sender is counted and never enters the inbox; the endpoint's state stays consistent,
-// and its credit within the window. Records: kind 0, 1 a datagram of peer 2, 3; 2 one of another sender; 3
-// receive; 4 the endpoint sends the octets to peer 2 + argument % 3; 5 nothing has arrived.
+// and its credit within the window.
+//
+// Records: kind 0, 1 a datagram of peer 2, 3; 2 one of another sender; 3 receive; 4 the endpoint sends the
+// octets to peer 2 + argument % 3; 5 nothing has arrived.
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/udp_carrier.h"
 #include "test/fuzz/fuzz.h"

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run fuzz targets on their kept corpus: first every kept input, then new ones for a time, two targets at
-once. New inputs are drawn for a number of seconds, or, with a seed, follow from it: then their number is
-fixed (runs.txt, about 20 s of each target), the time only bounds the run on a slow machine, and two runs
-do the same. Prints one line for each target (runs, runs a second, features, new units) and `N passed, M
-failed`. Failing inputs are kept under build/fuzz/found/<target>/, with the command that repeats the
-failure."""
+once.
+
+New inputs are drawn for a number of seconds, or, with a seed, follow from it: then their number is fixed
+(runs.txt, about 20 s of each target), the time only bounds the run on a slow machine, and two runs do the
+same.
+
+Prints one line for each target (runs, runs a second, features, new units) and `N passed, M failed`. Failing
+inputs are kept under build/fuzz/found/<target>/, with the command that repeats the failure."""
 
 import argparse
 import concurrent.futures
@@ -59,8 +62,8 @@ def run(target, arguments, seconds_allowed, before=()):
 
 @functools.cache
 def fixed_places():
-    """Words before a command that give it the same addresses each time: the engine learns from what is compared, and
-    that are addresses too. None where the machine does not let it."""
+    """Words before a command that give it the same addresses each time: the engine learns from compared values, and
+    addresses are among these. None if the machine does not permit it."""
     words = ["setarch", "--addr-no-randomize"]
     try:
         return words if subprocess.run([*words, "true"], stderr=subprocess.DEVNULL).returncode == 0 else []
@@ -80,8 +83,8 @@ def replay(target):
 def fuzz(target, seconds, seed, runs=None):
     """(exit code, output) of new inputs. The kept corpus is read, never written; `seed` 0 is a new one each time.
 
-    With a number of runs everything starts from the same files in the same order, and what earlier runs found is not
-    looked at. Time ends the run at half as much again: that is no failure."""
+    With a number of runs everything starts from the same files in the same order, without the findings of earlier
+    runs. After one and a half times the time the run ends: that is no failure."""
     found = FOUND / target
     fresh = pathlib.Path("build/fuzz", "fixed" if runs else "corpus", target)
     if runs:

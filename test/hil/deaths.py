@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Deaths and pulled plugs at instants of simulated time that are drawn from a number: the case, the flight,
-and what the flight leaves. As a program it flies the given numbers on SocketCAN, and leaves in $OUT a
-folder for each: logs, end.json."""
+and what the flight leaves.
+
+As a program it flies the given numbers on SocketCAN, and leaves in $OUT a folder for each: logs, end.json."""
 
 import json
 import os

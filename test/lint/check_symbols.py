@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check the object files of the flight side with nm: the functions they call and the data they keep. No
-flight object calls an allocator, the printf family, longjmp or functions that would open Lua's sandbox;
-outside osal/ none calls a function of the mathematical library whose last bit depends on the machine;
-outside osal/, fsw/programs/ and launcher/ none keeps mutable data. Arguments: object files below
-build/obj/. Prints each breach; exit code 1."""
+"""Check the object files of the flight side with nm: the functions they call and the data they keep.
+
+No flight object calls an allocator, the printf family, longjmp or functions that would open Lua's sandbox;
+outside osal/ none calls a function of the mathematical library whose last bit depends on the machine; outside
+osal/, fsw/programs/ and launcher/ none keeps mutable data. Arguments: object files below build/obj/. Prints
+each breach; exit code 1."""
 
 import re
 import subprocess

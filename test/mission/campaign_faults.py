@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flights of the fault campaign, drawn from seeds: the same seed gives the same flight. Each kind of fault is
-a function of (rng, flight) that adds a fault to the flight: lines of the scenario, writes that the disk
-refuses, damage to the initial record store, a connection between two nodes that is cut."""
+"""Flights of the fault campaign, drawn from seeds: the same seed gives the same flight.
+
+Each kind of fault is a function of (rng, flight) that adds a fault to the flight: lines of the scenario,
+writes that the disk refuses, damage to the initial record store, a connection between two nodes that is
+cut."""
 
 import errno
 import random

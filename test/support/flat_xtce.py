@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Our XTCE databases in the part of XTCE that space_packet_parser supports: one space system, no arrays, no
-aggregates. Names become whole paths; members and elements of a fixed number become parameters of their
-own, PATH.MEMBER and PATH[0]. A container ends before its first entry whose number, presence or type
-varies."""
+aggregates.
+
+Names become whole paths; members and elements of a fixed number become parameters of their own, PATH.MEMBER
+and PATH[0]. A container ends before its first entry whose number, presence or type varies."""
 
 import xml.etree.ElementTree as ET
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The far side of a CAN bus for tests: nodes that do what CiA 301 and 402 require, or the errors that the
-/// test orders. No bus timing: all that flight has sent is answered in one call. A node has every object
-/// (unknown ones read as zero), and process data by its kind.
+/// test orders. No bus timing: all that flight has sent is answered in one call.
+///
+/// A node has every object (unknown ones read as zero), and process data by its kind.
 #ifndef TEST_SUPPORT_SCRIPTED_BUS_H
 #define TEST_SUPPORT_SCRIPTED_BUS_H
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A store of records that outlives power cuts: records by table and key on two media, written as a log.
 /// Media, generations, compaction and damage: docs/framework.md, "Journal".
+///
 /// A transaction consists of the puts and erasures up to a commit. After a power cut at any write, the store
 /// holds the last transaction whose commit was acknowledged, or all of the one whose commit was under way. A
 /// commit that fails does not change what was committed before; the next commit writes the failed one again.

@@ -4,6 +4,7 @@
 /// A specific subsystem is a table of callbacks (subsystem_callbacks_t) and one descriptor. The generic part
 /// answers telecommands, walks through the states, reads and writes links and samples housekeeping; the
 /// callbacks drive the devices. One cycle, every samplingTime of the applied configuration:
+///
 ///     sense                       read device data
 ///     entry action of the state   once
 ///     control                     the cyclic code of the state

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The services of the whole spacecraft: schedules, procedures, stores, files and others that exist once on
 /// board and not in each subsystem. The supervisor owns them; a binding, the file <service>.c, connects each
-/// of them. A request that a service releases (from a schedule, a sequence, a procedure, an event-action)
-/// waits in one queue and is routed like any other in the same step: known user, permission, state. Its
-/// source stays unchanged. While its addressee has no credit, it and all later requests wait, for
-/// SPACECRAFT_PATIENCE_NS at most; then it, and later ones to the same addressee, are refused with TM[1,10]
-/// (PUS_FAILURE_QUEUE_FULL) like requests from the ground.
+/// of them.
+///
+/// A request that a service releases (from a schedule, a sequence, a procedure, an event-action) waits in one
+/// queue and is routed like any other in the same step: known user, permission, state. Its source stays
+/// unchanged. While its addressee has no credit, it and all later requests wait, for SPACECRAFT_PATIENCE_NS
+/// at most; then it, and later ones to the same addressee, are refused with TM[1,10] (PUS_FAILURE_QUEUE_FULL)
+/// like requests from the ground.
 #ifndef FSW_SUPERVISOR_SERVICES_SPACECRAFT_SERVICES_H
 #define FSW_SUPERVISOR_SERVICES_SPACECRAFT_SERVICES_H
 

@@ -5,6 +5,7 @@
 /// OSAL_NAME_SIZE - 1 octets other than `/` and is neither "." nor "..". Each name is looked up in the folder
 /// before it, and symbolic links are not followed, so no path leaves the tree, whatever other programs do to
 /// it meanwhile. Links, devices, pipes and sockets are treated as absent, but their names cannot be used.
+///
 /// When a call that changes names returns STATUS_OK, the change is on the disk. STATUS_INVALID: no path.
 ///
 /// Ownership  The caller places the handle.

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Requests made by spacepackets and puslib are performed in flight, and both libraries read the answers of
-the flight, time included. The two agree with us, and not with all others, on the order of the flags that
-request verification: the tests request none or all."""
+the flight, time included.
+
+The two agree with us, and not with all others, on the order of the flags that request verification: the tests
+request none or all."""
 
 import struct
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Rust crate spacepackets reads the reports of a flight, headers, checksum and time, and the flight
-performs requests that it makes. The library is that of the bench (test/bench/peers/spacepackets), built if
-the machine has cargo."""
+performs requests that it makes.
+
+The library is that of the bench (test/bench/peers/spacepackets), built if the machine has cargo."""
 
 import ctypes
 import struct

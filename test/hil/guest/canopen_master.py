@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""PyPI canopen as master of the simulated devices, in lock-step with the simulator. CANOPEN_INTERFACES=vcan-:
-the simulator is on vcan-robot and vcan-joystick, which are made here, and all frames pass there, recorded
-by candump into $OUT; without it they pass through the simulator's own port, on any kernel."""
+"""PyPI canopen as master of the simulated devices, in lock-step with the simulator.
+
+CANOPEN_INTERFACES=vcan-: the simulator is on vcan-robot and vcan-joystick, which are made here, and all
+frames pass there, recorded by candump into $OUT; without it they pass through the simulator's own port, on
+any kernel."""
 
 import contextlib
 import os

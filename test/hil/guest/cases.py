@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the cases of a guest program: one process for all, because imports are slow in an emulated machine. A
-guest program defines functions `case_...()` that raise an exception on failure, and ends with
+"""Runs the cases of a guest program: one process for all, because imports are slow in an emulated machine.
+
+A guest program defines functions `case_...()` that raise an exception on failure, and ends with
 `cases.run(globals())`. The outcome of each case is written as a line of $OUT/results.jsonl at once; a case
 that hangs fails after its time."""
 

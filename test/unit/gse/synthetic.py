@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Raw logs of a synthetic flight, with known results, to test figures and report. Timetable [s]: engage 1;
-circle 1.5-12 (ramp 1, constant 8.5, down 1); press 13-14, follow 14-16, hold 16-25; pull 26-28, hold
-28-37; limit of 12 Nm set 37.2, exceeded 37.5; engaged again 37.9; joystick unplugged 38.5."""
+"""Raw logs of a synthetic flight, with known results, to test figures and report.
+
+Timetable [s]: engage 1; circle 1.5-12 (ramp 1, constant 8.5, down 1); press 13-14, follow 14-16, hold 16-25;
+pull 26-28, hold 28-37; limit of 12 Nm set 37.2, exceeded 37.5; engaged again 37.9; joystick unplugged
+38.5."""
 
 import json
 import struct

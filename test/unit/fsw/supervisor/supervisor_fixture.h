@@ -3,9 +3,9 @@
 /// by themselves or stay silent, fake processes, and simulated time. What reaches a member or the ground is
 /// recorded as one line of text each:
 ///
-/// "G 1.2 #5 0110 103"          a report to the ground: of APID 1 where none is given, else "G/16 ..."
-/// "G time 2"                   a spacecraft time packet of a report every 2^2 s
-/// "16 TC 129.1 05 from 8001"   a request that reached a member, with its data
+///     "G 1.2 #5 0110 103"          a report to the ground: of APID 1 where none is given, else "G/16 ..."
+///     "G time 2"                   a spacecraft time packet of a report every 2^2 s
+///     "16 TC 129.1 05 from 8001"   a request that reached a member, with its data
 ///
 /// Periodic status and housekeeping are left out. fixture_expect checks all lines since the last call.
 #ifndef TEST_UNIT_FSW_SUPERVISOR_SUPERVISOR_FIXTURE_H

@@ -24,7 +24,7 @@ static struct {
     double velocity_rad_s;
     double load_nm;
     double joint_torque_nm;
-    double torque_nm; // Last given.
+    double torque_nm; // Applied last.
 } motor;
 
 static unsigned changes;
