@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #define CANOPEN_NODE_MAX 127U
-#define CANOPEN_PDO_OCTETS_MAX 8U ///< Process data keep to classic length on every bus.
+#define CANOPEN_PDO_OCTETS_MAX 8U ///< Process data have at most the classic length on every bus.
 
 // Predefined connection set.
 #define COB_NMT 0x000U

@@ -202,17 +202,17 @@ def mission_page(loaded):
     content = dictionary(loaded)
     sizes = {name: item["size"] for name, item in content["types"].items()}
     file, title = f"icd-{content['mission']}.html", f"ICD of {content['mission']}"
-    members = [[s["apid"], f'<a href="#{s["name"].lower()}">{s["name"]}</a>', mono(s["executable"]), "by itself" if s["autostart"] else "by telecommand"] for s in content["subsystems"]]
+    members = [[s["apid"], f'<a href="#{s["name"].lower()}">{s["name"]}</a>', mono(s["executable"]), "yes" if s["autostart"] else "no"] for s in content["subsystems"]]
     links = [[l["number"], mono(l["name"]), f"{l['from']}, port {l['producer_port']}", f"{l['to']}, port {l['consumer_port']}", "yes" if l["required"] else "no"] for l in content["links"]]
     buses = [[mono(b["name"]), b["bit_rate"] // 1000, b["data_bit_rate"] // 1000 or ""] for b in content["buses"]]
     body = (
         f'<h1>{title}</h1><p class="sub">From the descriptors. Octets are big-endian; packets are CCSDS space packets with ECSS-E-ST-70-41C services. '
         f"Interface {mono(content['interface_hash'])}, configuration {mono(content['configuration_hash'])}; mission time 0 is {content['epoch_tai']} TAI; "
         f"ground port {content['ground']['address']}:{content['ground']['port']}.</p>"
-        + '<h2 id="subsystems">Subsystems</h2>' + table(["APID", "subsystem", "executable", "comes up"], members, (0,))
+        + '<h2 id="subsystems">Subsystems</h2>' + table(["APID", "subsystem", "executable", "autostart"], members, (0,))
         + '<h2 id="links">Real-time links</h2>' + (LINKS + link_drawing(content["links"]) + table(["number", "link", "from", "to", "required"], links, (0,)) if links else "<p>None.</p>")
         + '<h2 id="buses">Buses</h2>' + table(["bus", "kbit/s", "data phase kbit/s"], buses, (1, 2))
-        + '<h2 id="permissions">Permissions</h2><p>What is not listed is denied, except reports, reads, TC[17,1] and requests downwards.</p>' + permissions(content)
+        + '<h2 id="permissions">Permissions</h2><p>A request that is not listed is refused, except reports, reads, TC[17,1] and requests for a lower state.</p>' + permissions(content)
         + "".join(subsystem_section(item, sizes) for item in content["subsystems"])
     )
     contents = [(2, place, place.capitalize()) for place in ("subsystems", "links", "buses", "permissions")]

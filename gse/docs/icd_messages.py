@@ -47,7 +47,7 @@ class _Rows:
                 self.rows.append([indent, "", f"if {_mono(entry['choice'])} is {number} {escape(word)}:{nothing}"])
                 self.add(case, depth + 1)
         elif "values" in entry:
-            self.rows.append([indent + _mono("values"), "", "as the report structure says"])
+            self.rows.append([indent + _mono("values"), "", "in the layout of the report structure"])
         elif entry["kind"] in ("value", "auxiliary"):
             what = "value as" if entry["kind"] == "value" else "auxiliary data of"
             self.rows.append([indent + _mono(entry["name"]), "", f"{what} {_mono(entry['of'])} says"])

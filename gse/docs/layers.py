@@ -102,9 +102,9 @@ def section():
     flight = svg(dot(pairs, files, lambda layer: not layer.startswith("sim/")))
     simulator = svg(dot(pairs, files, lambda layer: layer.startswith("sim/")))
     return (
-        '<h2 id="layers">Layers</h2><p>Drawn from the includes of the code; an arrow leads to what a layer sees, and what is seen '
-        "through another layer has no arrow of its own. <code>make check</code> refuses any include that "
+        '<h2 id="layers">Layers</h2><p>Drawn from the includes of the code. An arrow leads from a layer to one that it includes; a layer that is also included '
+        "through another layer has no arrow of its own. <code>make check</code> refuses every include that "
         "<code>test/lint/layers.txt</code> does not allow.</p>"
-        f"{flight}<p>The simulator beside it shares nothing with the flight side but the contract of the operating system "
+        f"{flight}<p>The simulator shares nothing with flight software except the contract of the operating system "
         f"layer and the status type:</p>{simulator}"
     )

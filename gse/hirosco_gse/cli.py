@@ -69,7 +69,7 @@ def _epilog():
         "  events [-f] [SUBSYSTEM]",
         "        show events and state transitions as they arrive; -f continues until Ctrl-C",
         "  permissions",
-        "        what is allowed in which mode and state (from the dictionary)",
+        "        permitted requests by mode and state (from the dictionary)",
         "  script FILE [--cosimulation PATH] [--run DIR]",
         "        fly the operator's lines of a scenario",
         "  key make FILE",

@@ -78,7 +78,7 @@ def _fetch(session, dictionary, path, span, timeout_ns):
     done = yield from session.execute(dump, timeout_ns)
     octets = b"".join(bytes.fromhex(area["data"]) for _, decoded in reply(done, (6, 6)) for area in decoded["n"])
     if len(octets) != span[1] or packets.crc16(octets) != checksum:
-        raise SessionError(f"{path}: {len(octets)} octets came, and not those of the file: another user uses the buffer")
+        raise SessionError(f"{path}: {len(octets)} octets were received, which are not those of the file: another user uses the buffer")
     return octets
 
 

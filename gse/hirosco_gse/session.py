@@ -284,7 +284,7 @@ class Session:
             raise
         if verification.lost_ns is not None:
             raise RequestLost(
-                f"{text}: the link was lost at {verification.lost_ns / 1e9:.4f} s, before the end of verification came; "
+                f"{text}: the link was lost at {verification.lost_ns / 1e9:.4f} s, before the end of verification arrived; "
                 "the spacecraft may have carried it out"
             )
         if verification.failure is not None:

@@ -101,7 +101,7 @@ def check_names_of_c(name):
     for path in sorted(sources, key=lambda path: (path.suffix != ".h", path)):  # Headers first: they contain the declaration.
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             found = clash.search(line)
-            expect(not found, "NAME", name, f"another name: {found and found[0]} is there already, in {relative(path)}:{number}")
+            expect(not found, "NAME", name, f"another name: {found and found[0]} is declared already, in {relative(path)}:{number}")
 
 
 def plan_files(names):
@@ -140,7 +140,7 @@ def plan_mission(names, wanted):
     there = sorted(path.stem for path in missions.glob("*.xml"))
     name = wanted or names["file"]
     source = missions / f"{wanted or BASE_MISSION}.xml"
-    expect(source.exists(), "MISSION", wanted, f"a mission that is there: {', '.join(there)}")
+    expect(source.exists(), "MISSION", wanted, f"an existing mission: {', '.join(there)}")
     text = source.read_text(encoding="utf-8")
     if text.count("<Subsystem ") >= SUBSYSTEMS_MAX:
         raise Refusal(f"{relative(source)}: has {SUBSYSTEMS_MAX} subsystems, no more fit")

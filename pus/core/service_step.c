@@ -6,7 +6,7 @@
 void pus_dispatcher_step(pus_dispatcher_t* const dispatcher, const uint64_t now_ns, const uint32_t cycle)
 {
     FSW_ASSERT(dispatcher != NULL);
-    (void)pus_dispatcher_resume(dispatcher, now_ns); // What remains is sent in a later step.
+    (void)pus_dispatcher_resume(dispatcher, now_ns); // The rest is sent in a later step.
     for (size_t i = 0U; i < dispatcher->service_count; i++) {
         if (dispatcher->services[i].step != NULL) {
             dispatcher->services[i].step(dispatcher->services[i].self, now_ns, cycle);

@@ -4,8 +4,8 @@
 ///     FIRM awaited or requiring a reaction: ST[01], transitions of states, links and modes
 ///            (TM[129,2], [130,10], [131,2]), HIGH events and their notices, orders of the supervisor
 ///     PLAIN  other events and notices, answers that fit one packet, other requests
-///     BULK   housekeeping, diagnostics, statistics, lists over many packets, dumps, parts: their sender goes
-///            on later, or counts the lost packets
+///     BULK   housekeeping, diagnostics, statistics, lists over many packets, dumps, parts: their sender
+///     continues later, or counts the lost packets
 ///
 /// Context    Any.
 /// Time       O(1).

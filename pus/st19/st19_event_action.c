@@ -196,7 +196,7 @@ static pus_reply_t add_definitions(void* const object, pus_request_t* const requ
     return pus_done();
 }
 
-/// Read a key and find its definition. The failure: it is not there.
+/// Read a key and find its definition. Failure: there is none.
 static pus_failure_t find(const event_action_t* const self, octet_reader_t* const reader,
                           uint16_t** const out_place)
 {

@@ -4,7 +4,7 @@
 /// PUS_FAILURE_ACCESS), and report definitions.
 ///
 /// Each instruction is independent: an unknown, unreadable, read-only or out-of-range one is refused by
-/// its own TM[1,4], the others are performed. TM[20,2] carries the values of all that are good; values beyond
+/// its own TM[1,4], the others are performed. TM[20,2] contains the values of all others; values beyond
 /// the longest report of the process are refused (PUS_FAILURE_TABLE_FULL). If the report is longer than a
 /// packet and there is no buffer, the request fails (PUS_FAILURE_IO, STATUS_FULL). In TC[20,3] the value of
 /// an unknown id is skipped by the scalar type in the id's layout bits; if they name no type, the rest of the

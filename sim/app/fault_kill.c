@@ -33,7 +33,7 @@ static size_t read_of(const char* id, const char* file, char out_text[TEXT_OCTET
     return octets;
 }
 
-/// "id (program) state parent ...", and a program's name may hold anything.
+/// "id (program) state parent ..."; the name of a program may contain any character.
 static bool is_sibling(const char* id)
 {
     char text[TEXT_OCTETS];

@@ -36,13 +36,13 @@ typedef struct { // All fields are private, except stream_port and count: read-o
     char line[COSIMULATION_PORT_LINE_BYTES]; ///< Received and not yet used.
     size_t line_size;
     uint64_t came_ns;     ///< When the client connected (wall-clock).
-    uint16_t stream_port; ///< Of the client inside; 0: it has no stream.
+    uint16_t stream_port; ///< Of the client that takes part; 0: it has no stream.
     struct {
         uint32_t joined;
-        uint32_t left;      ///< Said leave.
+        uint32_t left;      ///< Sent `leave`.
         uint32_t vanished;  ///< Closed its end without `leave`.
         uint32_t malformed; ///< Sent another line than expected.
-        uint32_t silent;    ///< Ran out of the co-simulation port's patience.
+        uint32_t silent;    ///< Silent for longer than the co-simulation port's patience.
     } count;
 } cosimulation_port_t;
 
@@ -52,10 +52,10 @@ typedef struct { // All fields are private, except stream_port and count: read-o
 MUST_USE status_t cosimulation_port_open(cosimulation_port_t* cosimulation, const char* path,
                                          const char* participant, const osal_lockstep_t* scheduler,
                                          uint32_t patience_ms);
-/// Let the client go, stop listening, remove the path.
+/// Disconnect the client, stop listening, remove the path.
 void cosimulation_port_close(cosimulation_port_t* cosimulation);
 
-/// Wait (wall-clock) for a client that joins in due form, at most timeout_ms. None may be inside; one that
+/// Wait (wall-clock) for a client that joins, at most timeout_ms. No other client may take part; one that
 /// has connected and not joined yet is waited for by the next call, as long as the co-simulation port has
 /// patience. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms);
@@ -66,14 +66,14 @@ MUST_USE status_t cosimulation_port_exchange(cosimulation_port_t* cosimulation, 
                                              uint32_t* out_octets_sent);
 /// The turn of the client, which is `order` of the scheduler and has been granted:
 /// cosimulation_port_exchange, and the messages that the client reports as sent are delivered to `receiver`.
-/// If the client is gone, its place in the scheduler is ended. STATUS_OK, STATUS_NOT_FOUND (the client has
-/// disconnected), STATUS_CLOSED (the run ended).
+/// If the client has disconnected, its place in the scheduler is ended. STATUS_OK, STATUS_NOT_FOUND (the
+/// client has disconnected), STATUS_CLOSED (the run ended).
 MUST_USE status_t cosimulation_port_turn(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler,
                                          unsigned order, unsigned receiver, const osal_grant_t* grant,
                                          uint64_t* out_wake_ns);
 
-/// Process form: wait for a client, then take its turns (cosimulation_port_turn). STATUS_OK (the client is
-/// gone; may be called again), STATUS_CLOSED (the run ended), STATUS_IO.
+/// Process form: wait for a client, then take its turns (cosimulation_port_turn). STATUS_OK (the client has
+/// disconnected; may be called again), STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t cosimulation_port_serve(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler,
                                           unsigned order, unsigned receiver);
 

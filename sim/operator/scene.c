@@ -6,7 +6,7 @@
 #define REACH_MARGIN_M 0.01
 #define HALVINGS 40U ///< Of a few centimetres: far below any encoder.
 
-/// Push of one part of the contour: direction away from it, depth of the finger in it.
+/// Contact with one part of the contour: direction away from it, depth of the finger in it.
 typedef struct {
     plane_t normal;
     double depth_m;

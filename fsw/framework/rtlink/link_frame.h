@@ -32,11 +32,11 @@ void rtlink_frame_pack(const rtlink_frame_header_t* header, uint64_t out_words[L
 /// STATUS_OK, STATUS_INVALID (magic, version or flags).
 MUST_USE status_t rtlink_frame_unpack(const uint64_t words[LINK_FRAME_HEADER_WORDS],
                                       rtlink_frame_header_t* out_header);
-/// Encode header, payload and, if asked, CRC. Returns the frame's size [octets].
+/// Encode header, payload and, if requested, CRC. Returns the frame's size [octets].
 /// payload_size 1..RTLINK_PAYLOAD_MAX.
 size_t rtlink_frame_encode(const rtlink_frame_header_t* header, const uint8_t* payload, size_t payload_size,
                            bool with_crc, uint8_t out_frame[LINK_FRAME_MAX]);
-/// Epoch of a frame; 0 for octets that are no frame. It can be read before the payload layout is known.
+/// Epoch of a frame; 0 for octets that are not a frame. It can be read before the payload layout is known.
 uint32_t rtlink_frame_epoch(const uint8_t* frame, size_t size);
 /// Decode. *out_payload points into `frame`. STATUS_OK; STATUS_INVALID: magic, version or flags;
 /// STATUS_TRUNCATED: size differs from the agreed payload's; STATUS_CHECKSUM.
