@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the setup fetches is cached for other clones, and what cannot be had is named. Unity: pinned by its checksum, whole or not at
-all. A script plays the package client; a folder plays the package index."""
+"""The setup caches fetched files for other clones, and names all that it cannot get. Unity: pinned by its
+checksum, complete or not at all. Scripts and folders replace the package client and the package index."""
 
 import hashlib
 import os
@@ -25,7 +25,7 @@ case "$*" in *update*) exit 0 ;; esac
 
 @pytest.fixture
 def machine(tmp_path):
-    """A machine with a package client, and an archive that the script is pinned to."""
+    """A machine with a package client, and an archive with the checksum that the script requires."""
     source = tmp_path / "cJSON-1.0" / "tests" / "unity"
     for name, text in (("src/unity.c", "int unity;\n"), ("docs/license.txt", "MIT\n"), ("examples/unity_config.h", "\n")):
         (source / name).parent.mkdir(parents=True, exist_ok=True)

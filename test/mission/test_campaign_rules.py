@@ -158,7 +158,7 @@ LOST, OPEN = "the link is lost; 1 request has no end of verification", "the link
     "operator, problems",
     [
         ([_asked(2.0, (16, 7))], 0),
-        ([_asked(2.0, (16, 7), (17, 3))], 1),  # Sent, and nowhere on board.
+        ([_asked(2.0, (16, 7), (17, 3))], 1),  # Sent, and never received on board.
         ([_asked(3.5, (16, 7))], 1),  # That on board was another one.
         ([_asked(0.9, (16, 7))], 1),
         ([_asked(2.0, (16, 7)), _asked(END_S - 0.9, (17, 3))], 0),

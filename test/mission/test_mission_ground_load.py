@@ -191,7 +191,8 @@ class Pinger(Ground):
 
 @pytest.mark.long
 def test_operator_gets_a_place_among_hostile_clients_that_ping(folder):
-    """Four clients send valid requests for ever and come again when they have to go; the operator, who tries again as well, is served."""
+    """Four clients send valid requests without end and connect again when they are disconnected; the
+    operator, which retries as well, is served."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         hostile = [Pinger(flight.port()) for _ in range(4)]

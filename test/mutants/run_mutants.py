@@ -35,9 +35,11 @@ LEFT_OUT = re.compile(r"_main\.c$|_program\.c$|^pus/tool/|^fsw/supervisor/servic
 COPIED = ("Makefile", "base", "descriptors", "fsw", "gse", "launcher", "mk", "osal", "pus", "sim", "test")
 BUILT = ("flags", "obj", "lib", "generated", "setup")
 NEAREST = 40  # Test programs tried for a mutant.
-FEW = 10  # Mutants of a folder that say nothing of it yet.
+FEW = 10  # With fewer mutants a folder has no bound.
 SECONDS = 60  # Of one test program.
-PATIENCE = 20  # Times that without a mutant, and ten seconds: a mutant that waits for ever is noticed so.
+# Time limit: this many times the time without a mutant, and ten seconds; it ends a mutant that runs without
+# end.
+PATIENCE = 20
 TOTAL_PERCENT, FOLDER_PERCENT = 95.0, 90.0
 SWAPS = [(" <= ", " < "), (" < ", " <= "), (" >= ", " > "), (" > ", " >= "), (" == ", " != "), (" != ", " == "),
          (" && ", " || "), (" || ", " && "), (" + ", " - "), (" - ", " + "), (" += ", " -= "), (" -= ", " += "),
@@ -113,7 +115,7 @@ def symbols(path, kinds="TDBR"):
 
 
 def code(path):
-    """The object file without what only debuggers read."""
+    """The object file without debug information."""
     bare = TREE / "bare.o"
     subprocess.run(["objcopy", "--strip-debug", path, bare], check=True)
     return bare.read_bytes()
@@ -158,7 +160,7 @@ def alone():
 
 
 def passes(name, seconds):
-    """Whether a test program of the copy ends well in that time."""
+    """True if a test program of the copy ends with success in that time."""
     limits = {resource.RLIMIT_CPU: SECONDS, resource.RLIMIT_FSIZE: 1 << 30, resource.RLIMIT_CORE: 0}
 
     def limit():
@@ -199,7 +201,7 @@ class Run:
         return None
 
     def seconds_of(self, name):
-        """How long the program may take, from how long it takes without a mutant; None if it fails even so."""
+        """Time limit of the program, from its time without a mutant; None if it fails even so."""
         if name not in self.seconds:
             copy = TREE / "build" / name
             copy.parent.mkdir(parents=True, exist_ok=True)

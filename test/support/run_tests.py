@@ -16,7 +16,8 @@ import time
 import xml.etree.ElementTree
 
 VARIANTS = ["build", "build/sanitize"]
-# Of processor time, which a loaded machine does not change; and of the clock, for what waits for ever.
+# Limits of processor time, which does not depend on the load of the machine, and of wall-clock time, for
+# tests that wait without end.
 PROCESSOR_SECONDS_ALLOWED = 300
 SECONDS_ALLOWED = 1200
 FLIGHT_SECONDS_ALLOWED = 3600

@@ -447,7 +447,7 @@ static void test_watch_needs_a_process(void)
     for (size_t i = 0U; i < (sizeof(none) / sizeof(none[0])); i++) {
         (void)memset(&process, 1, sizeof(process));
         TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, none[i]));
-        TEST_ASSERT_EQUAL_INT32(0, process.id); // Nobody is told to end by mistake.
+        TEST_ASSERT_EQUAL_INT32(0, process.id); // No process is ended by mistake.
         TEST_ASSERT_EQUAL_INT(-1, process.descriptor);
         TEST_ASSERT_FALSE(osal_process_is_alive(&process));
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A machine under load must not end a flight: the holder of the grant that only waits for a processor is no
-// reason to give up, whatever wall-clock time passes.
+// A machine under load must not end a flight: a holder of the grant that only waits for a processor does not
+// hang, however much wall-clock time passes.
 #include "launcher/launcher_internal.h"
 
 #include "unity.h"
 
 #define HOLDER 3U
-#define HANG_NS 5000000000ULL ///< Of processor time in stepped time.
+#define HANG_NS 5000000000ULL ///< Limit of processor time in stepped time.
 
 static launcher_t launcher;
 static uint64_t scheduler_place; // Only its address is used.
@@ -46,7 +46,7 @@ void tearDown(void)
 {
 }
 
-/// Until the process is as wanted: it has begun its loop, or its wait.
+/// Wait until the process is in its loop, or in its wait.
 static osal_process_look_t look_until(const bool is_runnable)
 {
     osal_process_look_t look = {.is_runnable = !is_runnable};
@@ -68,7 +68,7 @@ static void who_has_used_its_time_is_not(void)
 {
     start("while :; do :; done");
     const osal_process_look_t look = look_until(true);
-    launcher.watch.processor_ns    = look.processor_ns - HANG_NS; // Of its time before; it wraps.
+    launcher.watch.processor_ns    = look.processor_ns - HANG_NS; // Relative to its time before; it wraps.
     TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
     end();
 }
@@ -106,7 +106,7 @@ static void only_the_holder_of_the_grant_can_be_starved(void)
     launcher.scheduler = (osal_lockstep_t*)(void*)&scheduler_place;
     TEST_ASSERT_TRUE(launcher_is_starved(&launcher));
     end();
-    TEST_ASSERT_FALSE(launcher_is_starved(&launcher)); // It has ended.
+    TEST_ASSERT_FALSE(launcher_is_starved(&launcher)); // The process has ended.
 }
 
 int main(void)

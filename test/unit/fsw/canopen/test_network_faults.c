@@ -235,7 +235,7 @@ static void securing_from_every_goal(void)
     TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]);
 }
 
-/// A controller would send them over and over, and the nodes would get them whenever they come back.
+/// A controller would repeat them, and the nodes would receive them whenever they are connected again.
 static void no_command_is_queued_while_nobody_acknowledges(void)
 {
     run_to(CIA402_GOAL_ENABLED);

@@ -26,7 +26,7 @@ void tearDown(void)
     fixture_close();
 }
 
-/// A request with `size` octets of data, which begin with `data` and go on with zeros; its number is 99.
+/// A request with `size` octets of data, which begin with `data` and continue with zeros; its number is 99.
 static void make_request(const uint16_t apid, const uint8_t service, const uint8_t subtype,
                          const uint16_t source, const void* const data, const size_t begin, const size_t size)
 {

@@ -21,8 +21,8 @@ static osal_can_t node;
 static osal_can_t wire;
 static bool is_virtual;
 static uint64_t now_ns;
-static uint64_t frame_ns;    // Time that goes by until a frame comes.
-#define QUIET_NS 50000000ULL // No frame for so long: none is under way.
+static uint64_t frame_ns;    // Time until a frame arrives.
+#define QUIET_NS 50000000ULL // No frame for this time: none is under way.
 static uint32_t id_to_come;
 static osal_can_frame_t frame = {.id = 0x181U, .length = 8U};
 
@@ -73,7 +73,7 @@ status_t __wrap_can_socket_receive(osal_can_t* can, osal_can_frame_t* out_frame)
     return mock_type(status_t);
 }
 
-/// Time goes on to the end of a wait in vain, or to the frame.
+/// Time advances to the end of an unsuccessful wait, or to the frame.
 bool __wrap_can_socket_wait(const osal_can_t* can, uint64_t until_ns)
 {
     check_expected_ptr(can);
@@ -112,7 +112,7 @@ static void expect_counts(const uint32_t frames, const uint32_t late, const uint
     assert_int_equal(cuts, counts.cuts);
 }
 
-/// How often the counts are mapped here.
+/// Number of mappings of the counts in this process.
 static unsigned mappings(void)
 {
     char line[512];
@@ -192,7 +192,7 @@ static void a_bus_that_cannot_be_made_or_opened_is_reported(void** state)
     osal_shm_close(&shm);
     assert_int_equal(STATUS_NOT_FOUND, can_counted_open(&can, name, "can7"));
     assert_int_equal(STATUS_OK, osal_shm_remove(name));
-    assert_int_equal(0U, mappings()); // Nothing stays of all these trials.
+    assert_int_equal(0U, mappings()); // Nothing remains of all these attempts.
 }
 
 static void frames_are_counted_in_each_direction(void** state)
@@ -293,7 +293,7 @@ static void no_more_frames_are_under_way_than_a_ring_holds(void** state)
         will_send(&node, STATUS_OK);
         assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
     }
-    assert_int_equal(STATUS_FULL, can_counted_send(&node, &frame)); // The controller is not asked.
+    assert_int_equal(STATUS_FULL, can_counted_send(&node, &frame)); // The controller is not called.
     assert_int_equal(1U, node.refused);
     will_receive(&wire, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
@@ -349,7 +349,7 @@ static void an_end_that_opens_late_passes_over_what_was_sent(void** state)
         assert_int_equal(STATUS_OK, can_counted_open(&wire, name, "can7"));
         assert_int_equal((ending == 0U) ? QUIET_NS : 0U, now_ns - before_ns);
     }
-    expect_function_call(__wrap_can_socket_close); // It is never quiet: the wait has an end.
+    expect_function_call(__wrap_can_socket_close); // Frames arrive all the time: the wait has a limit.
     can_counted_close(&wire);
     will_send(&node, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
@@ -373,7 +373,7 @@ static void will_close(osal_can_t* can)
     osal_can_close(can);
     assert_null(can->shared);
     assert_int_equal(-1, can->descriptor);
-    osal_can_close(can); // Twice does no harm.
+    osal_can_close(can); // A second call has no effect.
 }
 
 static void an_address_says_whether_frames_are_counted(void** state)
@@ -394,7 +394,8 @@ static void an_address_says_whether_frames_are_counted(void** state)
     assert_int_equal(STATUS_OK, osal_can_send(&node, &frame));
     will_receive(&wire, STATUS_OK);
     assert_int_equal(STATUS_OK, osal_can_receive(&wire, &received));
-    assert_int_equal(STATUS_OK, osal_can_filter(&wire, &others, 1U)); // The kernel passes all: they count.
+    // The kernel passes all frames: they count.
+    assert_int_equal(STATUS_OK, osal_can_filter(&wire, &others, 1U));
     will_send(&node, STATUS_OK);
     assert_int_equal(STATUS_OK, osal_can_send(&node, &frame));
     will_receive(&wire, STATUS_OK);
@@ -406,7 +407,7 @@ static void an_address_says_whether_frames_are_counted(void** state)
     assert_int_equal(2U, counts.frames);
     assert_int_equal(3U, counts.foreign);
     will_close(&wire);
-    osal_can_add_foreign(&wire, 1U); // Nobody counts any more.
+    osal_can_add_foreign(&wire, 1U); // No end counts any more.
     assert_int_equal(STATUS_CLOSED, osal_can_send(&wire, &frame));
     assert_int_equal(STATUS_CLOSED, osal_can_receive(&wire, &received));
     assert_int_equal(STATUS_CLOSED, osal_can_filter(&wire, &others, 1U));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the port asks of rtnetlink, octet for octet, and what it makes of each answer: the system calls are
-// mocked, so that kernels without CAN test it, too. What a real kernel answers is in
-// test/contract/osal/test_can_socket.c.
+// Requests of the port to rtnetlink, octet for octet, and its reaction to each answer: the system calls are
+// mocked, so that kernels without CAN test it, too. test/contract/osal/test_can_socket.c has the tests with a
+// real kernel.
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
 
@@ -25,7 +25,7 @@
 
 #include <cmocka.h>
 
-#define CAN 0 // Descriptors: the smallest there is, and ones that are open nowhere.
+#define CAN 0 // Descriptors: the smallest one, and some that are not open.
 #define NETLINK 4711
 #define CLAIM 4712
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
@@ -37,9 +37,9 @@ typedef struct {
 
 static message_t asked[3]; // Requests since the last call.
 static unsigned asked_count;
-static message_t answers[3]; // Of the kernel, in turn. Without octets: the error.
+static message_t answers[3]; // Answers of the kernel, in turn. Without octets: the error.
 static int errors[3];
-static unsigned interruptions; // Before the next answer.
+static unsigned interruptions; // Signals before the next answer.
 static int open_count;
 static int can_error;    // Of the socket for CAN.
 static int socket_error; // Of any other.
@@ -79,13 +79,13 @@ int __real_close(int descriptor);
 int __wrap_close(int descriptor)
 {
     if ((descriptor != CAN) && (descriptor != NETLINK) && (descriptor != CLAIM)) {
-        return __real_close(descriptor); // Of those who measure coverage.
+        return __real_close(descriptor); // Calls of a coverage build.
     }
     open_count--;
     return 0;
 }
 
-/// The answer is not waited for without end.
+/// The wait for the answer has a limit.
 int __wrap_setsockopt(int descriptor, int level, int option, const void* value, socklen_t size)
 {
     const struct timeval patience = {.tv_sec = 5};
@@ -136,7 +136,7 @@ int __wrap_bind(int descriptor, const struct sockaddr* address, socklen_t size)
     return (bind_error != 0) ? failure(bind_error) : 0;
 }
 
-// ---- Messages of netlink, composed here anew ----
+// ---- Messages of netlink, encoded independently of the port ----
 
 static void append(message_t* message, const void* octets, const size_t size)
 {
@@ -154,7 +154,7 @@ static void begin(message_t* message, const uint16_t type, const uint16_t flags,
     append(message, device, sizeof *device);
 }
 
-/// Begin an attribute; what comes until its end is its content.
+/// Begin an attribute; everything up to its end is its content.
 static size_t open_attribute(message_t* message, const uint16_t type)
 {
     const struct rtattr attribute = {.rta_type = type};
@@ -184,7 +184,7 @@ static void end(message_t* message)
     (void)memcpy(message->octets, &length, sizeof length);
 }
 
-/// The kernel's answer number `at`: an error, 0 for a good end.
+/// The kernel's answer number `at`: an error, 0 for success.
 static void will_answer(const unsigned at, const int error)
 {
     const struct nlmsghdr header = {.nlmsg_type = NLMSG_ERROR};
@@ -305,7 +305,7 @@ static void what_the_kernel_knows_of_an_interface_is_reported(void** state)
     }
 }
 
-/// Whatever is cut off: nothing behind it is read, and what was there before is told.
+/// Wherever the answer is truncated: nothing beyond it is read, and the part before it is reported.
 static void an_answer_that_is_cut_off_is_taken_as_far_as_it_is_whole(void** state)
 {
     const link_t link = {IFF_UP, CANFD_MTU, "hirosco", "can", 500000U, 2000000U, CAN_STATE_BUS_OFF};
@@ -319,13 +319,13 @@ static void an_answer_that_is_cut_off_is_taken_as_far_as_it_is_whole(void** stat
     assert_int_equal(STATUS_OK, look(&whole));
     for (size_t left = 0U; left < size; left++) {
         will_answer_link(&link, ARPHRD_CAN);
-        answers[0].size = left; // Shorter than its header says.
+        answers[0].size = left; // Shorter than the length in its header.
         expect_function_call(__wrap_setsockopt);
         assert_int_equal(STATUS_IO, look(&seen));
         if (left < head) {
             continue;
         }
-        end(&answers[0]); // The header says so, too.
+        end(&answers[0]); // The header has that length, too.
         expect_function_call(__wrap_setsockopt);
         assert_int_equal(STATUS_OK, look(&seen));
         const size_t name_end = head + 12U;
@@ -333,12 +333,12 @@ static void an_answer_that_is_cut_off_is_taken_as_far_as_it_is_whole(void** stat
         assert_true(seen.is_up);
         assert_int_equal(left >= mtu_end, seen.carries_fd);
         assert_string_equal((left >= (mtu_end + 4U + strlen(link.label))) ? link.label : "", seen.label);
-        assert_int_equal(0U, seen.bit_rate); // The information of the link is not whole.
+        assert_int_equal(0U, seen.bit_rate); // The information of the link is incomplete.
     }
     assert_int_equal(500000U, whole.bit_rate);
 }
 
-/// An attribute that lies about its size ends the walk: no endless loop, nothing read from beyond.
+/// An attribute with a wrong size ends the parsing: no endless loop, no read beyond the end.
 static void attributes_of_a_wrong_size_end_the_walk(void** state)
 {
     static const uint16_t sizes[] = {0U, 1U, 3U, 21U, UINT16_MAX};
@@ -384,7 +384,7 @@ static void what_is_no_can_interface_is_reported(void** state)
     expect_function_call(__wrap_setsockopt);
     assert_int_equal(STATUS_NOT_OURS, look(&seen));
     assert_false(seen.is_up);
-    will_answer(0U, 0); // A good end, but no link.
+    will_answer(0U, 0); // Success, but no link.
     expect_function_call(__wrap_setsockopt);
     assert_int_equal(STATUS_IO, look(&seen));
     can_error = EAFNOSUPPORT;
@@ -408,7 +408,7 @@ static const struct {
             {EIO, STATUS_IO, STATUS_IO, STATUS_IO},
             {ENOBUFS, STATUS_IO, STATUS_IO, STATUS_IO}};
 
-/// All three requests, of which the kernel refuses the first.
+/// All three requests; the kernel refuses the first.
 static void expect_refusals(const unsigned i, const unsigned socket_options)
 {
     osal_can_interface_t seen;
@@ -416,7 +416,7 @@ static void expect_refusals(const unsigned i, const unsigned socket_options)
     assert_int_equal(told[i].look, look(&seen));
     asked_count = 0U;
     assert_int_equal(told[i].make, osal_can_interface_make("can7", true, ""));
-    assert_true(asked_count <= 1U); // What was not made is not removed: it may be of others.
+    assert_true(asked_count <= 1U); // An interface that was not made is not removed: it may belong to others.
     asked_count = 0U;
     assert_int_equal(told[i].remove, osal_can_interface_remove("can7"));
     assert_int_equal(0, open_count);
@@ -525,7 +525,7 @@ static void a_claim_is_an_abstract_name(void** state)
     osal_can_interface_release(&claim);
     osal_can_interface_release(&claim);
     assert_int_equal(0, open_count);
-    claim.descriptor = CAN; // The smallest descriptor is one, too.
+    claim.descriptor = CAN; // Descriptor 0 is valid, too.
     open_count       = 1;
     osal_can_interface_release(&claim);
     assert_int_equal(0, open_count);

@@ -31,7 +31,7 @@ typedef struct {
 } told_t;
 
 static uint64_t memory[8];
-static off_t fallocated = sizeof memory; // What is to be asked for.
+static off_t fallocated = sizeof memory; // Size that the port must request.
 static off_t length;                     // Of the object that fstat knows.
 static nlink_t links;
 static int policy_priority; // That goes with a policy.
@@ -262,7 +262,7 @@ static void memory_that_cannot_be_made_leaves_nothing(void** state)
         assert_null(osal_shm_address(&shm));
         assert_int_equal(0U, osal_shm_size(&shm));
     }
-    fallocated = INT64_MAX; // The largest size there is: the system is asked; it is not for one more.
+    fallocated = INT64_MAX; // The largest possible size: the system is called; it is not for one more.
     expect_value(__wrap_shm_open, flags, CREATE);
     will_return(__wrap_shm_open, DESCRIPTOR);
     will_return(__wrap_posix_fallocate, EFBIG);

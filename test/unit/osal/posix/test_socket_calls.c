@@ -416,7 +416,7 @@ static void a_datagram_is_told_from_the_errors_of_earlier_ones(void** state)
     receive(STATUS_IO, 0U);
 }
 
-/// The datagram stays in the socket until the next is asked for; only then is it taken out.
+/// The datagram stays in the socket until the next one is requested; only then is it removed.
 static void a_deferred_datagram_is_taken_out_by_the_next_call(void** state)
 {
     (void)state;

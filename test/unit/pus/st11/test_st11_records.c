@@ -85,7 +85,7 @@ static void what_was_under_release_is_reported_and_not_released_again(void)
     }
     TEST_ASSERT_EQUAL_UINT32(3U, st11_fixture.schedule.schedule.counters.lost);
     TEST_ASSERT_EQUAL_UINT64(0U, released.count);
-    st11_fixture_restart(); // Told once.
+    st11_fixture_restart(); // Reported once.
     st11_fixture.config.lost = NULL;
     pus_time_schedule_step(&st11_fixture.schedule, 3U * S);
     EXPECT_RELEASED(3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attempts, losses and quota of a link, whose object opens as the test says.
+// Attempts, losses and quota of a link whose object opens by the test's orders.
 #include "fsw/framework/dataflow/link.h"
 
 #include "unity.h"
@@ -61,12 +61,12 @@ static void an_object_that_is_lost_is_opened_again_after_the_delay(void)
 
 static void a_failed_attempt_is_closed_and_gives_its_quota_back(void)
 {
-    object.result = STATUS_BUSY; // In use by somebody else: no attempt that lasts.
+    object.result = STATUS_BUSY; // Another program uses the object: this is no lasting attempt.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_link_step(&link, 0U));
     TEST_ASSERT_EQUAL(STATUS_BUSY, link.failure);
     TEST_ASSERT_EQUAL_UINT(1U, object.closed);
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Another one has the last object.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Another link has the last object.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_link_step(&link, 10U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, link.failure);
     TEST_ASSERT_EQUAL_UINT(1U, object.opened);
@@ -80,7 +80,7 @@ static void an_attempt_that_lasts_takes_its_quota_once(void)
     object.lasts  = true;
     object.result = STATUS_BUSY;
     TEST_ASSERT_EQUAL(STATUS_BUSY, flow_link_step(&link, 0U));
-    TEST_ASSERT_EQUAL(STATUS_BUSY, flow_link_step(&link, 1U)); // Asked in every step, without a delay.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, flow_link_step(&link, 1U)); // Tried in every step, without a delay.
     TEST_ASSERT_EQUAL_UINT(2U, object.opened);
     TEST_ASSERT_EQUAL_UINT16(1U, quota.stats.used);
     object.result = STATUS_OK;

@@ -64,7 +64,7 @@ static void accept(void)
     sdls_accept(&receiver, &session);
 }
 
-/// What is accepted is the frame that was looked at last, once, and only a good one.
+/// Accept takes the frame that was checked last, once, and only a valid one.
 static void test_nothing_is_accepted_unseen(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(accept));

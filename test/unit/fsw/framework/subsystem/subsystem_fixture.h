@@ -51,7 +51,7 @@ typedef struct {
     uint64_t now_ns;
     uint16_t source;                ///< Of the next telecommands.
     uint8_t ack;                    ///< Of the next telecommands.
-    bool has_many_users;            ///< Reports may go to anybody.
+    bool has_many_users;            ///< Reports may go to any user.
     bool is_port_closed;            ///< The port refuses all reports.
     bool shows_actions;             ///< Callbacks of actions become lines.
     bool shows_cycle;               ///< sense, control and emit become lines.

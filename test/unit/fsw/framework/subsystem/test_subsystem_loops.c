@@ -244,7 +244,7 @@ static void a_full_mailbox_refuses_and_counts(void)
     TEST_ASSERT_EQUAL_UINT32(before + cases - fit, fixture.subsystem.housekeeping.counters.dropped);
     fixture_run(1U);
     TEST_ASSERT_FALSE(fixture_has("3.25"));
-    (void)step_loop(FAST, FAST_NS, 5U); // And it goes on.
+    (void)step_loop(FAST, FAST_NS, 5U); // The loop continues.
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("3.25 0066"));
 }

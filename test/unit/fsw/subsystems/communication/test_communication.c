@@ -299,7 +299,7 @@ static void a_slow_reader_loses_housekeeping_only(void)
         }
         TEST_ASSERT_TRUE(number < 20000U);
     }
-    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_TM_DROPPED]); // Told once.
+    TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_TM_DROPPED]); // Reported once.
     TEST_ASSERT_TRUE(flow_tcp_is_connected(&fixture.communication.flow, 0U));
     TEST_ASSERT_EQUAL(0U, fixture_next_report(0U)); // The first report, and then all kept ones, in order.
     uint32_t last     = 0U;

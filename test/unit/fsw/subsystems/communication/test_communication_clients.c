@@ -62,8 +62,8 @@ static void keep_busy(const unsigned first, const unsigned clients, const uint64
     }
 }
 
-/// Four clients send valid requests for ever. The operator, who comes fifth, gets a place after a bounded
-/// time, and keeps it for that time, whoever comes then.
+/// Four clients send valid requests without end. The operator, who connects fifth, gets a place after a
+/// bounded time, and keeps it for that time, whichever clients connect then.
 static void busy_clients_take_turns(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -73,7 +73,7 @@ static void busy_clients_take_turns(void)
     keep_busy(0U, COMMUNICATION_CLIENTS, COMMUNICATION_HOLD_NS - COMMUNICATION_IDLE_NS);
     fixture_connect(COMMUNICATION_CLIENTS);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // Nobody has had a place for long.
+    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // No client has had its place for long.
     fixture_disconnect(COMMUNICATION_CLIENTS);
     keep_busy(0U, COMMUNICATION_CLIENTS, COMMUNICATION_IDLE_NS);
     fixture_connect(COMMUNICATION_CLIENTS);

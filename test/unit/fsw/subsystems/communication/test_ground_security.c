@@ -250,7 +250,8 @@ static void strangers_make_room_for_others(void)
     TEST_ASSERT_FALSE(fixture_is_ended(5U) || fixture_is_ended(7U));
 }
 
-/// A key tells the operator from others: who has shown it and goes on sending keeps its place.
+/// A key distinguishes the operator from others: a client that has proved to have it and continues to send
+/// keeps its place.
 static void busy_clients_with_the_key_keep_their_places(void)
 {
     for (unsigned i = 0U; i < GROUND_CLIENTS; i++) {
