@@ -21,7 +21,7 @@
 ##   make check      format, warnings and analysers of gcc and clang, MISRA of what changed, complexity, layers,
 ##                   symbols, words, lengths, spelling, links, Python, coverage; what has passed is not repeated
 ##   make check-full check, MISRA of the whole flight side, five minutes of each fuzz target, 300 mutants,
-##                   many deaths in flight
+##                   many deaths in flight, 24 h of flight, times to detect and repair deaths
 ##   make coverage   branches that C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises the marks
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes

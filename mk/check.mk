@@ -18,7 +18,7 @@ CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-mis
 check: build/setup/check
 	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
 check-full: check build/setup/full
-	+@$(MAKE) --no-print-directory -k check-misra-all check-fuzz check-mutants check-flights && \
+	+@$(MAKE) --no-print-directory -k check-misra-all check-fuzz check-mutants check-flights check-times && \
 	    echo 'check-full: all passed'
 
 check-format: build/setup/check
@@ -54,8 +54,13 @@ check-complexity: build/setup/check
 .PHONY: check-flights
 # The long tests: many deaths and power cuts at random instants, peers.
 check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all foreign
-	@LONG=1 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
+	@LONG=1 SOAK_HOURS=24 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
 	    test/mission test/hil test/conformance && echo 'check: every flight ends as it should'
+# Hangs, deaths and returns in wall-clock time, on a machine that does nothing else.
+.PHONY: check-times
+check-times: build/setup/test all
+	@$(VENV) test/bench/run_bench.py --only bench_lives --out build/bench-lives.json --check && \
+	    echo 'check: deaths and hangs are detected and repaired in time'
 check-layers:
 	@$(PYTHON) test/lint/check_layers.py
 check-symbols: all

@@ -26,6 +26,7 @@ RUNNER = "qemu-s390x"
 BUS_LOGS = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "can-joystick-b.log")
 END_S = 60  # Much longer than a process can take to die.
 FLIGHT_S = 20
+REPEATS = 20
 BIG, LITTLE = 0, 1  # Byte orders in an agreement of service 130.
 
 
@@ -213,6 +214,19 @@ def test_lives_are_those_of_a_native_program(folder, name):
     assert lives.digest(flights[0]) == lives.digest(native)
     assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
     assert _differing(native, flights[0]) == 4
+
+
+@pytest.mark.long
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize("name", MEMBERS)
+def test_repeats_give_one_sum(folder, name):
+    """Stops, kills, hangs and restarts, twenty times: each log has one checksum."""
+    path, sums = lives.scenario(folder / f"repeats-{name}.scn"), set()
+    for number in range(REPEATS):
+        flight = lives.fly(folder / f"repeat-{name}-{number}", path, "--foreign", name)
+        sums.add(tuple(lives.digest(flight, ("packets.log", *BUS_LOGS)).values()))
+        shutil.rmtree(flight.folder)
+        assert len(sums) == 1, number
 
 
 # ---- What is refused ----

@@ -19,6 +19,8 @@ GROUP_SECONDS = 9000
 TIPC_TESTS = ("contract/osal/test_tipc", "contract/osal/test_network", "unit/fsw/framework/message/test_message",
               "unit/fsw/framework/message/test_message_epochs", "unit/fsw/framework/message/test_message_overload")
 REACTION_US = 5000
+REPEATS = 5
+CASES = [case for case in places.cases(PROGRAM) if case != "repeats_give_one_sum"]
 DRIVES = 4
 ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
 
@@ -45,15 +47,23 @@ def tipc(place):
 
 
 @pytest.mark.timeout(GROUP_SECONDS)
-@pytest.mark.parametrize("case", places.cases(PROGRAM))
+@pytest.mark.parametrize("case", CASES)
 def test_over_udp(udp, case):
     udp.check(case)
 
 
 @pytest.mark.timeout(GROUP_SECONDS)
-@pytest.mark.parametrize("case", places.cases(PROGRAM))
+@pytest.mark.parametrize("case", CASES)
 def test_over_tipc(tipc, case):
     tipc.check(case)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(GROUP_SECONDS)
+def test_repeats_over_tipc_give_one_sum(place):
+    """Fewer than the twenty of the other forms (test/mission/test_mission_lives.py): the micro-VM is slow."""
+    command = f"{ENVIRONMENT} LIVES_REPEATS={REPEATS} {places.PYTHON} {PROGRAM} tipc repeats_give_one_sum"
+    place.group("repeats-tipc", command, GROUP_SECONDS).check("repeats_give_one_sum")
 
 
 @pytest.mark.parametrize("name", TIPC_TESTS)

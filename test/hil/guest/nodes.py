@@ -23,6 +23,7 @@ import test_mission_fan_out as fan_out
 METHOD = sys.argv[1] if len(sys.argv) > 1 else "udp"
 OUT = pathlib.Path(os.environ.get("OUT", "."))
 NUMBER = {"shm": 0, "tipc": 1, "udp": 2}
+REPEATS = int(os.environ.get("LIVES_REPEATS", "0"))
 LIMIT_S = 1200  # Ends waits without end only.
 NODES = ("--nodes", 2, "--transport", METHOD)
 BOTH = ("JOYSTICK", "MANIPULATOR")
@@ -167,6 +168,16 @@ def case_lives_are_those_of_the_image():
         assert_gone(flight)
 
 
+def case_repeats_give_one_sum():
+    """Stops, kills, hangs and restarts, as often as LIVES_REPEATS says, on one computer and on two: each log has one checksum."""
+    path, sums = lives.scenario(OUT / "repeats.scn"), set()
+    for options in (("--transport", METHOD), NODES):
+        for _ in range(REPEATS):
+            flight = lives.fly(run("repeat"), path, *options, "--links", METHOD, limit_s=LIMIT_S)
+            sums.add(tuple(lives.digest(flight, ("packets.log", *lives.BUS_LOGS)).values()))
+            assert len(sums) == 1, options
+
+
 def case_one_port_feeds_readers_on_both_computers():
     """Whatever happens to one reader, the other loses no sample."""
     house = second_reader.build(run("shadow"))
@@ -292,4 +303,5 @@ def case_members_cut_from_each_other_secure_themselves_and_come_again():
 
 
 if __name__ == "__main__":
-    cases.run(globals(), 4 * LIMIT_S)
+    wanted = {f"case_{name}" for name in sys.argv[2:]}  # None named: all.
+    cases.run({name: what for name, what in globals().items() if not wanted or name in wanted}, 4 * LIMIT_S)
