@@ -83,8 +83,8 @@ class Round:
                 return
 
     def end(self):
-        """Land; the packets with their times [ns of the run], what to add to the machine's clock to have the run's, and the
-        longest wait for an answer [ns on the machine's clock]."""
+        """End the flight; the packets with their times [ns of the run], the offset from the machine's clock
+        to that of the run, and the longest wait for an answer [ns on the machine's clock]."""
         try:
             self.station.wait(lambda: all(ping.is_finished for ping in self.pings), "the end of each ping")
         except AssertionError:

@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Text (code and constants), compiled with -Os and without tables for unwinding, and the RAM of each subsystem.
+"""Size of the text (code and constants), compiled with -Os and without unwind tables, and of the RAM of each
+subsystem.
 
-On x86-64: of each library of the framework and of the packet services by its objects; of the framework with the services
-that every subsystem has, linked together as a program holds them, where equal texts are there once and the rest of the
-libraries only as far as these reach it; and what is there only where it is used adds to that, with what it needs: each other
-service, each way to a device but CAN, control of drives, protected telecommands, limits of resources, and what supervisor and
-launcher alone hold: reading the whole mission, taking over the channels of a process that died. For a Cortex-M: of all
-packet services by their objects. Baselines: what the whole of each may be.
+Text on x86-64: of each library of the framework and of the packet services by its objects; of the
+framework with the services that every subsystem has, linked together as in a program, where equal
+constants occur once and other libraries only as far as they are referenced; and the addition of each
+option with what it needs: each other service, each end node but CAN, control of drives, protected
+telecommands, limits of resources, and the parts of supervisor and launcher only: reading the whole
+mission, taking over the channels of a process that died. Text for a Cortex-M: of all packet services by
+their objects. Baselines: the limit of each.
 
-RAM of a subsystem is what an image grows by with it, on x86-64, all of it static: its component with services and lasting
-records, its own code's storage, its inbox, its runtime in the run, its descriptor. What a program has once whatever it holds
-is a row of its own: the mission's descriptor, the reader of descriptors, the proxy's stream. Not counted: stacks,
-constants, the operating system's port beneath, shared memory of buses and links. The supervisor keeps the services of the whole
-spacecraft, and communication a queue for each of the ground's connections: rows of their own without a bound."""
+RAM of a subsystem is what it adds to an image on x86-64, all of it static: its component with services and
+lasting records, the storage of its own code, its inbox, its runtime, its descriptor. What a program has
+once, whatever its subsystems, is a row of its own: the mission's descriptor, the reader of descriptors,
+the proxy's stream. Not counted: stacks, constants, the port of the operating system layer, shared memory
+of buses and links. The supervisor has the services of the whole spacecraft, and communication a queue for
+each of the ground's connections: rows of their own without a bound."""
 
 import pathlib
 import re

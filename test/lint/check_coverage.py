@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Branch and line coverage of the flight side by the C tests, per library, against the marks in coverage.txt.
 
-Reads what a run of `make coverage` left under build/coverage/ with gcovr. Programs (fsw/programs, launcher, pus/tool) are not in it:
-they are flown and called by the Python tests. Branches of FSW_ASSERT do not count: they
-belong to coding errors. Branches that no input can take stand in coverage_exclusions.txt with their reason; an
-exclusion that fits nothing any more is a finding. A library below its mark is a finding, and so is an open branch in
+Reads the results of `make coverage` under build/coverage/ with gcovr. Programs (fsw/programs, launcher, pus/tool) are
+not included: the Python tests fly and call them. Branches of FSW_ASSERT do not count: only coding errors take them.
+Branches that no input can take are in coverage_exclusions.txt with their reason; an exclusion that matches no branch
+any more is a finding. A library below its mark is a finding, and so is an open branch in
 a library whose mark says `complete`. Prints a table, the open branches of the libraries to be complete, and findings;
 exit code 1. --update raises the marks to what was measured, never lowers one."""
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Check the flight side with cppcheck and its MISRA C:2012 add-on against the deviations of docs/misra.md.
 
-A finding is accepted when a deviation of its rule covers its file; nothing is suppressed elsewhere. By default only
-what changed against the main branch (on it: in the last twenty commits) is looked at, a header by one source that
-includes it; --all looks at the whole flight side at once, with the rules that need all of it, and finds deviations
-nothing needs.
+A finding is accepted when a deviation of its rule covers its file; nothing is suppressed elsewhere. By default it
+checks only files that differ from the main branch (on it: from twenty commits ago), a header by one source that
+includes it; --all checks the whole flight side at once, with the rules that need all of it, and reports unused
+deviations.
 Prints each finding; exit code 1. Rule texts are not in the project, so a finding shows the rule's number only."""
 
 import argparse
@@ -20,7 +20,7 @@ FLIGHT = ("osal/", "pus/", "fsw/", "build/generated/")
 ROW = re.compile(r"^\| (?P<id>(?:D-[\d.]+|F-[\w.-]+)) \| (?P<scope>[^|]+) \|")
 FINDING = re.compile(r"^(?P<file>[^:]+):(?P<line>\d+): (?P<id>\S+)")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
-# Decided over all sources together: half of them would give wrong answers.
+# Rules that cppcheck decides over all sources together: half of them would give wrong answers.
 WHOLE_PROGRAM = {f"misra-c2012-{rule}" for rule in "2.3 2.4 2.5 5.6 5.7 5.8 5.9 8.5 8.6 8.7".split()}
 CPPCHECK = ["cppcheck", "--quiet", "--std=c99", "--addon=misra", "--enable=warning,portability,performance",
             "--suppress=missingIncludeSystem", "--suppress=unusedFunction", "--inline-suppr", "-I.", "-Ibuild",
@@ -104,7 +104,7 @@ def main():
     sources = arguments.sources if changed is None else affected(arguments.sources, changed)
     findings = []
     if sources:
-        # One memory for each of the two: cppcheck keeps what it knows of a whole program there.
+        # One build directory for each of the two: cppcheck stores its results for a whole program there.
         memory = f"build/lint/cppcheck/{'all' if changed is None else 'changed'}"
         (ROOT / memory).mkdir(parents=True, exist_ok=True)
         command = [*CPPCHECK, f"--cppcheck-build-dir={memory}", f"-j{arguments.jobs}", *sources]

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Change one place of the flight sources at a time and see whether a C unit test notices (`make mutants`).
+"""Change one place of the flight sources at a time and check whether a C unit test detects it (`make mutants`).
 
 Places are drawn by a seed over all lines of base/, pus/, fsw/, osal/ and launcher/: a comparison, a bound, a sign, a logical
 operator, a condition, a returned value, or a statement that is left out. Each mutant is built in a copy under build/mutants, and
 those test programs run that link the changed file, until one fails: first those named like it, then those that call its functions,
 then the nearest. They run in name spaces of their own (processes, /tmp, /dev/shm), since a mutant may kill or remove what it does
-not own. Drawn anew is what does not build, and what the compiler makes the same code of (also: what it never compiles). Sources that
-no C test links are tried in flight only; they are not drawn and are listed.
+not own. A mutant that does not build, or that gives the same object code, is replaced by another one. Sources that no C test links
+are tested in flight only; they are not drawn but listed.
 
 Prints the survivors and the score of each folder. equivalent.txt holds mutants that no test can tell from the original, each with
 its reason; they do not count. --check: exit code 1 below 95 % in all or 90 % in a folder with ten mutants or more.
 
-universalmutator (PyPI) was looked at: its rules know nothing of assertions, of clang-format and of which tests link a file."""
+universalmutator (PyPI) is no alternative: its rules do not handle assertions, clang-format and which tests link a file."""
 
 import argparse
 import collections

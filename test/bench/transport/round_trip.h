@@ -19,7 +19,7 @@
 
 typedef struct {
     bool may_poll; ///< The transport has a receive that does not wait.
-    /// Before the processes part, in memory both have; may be null.
+    /// Before the processes are forked, for memory that both share; may be null.
     bool (*prepare)(size_t size);
     /// In each process (side 0 or 1), before the first payload. False: not possible.
     bool (*open)(unsigned side, size_t size, bool is_polled);

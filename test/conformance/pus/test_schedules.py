@@ -161,7 +161,7 @@ def _answers(station, since):
 
 def test_a_request_is_released_at_its_time(station, kind):
     if kind.service != 11:
-        return  # The next test is for positions.
+        return  # The next test covers positions.
     _group(station, kind)
     station.ask("SUPERVISOR", 17, 1)
     due = round(station.now() + 5.0, 3) + 0.0005
@@ -186,7 +186,7 @@ def test_a_request_is_released_at_its_time(station, kind):
 
 def test_a_request_is_released_at_its_place(station, kind):
     if kind.service != 22:
-        return  # The test before is for times.
+        return  # The previous test covers times.
     period = station.dictionary.subsystem("SUPERVISOR").parameter("ORBIT_PERIOD").parameter_id
     station.do("SUPERVISOR", 20, 3, n=[{"parameter_id": period, "parameter_value": 10_000}])
     _group(station, kind)

@@ -13,7 +13,7 @@ MISSION = "descriptors/missions/rokviss.xml"
 
 @pytest.fixture
 def day_segmented(notes, tmp_path):
-    """The mission, but for the format of its time reports."""
+    """The mission, with another format of its time reports."""
     house = tmp_path / "house"
     shutil.copytree(flying.ROOT / "descriptors", house / "descriptors")
     for name in ("build", "sim", "gse"):

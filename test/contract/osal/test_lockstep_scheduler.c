@@ -68,7 +68,7 @@ static osal_grant_t next_is(osal_lockstep_t* scheduler, unsigned expected, uint6
     return grant;
 }
 
-static void test_nobody_to_wake_is_empty(void)
+static void test_without_a_wake_time_next_is_empty(void)
 {
     unsigned participant = 0U;
     osal_grant_t grant;
@@ -424,7 +424,7 @@ static void test_a_succession_that_is_given_up_ends_when_it_would_begin(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_nobody_to_wake_is_empty);
+    RUN_TEST(test_without_a_wake_time_next_is_empty);
     RUN_TEST(test_delivery_wakes_now_upwards_and_next_slot_downwards);
     RUN_TEST(test_next_slot_is_on_the_grid_when_now_is_not);
     RUN_TEST(test_expected_participant_holds_time_until_it_joins_or_ends);

@@ -155,7 +155,7 @@ static void a_file_is_moved_at_once(void)
     TEST_ASSERT_EQUAL_UINT64(10U, disk_find("a/b/moved")->size);
     st23_fixture_order(15U, 1U, "a", "one", "a/b", "x");
     st23_fixture_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
-    disk.fail_call = disk.calls + 4U; // The renaming.
+    disk.fail_call = disk.calls + 4U; // The call that renames.
     st23_fixture_order(15U, 1U, "a/b", "moved", "a", "one");
     st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
 }

@@ -127,7 +127,7 @@ void fixture_line_of_report(const uint8_t* packet, size_t size)
         status_line(&reader);
     } else if ((tm.service == PUS_SERVICE_MANAGEMENT) ||
                ((tm.service == PUS_SERVICE_HOUSEKEEPING) && (tm.subtype == 25U) && !fixture.shows_status)) {
-        // Periodic: shown on demand.
+        // Periodic reports are shown on request.
     } else {
         char start[16];
         (void)snprintf(start, sizeof start, "%u.%u", tm.service, tm.subtype);

@@ -165,7 +165,7 @@ static void a_consumer_opens_and_reads(void)
     fixture_run(2U);
     TEST_ASSERT_EQUAL_UINT32(2U * FIXTURE_PERIOD_NS / 1000U,
                              subsystem_link_age_us(&fixture.subsystem, PORT_IN));
-    fixture.now_ns += 5000U * 1000000000ULL; // More than a parameter of 32 bits can say.
+    fixture.now_ns += 5000U * 1000000000ULL; // More than a parameter of 32 bits can hold.
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, subsystem_link_age_us(&fixture.subsystem, PORT_IN));
     const double values[2] = {1.0, 2.0}; // A producer whose clock is ahead.
@@ -248,7 +248,7 @@ static void a_slower_consumer_lets_samples_pass(void)
     TEST_ASSERT_EQUAL(0U, totals.lost);
     close_link(1U, 0U);
     subsystem_link_totals(&fixture.subsystem, &totals);
-    TEST_ASSERT_EQUAL(40U, totals.received); // They outlive the link.
+    TEST_ASSERT_EQUAL(40U, totals.received); // The totals outlive the link.
 }
 
 static void what_cannot_be_opened_is_refused(void)

@@ -330,14 +330,14 @@ static void events_and_counters_are_published(void)
     TEST_ASSERT_EQUAL_UINT32(1U, counters->emergencies);
     TEST_ASSERT_EQUAL_UINT32(0U, counters->pdo_missed);
     TEST_ASSERT_EQUAL_UINT32(1U, counters->transmit_refused);
-    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // It was another reason.
+    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // The reason was another one.
     TEST_ASSERT_EQUAL_UINT32(500U, joystick.parameters.link_age);
     TEST_ASSERT_EQUAL_INT32(STATE_OPERATIONAL, joystick.parameters.cur_values.state);
     TEST_ASSERT_EQUAL_HEX16(0x0237U, joystick.parameters.cur_values.statusword[1]);
     EXPECT_WITHIN(0.05, 1.0e-9, joystick.parameters.cur_values.position[0]);
 }
 
-/// CHANNEL selects a channel of the bus, tells which, and refuses one that the bus does not have.
+/// CHANNEL selects a channel of the bus, reports it, and refuses one that the bus does not have.
 static void the_channel_of_the_bus_is_selected_by_command(void)
 {
     const joystick_channel_arguments_t first  = {NETWORK_CHANNEL_A};

@@ -383,7 +383,7 @@ static void current_values_and_counters_are_published(void)
     rig_idle(2U);
     TEST_ASSERT_EQUAL_UINT32(2U, counters->frames_refused);
     TEST_ASSERT_EQUAL_UINT32(1U, counters->transmit_refused);
-    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // It was another reason.
+    TEST_ASSERT_EQUAL_UINT32(0U, counters->transmit_full); // The reason was another one.
     TEST_ASSERT_EQUAL_UINT32(1U, counters->emergencies);
     TEST_ASSERT_EQUAL_UINT32(1U, counters->pdo_missed[1]);
     rig_generic.ports[HAND].age_us = UINT32_MAX;
