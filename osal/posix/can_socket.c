@@ -140,7 +140,7 @@ status_t can_socket_filter(const osal_can_t* can)
     for (size_t i = 0U; i < can->filter_count; i++) {
         const uint32_t mask   = can->filters[i].mask;
         const uint32_t wanted = can->filters[i].id & mask;
-        // The kernel takes this bit for another meaning: in the mask "error frames only", in the identifier
+        // For the kernel this bit has another meaning: in the mask "error frames only", in the identifier
         // "all but these". No filtered frame has this bit.
         if ((wanted & OSAL_CAN_ERROR) == 0U) {
             filters[count] = (struct can_filter){.can_id = wanted, .can_mask = mask & ~OSAL_CAN_ERROR};

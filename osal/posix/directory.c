@@ -113,7 +113,8 @@ static status_t look_at(int folder, const char* name, osal_directory_about_t* ou
     return STATUS_OK;
 }
 
-/// Open a regular file. It is looked at first, since opening a device may have effects, and again afterwards.
+/// Open a regular file. Its type is checked before, since opening a device may have effects, and again
+/// afterwards.
 static status_t open_file(const osal_directory_t* root, const char* path, int flags, osal_file_t* out_file)
 {
     osal_directory_about_t about;

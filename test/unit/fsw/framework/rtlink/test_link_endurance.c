@@ -170,7 +170,7 @@ enum { // How a process ended.
     NOT_WRITTEN
 };
 
-/// Run the scheduler up to sample `number`. WELL, or what went wrong.
+/// Run the scheduler up to sample `number`. Returns WELL, or the failure.
 static int await(osal_lockstep_t* scheduler, unsigned participant, uint32_t number)
 {
     const uint64_t wake_ns = (uint64_t)number * SLOT_NS;

@@ -178,8 +178,8 @@ static void add_without_a_port(void)
     subsystem_device_service_add(&fixture.subsystem, &storage.devices, storage.exchanges, 1U);
 }
 
-/// A descriptor that lists service 2 for a subsystem without the callback device_port: its program is wrong,
-/// and ends when it starts, before it takes any request.
+/// A descriptor lists service 2 for a subsystem without the callback device_port: its program is wrong, and
+/// ends at its start, before it takes any request.
 static void the_device_service_without_a_port_ends_the_program_at_its_start(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(add_without_a_port));

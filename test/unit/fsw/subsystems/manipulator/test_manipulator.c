@@ -369,7 +369,7 @@ static void current_values_and_counters_are_published(void)
     TEST_ASSERT_EQUAL_UINT32(rig_generic.cycle, counters->cycles);
     TEST_ASSERT_TRUE(counters->frames_received > 100U);
     TEST_ASSERT_TRUE(counters->frames_sent > 100U);
-    TEST_ASSERT_EQUAL_UINT32(3U, counters->pool_peak); // The double's health.
+    TEST_ASSERT_EQUAL_UINT32(3U, counters->pool_peak); // Counters of the subsystem double.
     TEST_ASSERT_EQUAL_UINT32(4U, counters->pool_refused);
     TEST_ASSERT_EQUAL_UINT32(5U, counters->tc_refused);
     TEST_ASSERT_EQUAL_UINT32(0U, counters->frames_refused + counters->transmit_full + counters->emergencies);
