@@ -68,6 +68,31 @@ def kinds(path):
     return found
 
 
+def failures(path, names):
+    """[(number, name, words, detail)] of all failure codes; names: names by number, as tailoring.h has them."""
+    reader, found = Reader(path), {}
+    while (line := reader.next()) is not None:
+        matched = re.match(r"([A-Z_]+): ([^|\"\\]+?)(?: \| (.+))?\Z", line)
+        if not matched or matched[1] in found or matched[1] not in names.values():
+            reader.wrong(line, "`NAME: words | detail` with a new name of tailoring.h")
+        found[matched[1]] = (matched[2], matched[3] or "")
+    missing = [name for number, name in names.items() if number and name not in found]
+    if missing:
+        reader.wrong("the end", f"words for {missing[0]}")
+    return [(number, name, *found[name]) for number, name in names.items() if number]
+
+
+def failures_header(known):
+    """C header with the words for the failure codes."""
+    rows = "\n".join(f'    {{PUS_FAILURE_{name}, "{words}"}},' for _, name, words, _ in known)
+    guard = "GENERATED_PUS_FAILURE_WORDS_H"
+    return (
+        "// SPDX-License-Identifier: Apache-2.0\n// Words for the failure codes of ST[01]; made from pus/catalogue.\n"
+        f"#ifndef {guard}\n#define {guard}\n\n#include \"pus/core/tailoring.h\"\n\n#include <stdint.h>\n\n"
+        f"static const struct {{\n    uint16_t code;\n    const char* words;\n}} pus_failure_words[] = {{\n{rows}\n}};\n\n#endif // {guard}\n"
+    )
+
+
 class _Parser:
     def __init__(self, reader, known):
         self.reader, self.known = reader, known

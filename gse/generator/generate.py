@@ -54,8 +54,8 @@ def write(path, text):
     part.replace(path)
 
 
-def generate(path, out, described, messages):
-    """Files of one mission; `described` keeps the path of each subsystem's descriptor."""
+def generate(path, out, described, messages, failures):
+    """Files of one mission; `described` keeps the path of each subsystem's descriptor, `failures` names by number."""
     loaded = mission_descriptor.load(path)
     validate(path, "mission.xsd")
     if loaded.name != path.stem:
@@ -70,19 +70,21 @@ def generate(path, out, described, messages):
         write(out / f"{subsystem.name.lower()}_services.h", services.header(subsystem, source.name))
     content = dictionary(loaded) | {"catalogue": messages}
     write(out / f"{loaded.name}.json", json.dumps(content, indent=1) + "\n")
-    text, events = xtce.database(content, xtce.failure_words(TAILORING.read_text(encoding="utf-8")))
+    text, events = xtce.database(content, failures)
     write(out / f"{loaded.name}.xtce.xml", text)
     write(out / f"{loaded.name}.events.json", json.dumps(events, indent=1) + "\n")
     for bus, text in dbc.databases(loaded).items():
         write(out / f"{loaded.name}-{bus}.dbc", text)
 
 
-def generate_messages(out):
-    """Formats of all requests for the flight side; returns the catalogue of messages for the ground."""
+def generate_messages(out, failures):
+    """Formats of all requests and words of all failures; returns the catalogue of messages for the ground."""
     known, services = catalogue.load(CATALOGUE)
+    words = catalogue.failures(CATALOGUE / "failures.txt", failures)
+    write(out / "pus/failure_words.h", catalogue.failures_header(words))
     for number, service in services.items():
         write(out / f"pus/st{number:02}_request_formats.h", catalogue.formats_header(number, service, known))
-    return catalogue.ground(known, services)
+    return catalogue.ground(known, services) | {"failures": {number: [what, detail] for number, _, what, detail in words}}
 
 
 def main(arguments=None):
@@ -93,9 +95,10 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     described = {}
     try:
-        messages = generate_messages(options.out)
+        failures = xtce.failure_names(TAILORING.read_text(encoding="utf-8"))
+        messages = generate_messages(options.out, failures)
         for path in options.mission:
-            generate(path, options.out, described, messages)
+            generate(path, options.out, described, messages, failures)
     except DescriptorError as error:
         print(error, file=sys.stderr)
         return 1

@@ -17,7 +17,7 @@ USER = "YAMCS"
 FAILURE = re.compile(r"PUS_FAILURE_([A-Z_]+) *= *(0x[0-9A-F]+|\d+)")
 
 
-def failure_words(tailoring):
+def failure_names(tailoring):
     """Names of the failure codes in pus/core/tailoring.h, by number."""
     return {int(number, 0): name for name, number in FAILURE.findall(tailoring)}
 

@@ -80,6 +80,7 @@ class Catalogue:
         """content: "messages" of the dictionary; plan: words of an operator -> octets of a request."""
         self.kinds = content.get("kinds", {})
         self.services = content.get("services", {})
+        self.failures = {int(code): words for code, words in content.get("failures", {}).items()}  # [what failed, detail]
         self.dictionary, self.plan = dictionary, plan
         self._messages = {
             (message["direction"], message["service"], message["subtype"]): message

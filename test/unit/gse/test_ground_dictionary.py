@@ -146,6 +146,15 @@ def test_failures_in_words(dictionary, code, detail, words):
     assert "refused at acceptance" in text
 
 
+def test_every_failure_has_words_and_its_detail(dictionary):
+    assert len(dictionary.catalogue.failures) == 46
+    for code, (what, detail) in dictionary.catalogue.failures.items():
+        text = Failure.decode(4, struct.pack(">HHI", code, 0, 0x12345678)).words(dictionary)
+        assert text.startswith(f"refused at start of execution: {what}")
+        assert "{" not in text and "not known" not in text
+        assert not detail or not text.startswith(f"refused at start of execution: {what} [0x")
+
+
 def test_failed_step_has_its_step(dictionary):
     failure = Failure.decode(6, struct.pack(">HHHI", 2, 0x0301, 0, 2))
     assert "HARDWARE_INIT" in failure.words(dictionary)
