@@ -58,3 +58,27 @@ void fixture_expect_at(const char* expected, unsigned line)
         UNITY_TEST_FAIL(line, "other lines than expected");
     }
 }
+
+enum {
+    NOT_SENT,
+    SENT,
+    ENDED
+};
+static unsigned char ends[0x4000];
+
+void fixture_sent(unsigned number)
+{
+    ends[number & 0x3FFFU] = SENT;
+}
+
+void fixture_end(unsigned number)
+{
+    unsigned char* const end = &ends[number & 0x3FFFU];
+    TEST_ASSERT_MESSAGE(*end != ENDED, "a request has ended twice");
+    *end = (*end == SENT) ? ENDED : NOT_SENT;
+}
+
+void fixture_forget_ends(void)
+{
+    (void)memset(ends, NOT_SENT, sizeof ends);
+}

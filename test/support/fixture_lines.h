@@ -16,4 +16,10 @@ bool fixture_has(const char* start);
 #define fixture_expect(lines) fixture_expect_at((lines), __LINE__)
 void fixture_expect_at(const char* lines, unsigned line);
 
+/// Requests by their number: of each that was sent one end is reported at most, whatever the test looks at.
+void fixture_sent(unsigned number);
+void fixture_end(unsigned number);
+/// Numbers start again.
+void fixture_forget_ends(void);
+
 #endif // TEST_SUPPORT_FIXTURE_LINES_H

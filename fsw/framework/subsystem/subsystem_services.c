@@ -257,9 +257,10 @@ static pus_reply_t reply_of(subsystem_t* const subsystem, const status_t status,
     if ((status == STATUS_BUSY) && !is_aborted) {
         return pus_later();
     }
-    if (subsystem->open_call_tokens[call_token - 1U] != NULL) {
-        close_call_token(subsystem, call_token);
+    if (subsystem->open_call_tokens[call_token - 1U] == NULL) {
+        return pus_later(); // subsystem_function_done has ended the request already.
     }
+    close_call_token(subsystem, call_token);
     switch (status) {
     case STATUS_OK:
         return pus_done();

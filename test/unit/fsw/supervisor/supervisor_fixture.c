@@ -423,7 +423,7 @@ uint16_t fixture_tc(uint16_t apid, uint8_t service, uint8_t subtype, const void*
                           .data     = data,
                           .size     = size};
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &packet_size));
-    fixture_expect_end(next_number);
+    fixture_sent(next_number);
     fixture_send(FIXTURE_GROUND, packet, packet_size);
     return next_number++;
 }

@@ -125,10 +125,6 @@ uint16_t fixture_open_link(uint16_t link);
 uint16_t fixture_close_link(uint16_t link);
 
 /// Line of a packet that reached a member.
-/// The supervisor reports at most one end of the request of this number.
-void fixture_expect_end(uint16_t number);
-/// Numbers start again.
-void fixture_forget_ends(void);
 void fixture_line_of_packet(fixture_member_t* member, const uint8_t* packet, size_t size);
 
 #endif // TEST_UNIT_FSW_SUPERVISOR_SUPERVISOR_FIXTURE_H

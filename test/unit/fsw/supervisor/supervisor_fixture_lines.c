@@ -3,7 +3,6 @@
 #include "unity.h"
 
 #include <stdio.h>
-#include <string.h>
 
 // ---- Packets ----
 
@@ -27,30 +26,6 @@ static void request_line(const fixture_member_t* member, const uint8_t* packet, 
                  (tc.size > 0U) ? " " : "", tc.source);
 }
 
-// Requests that fixture_tc has sent: the supervisor reports one end of each, in every test.
-enum {
-    NOT_SENT,
-    SENT,
-    ENDED
-};
-static uint8_t ends[0x4000];
-
-void fixture_expect_end(const uint16_t number)
-{
-    ends[number & 0x3FFFU] = SENT;
-}
-
-void fixture_forget_ends(void)
-{
-    (void)memset(ends, NOT_SENT, sizeof ends);
-}
-
-static void note_end(const unsigned number)
-{
-    TEST_ASSERT_MESSAGE(ends[number] != ENDED, "a request has ended twice");
-    ends[number] = (ends[number] == SENT) ? ENDED : NOT_SENT;
-}
-
 static void verification_line(const char* who, const pus_tm_t* tm)
 {
     pus_verification_t report;
@@ -61,7 +36,7 @@ static void verification_line(const char* who, const pus_tm_t* tm)
     const unsigned number = report.request_id & 0x3FFFU;
     const bool is_end     = (report.subtype == 7U) || (report.subtype == 8U);
     if (is_end && (tm->apid == DESCRIPTOR_SUPERVISOR_APID)) {
-        note_end(number);
+        fixture_end(number);
     }
     if (report.failure.code != PUS_FAILURE_NONE) {
         fixture_line("%s 1.%u #%u %04X %lX", who, report.subtype, number, report.failure.code,

@@ -185,11 +185,12 @@ static void a_record_that_makes_no_sense_is_refused(void)
                       pus_sequences_restore(&st21_fixture.service, key | 0x40000U, octets, size));
     st21_fixture.service.config.octets_max = 20U;
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_sequences_restore(&st21_fixture.service, key, octets, size));
-    st21_fixture.service.config.octets_max = OCTETS_MAX;
-    octets[13] ^= 0x10U; // It is not a request.
+    st21_fixture.service.config.octets_max = 21U; // Just enough.
+    octets[13] ^= 0x10U;                          // It is not a request.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_sequences_restore(&st21_fixture.service, key, octets, size));
     octets[13] ^= 0x10U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&st21_fixture.service, key, octets, size));
+    st21_fixture.service.config.octets_max = OCTETS_MAX;
     TEST_ASSERT_EQUAL(STATUS_EXISTS, pus_sequences_restore(&st21_fixture.service, key, octets, size));
     TEST_ASSERT_EQUAL(STATUS_EXISTS,
                       pus_sequences_restore(&st21_fixture.service, key | 0x10000U, octets, size));

@@ -268,6 +268,7 @@ static void clear(void)
     fixture.source = FIXTURE_USER;
     fixture.ack    = PUS_ACK_ALL;
     next_number    = 0U;
+    fixture_forget_ends();
 }
 
 void fixture_open(const char* xml)
@@ -332,6 +333,7 @@ uint16_t fixture_command(uint8_t service, uint8_t subtype, const void* data, siz
                           .data     = data,
                           .size     = size};
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_encode(&tc, packet, sizeof packet, &packet_size));
+    fixture_sent(next_number);
     fixture_accept(packet, packet_size);
     return next_number++;
 }

@@ -29,8 +29,11 @@ static void verification_line(const pus_tm_t* tm)
     pus_verification_t report;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_verification_read(tm, &report));
     const unsigned number = report.request_id & 0x3FFFU;
-    char text[64]         = "";
-    int used              = 0;
+    if ((report.subtype == 2U) || (report.subtype == 7U) || (report.subtype == 8U)) {
+        fixture_end(number);
+    }
+    char text[64] = "";
+    int used      = 0;
     if ((report.subtype == 5U) || (report.subtype == 6U)) {
         used = snprintf(text, sizeof text, " step %u", (unsigned)report.step);
     }

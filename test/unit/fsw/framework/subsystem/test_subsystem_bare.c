@@ -209,7 +209,12 @@ static void a_function_that_ended_itself_leaves_no_token(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture.in_perform = end_itself;
+    fixture_forget();
     (void)fixture_function("WAIT", NULL, 0U);
+    const char* const text = fixture_look();
+    const char* const end  = strstr(text, "1.7 #");
+    TEST_ASSERT_NOT_NULL(end);
+    TEST_ASSERT_NULL(strstr(&end[1], "1.7 #")); // One end, not two.
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.call_tokens.stats.taken);
     TEST_ASSERT_TRUE(pool_is_consistent(&fixture.subsystem.call_tokens));
 }

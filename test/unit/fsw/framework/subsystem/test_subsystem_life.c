@@ -114,6 +114,7 @@ static void malformed_requests_are_rejected(void)
                                            0x2FU, 0x11U, 0x01U, 0x00U, 0x01U};
         fixture.source =
             (uint16_t)((size < 11U) ? PUS_USER_GROUND : FIXTURE_USER); // Whom to tell is not known earlier.
+        fixture_forget_ends(); // The number of the first request once more.
         fixture_accept(octets, size);
         TEST_ASSERT_EQUAL(size >= 4U, fixture_has("1.2 #0 0101"));
         fixture_forget();
