@@ -32,7 +32,7 @@ FILLS = {0: "#f6f7f9", 4: "#fdf1dd", 5: "#e4f3ea", 6: "#fbe7e5"}
 
 @pytest.fixture(scope="module")
 def walks(tmp_path_factory):
-    """What the probe has printed: list of [words of the line, states passed after it]."""
+    """Output of the probe: list of [words of the line, states passed after it]."""
     program = tmp_path_factory.mktemp("states") / "probe"
     subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-D_POSIX_C_SOURCE=200809L", f"-I{ROOT}", "-o", program, *SOURCES], check=True)
     found = []

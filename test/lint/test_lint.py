@@ -294,7 +294,7 @@ def test_pages_are_reached_from_the_index(tmp_path):
 
 
 def coverage_report(*lines):
-    """What gcovr says of one file with these (number, runs, counts of the branches)."""
+    """Report of gcovr about one file with these (number, runs, counts of the branches)."""
     return {"files": [{"file": "pus/a.c", "lines": [
         {"line_number": number, "count": runs, "branches": [{"count": count} for count in counts]}
         for number, runs, counts in lines]}]}

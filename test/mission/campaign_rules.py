@@ -178,8 +178,8 @@ def _connections(seen):
 
 
 def every_request_arrives(seen):
-    """What the operator sends is in the packet log soon after, unless the connection is lost by then. Requests that are released on board
-    have the operator's source as well, and numbers of their own."""
+    """Requests of the operator are in the packet log soon after they are sent, unless the connection is lost by then. Requests
+    released on board have the operator's source as well, and numbers of their own."""
     logged, connections = _requests(seen), _connections(seen)
     for entry in seen.operator:
         asked_ns = round(entry["time"] * NS_PER_S)

@@ -17,7 +17,7 @@ SUPERVISOR, MANIPULATOR = 1, 16
 
 
 def _supervisor_told(folder):
-    """What the supervisor reported, as pusdump writes it."""
+    """Reports of the supervisor, as pusdump writes them."""
     lines = subprocess.run([flying.ROOT / "build/bin/pusdump", folder / "packets.log"], check=True, capture_output=True, text=True).stdout
     return [line for line in lines.splitlines() if " TM 1 " in line]
 

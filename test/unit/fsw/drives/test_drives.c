@@ -377,7 +377,7 @@ static void limited_commands_of_all_axes_are_summed(void)
     TEST_ASSERT_EQUAL_UINT32(sum, drives_limited(&drives));
 }
 
-/// What was commanded is abandoned once, when the activity changes; on the way up, when the axes are there.
+/// A command is abandoned once, when the activity changes; on the way up, when the axes are there.
 static void each_change_of_activity_abandons_once(void)
 {
     static const struct {

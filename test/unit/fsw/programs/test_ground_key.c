@@ -106,7 +106,7 @@ static void what_others_may_read_is_no_secret(void)
     opens();
 }
 
-/// Who can write the mark can set it back, and send recorded telecommands again.
+/// A program that can write the mark can set it back, and send recorded telecommands again.
 static void a_mark_that_others_may_write_is_refused(void)
 {
     static const mode_t modes[] = {0666U, 0660U, 0606U, 0620U, 0602U, 0644U};

@@ -198,7 +198,7 @@ static void links_are_as_the_members_say(void)
     TEST_ASSERT_FALSE(fixture_has(LINK_DIFFERS));
 }
 
-/// What was agreed and is not open yet can be opened as if nothing had happened.
+/// A link that was agreed and is not open yet can be opened as if nothing had happened.
 static void agreements_are_there_again(void)
 {
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);

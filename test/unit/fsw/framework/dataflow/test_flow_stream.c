@@ -121,7 +121,7 @@ static void expect_nothing(const status_t expected)
     TEST_ASSERT_EQUAL_UINT64(0U, held);
 }
 
-/// What the partner receives.
+/// Octets that the partner receives.
 static void expect_far(const void* const octets, const size_t size)
 {
     uint8_t seen[256];
