@@ -63,7 +63,7 @@ status_t canopen_device_identify_step(canopen_device_t* device);
 void canopen_device_configure(canopen_device_t* device, canopen_setting_t* settings, uint16_t count);
 status_t canopen_device_configure_step(canopen_device_t* device);
 
-/// Take in process data from now on. STATUS_OK, STATUS_EXISTS (identifier used by another device),
+/// Receive process data from now on. STATUS_OK, STATUS_EXISTS (identifier used by another device),
 /// STATUS_EXHAUSTED.
 MUST_USE status_t canopen_device_connect(canopen_device_t* device);
 void canopen_device_disconnect(canopen_device_t* device);
@@ -72,7 +72,7 @@ void canopen_device_emit(canopen_device_t* device);
 
 /// True if each PDO that is sent at every SYNC was received at least once.
 bool canopen_device_is_heard(const canopen_device_t* device);
-/// SYNCs that its slowest such PDO has left unanswered; 0 while all is well.
+/// SYNCs that its slowest such PDO has not answered; 0 if all were answered.
 uint32_t canopen_device_silence(const canopen_device_t* device);
 
 #endif // FSW_CANOPEN_DEVICE_H

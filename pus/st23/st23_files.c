@@ -139,14 +139,14 @@ static status_t take_lock(const pus_files_t* const files, pus_file_lock_t* const
     return status;
 }
 
-/// Give a lock back. STATUS_OK; STATUS_IO: it is still taken.
+/// Release a lock. STATUS_OK; STATUS_IO: it is still taken.
 static status_t give_lock(const pus_files_t* const files, pus_file_lock_t* const lock)
 {
     lock->is_used = st23_forget(files, key_of(files, lock)) != STATUS_OK;
     return lock->is_used ? STATUS_IO : STATUS_OK;
 }
 
-/// In the first step: a lock that was to be that of a new file, which a power cut has prevented, goes.
+/// In the first step: delete the lock of a new file whose creation a power cut has prevented.
 static void drop_idle_locks(const pus_files_t* const files)
 {
     for (size_t i = 0U; i < files->config.lock_count; i++) {
@@ -209,15 +209,15 @@ static pus_reply_t unlock_file(void* const self, pus_request_t* const request)
 
 // --- files -------------------------------------------------------------------------------------------------
 
-/// Make a file under a free lock, which lasts first: a power cut leaves both, none, or a lock without a file.
-/// STATUS_OK, or the status of the store or of the records.
+/// Create a file with a lock. The lock is stored first: a power cut leaves both, none, or a lock without a
+/// file. STATUS_OK, or the status of the store or of the records.
 static status_t make_locked_file(const pus_files_t* const files, const pus_file_path_t* const path,
                                  const uint32_t room, pus_file_lock_t* const lock)
 {
     const pus_file_store_t* const store = &files->config.store;
     pus_file_about_t about;
     if (store->describe(store->context, path->text, &about) == STATUS_OK) {
-        return STATUS_EXISTS; // It shall not be locked even for a moment.
+        return STATUS_EXISTS; // An existing file is never locked, not even for a short time.
     }
     status_t status = take_lock(files, lock, path);
     if (status == STATUS_OK) {

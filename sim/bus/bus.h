@@ -63,7 +63,7 @@ void bus_destroy(bus_t* bus);
 
 /// Add a controller. Returns STATUS_OK, STATUS_EXHAUSTED (BUS_NODES_MAX).
 MUST_USE status_t bus_add_node(bus_t* bus, const bus_callbacks_t* callbacks, unsigned* out_node);
-/// Take a tool's controller off for good; the slot may be used again.
+/// Remove a tool's controller permanently; the slot may be used again.
 void bus_remove_node(bus_t* bus, unsigned node);
 
 /// Queue a frame, ready at `time_ns` (the present if earlier). On a classic bus FD flags are refused.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A CANopen node (CiA 301 slave): NMT, boot-up, heartbeat both ways, SYNC, PDOs, SDO server, emergencies.
-/// What the device does with its objects is the application's part: a drive, a joystick.
+/// The application (a drive, a joystick) implements the effect of the objects.
 ///
 /// The node is connected to a simulated bus, whose callbacks run it. At SYNC the order is: apply the RPDOs
 /// received, let the application sample, queue TPDOs.
@@ -69,7 +69,7 @@ MUST_USE status_t node_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                               char error[EDS_ERROR_MAX]);
 void node_destroy(node_t* node);
 
-/// Give it a channel B, before power comes. Returns STATUS_OK, STATUS_EXHAUSTED (nodes of the bus).
+/// Give it a channel B, before power-on. Returns STATUS_OK, STATUS_EXHAUSTED (nodes of the bus).
 MUST_USE status_t node_add_channel(node_t* node, bus_t* bus);
 
 /// Power on at the bus's present time: objects to their initial values, boot-up after NODE_BOOT_NS.

@@ -71,7 +71,7 @@ status_t sdls_session_mark_open(sdls_session_mark_t* const mark, const medium_t*
     if ((found[0] == STATUS_OK) && (found[1] == STATUS_OK) && (sessions[0] == sessions[1])) {
         return STATUS_OK;
     }
-    return write_copy(mark, 1U - mark->whole, mark->session); // The power was cut between the two.
+    return write_copy(mark, 1U - mark->whole, mark->session); // The power was cut between the two writes.
 }
 
 status_t sdls_session_mark_advance(sdls_session_mark_t* const mark, const uint32_t session)

@@ -2,7 +2,7 @@
 /// The highest session number that was ever accepted under one key, on a medium that outlives a power cut.
 ///
 /// The medium holds the record twice: a write torn by a power cut destroys at most one copy, and if one copy
-/// is damaged later the other remains. The number never decreases: a session counts only after both copies
+/// is damaged later the other remains. The number never decreases: a session is valid only after both copies
 /// are on the disk, and if no copy can be read the mark is not opened. The program that makes a key also
 /// makes its mark, with session 0; an empty medium is a lost mark.
 ///
@@ -31,7 +31,7 @@ typedef struct { // Private, except `session`.
 /// intact and of this key), STATUS_FULL, STATUS_IO: no frame may be accepted.
 MUST_USE status_t sdls_session_mark_open(sdls_session_mark_t* mark, const medium_t* medium,
                                          const uint8_t check[SESSION_MARK_CHECK]);
-/// Write a higher number to the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the number does not count; a later
+/// Write a higher number to the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the number is not in force; a later
 /// attempt with a higher number may succeed.
 MUST_USE status_t sdls_session_mark_advance(sdls_session_mark_t* mark, uint32_t session);
 

@@ -16,8 +16,8 @@ static uint32_t occupied(const parameter_entry_t* const entry)
     return ((size + PARAMETER_ALIGNMENT - 1U) / PARAMETER_ALIGNMENT) * PARAMETER_ALIGNMENT;
 }
 
-/// Octets of parameters from *address on, at most `size`, which lie together: where, and how many. Null:
-/// there are none.
+/// Contiguous octets of parameters from *address on, at most `size`: their place and number. Null: there are
+/// none.
 static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t address, const size_t size,
                              size_t* const out_size)
 {
@@ -25,7 +25,7 @@ static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t 
     for (uint16_t i = 0U; i < subsystem->dictionary.count; i++) {
         const parameter_entry_t* const entry = &subsystem->entries[i];
         const uint32_t octets                = entry->definition->memory_size;
-        if ((address - begin) < octets) { // Far more where the address lies before it.
+        if ((address - begin) < octets) { // Wraps to a large number if the address is lower.
             const size_t rest = octets - (address - begin);
             *out_size         = (rest < size) ? rest : size;
             return (uint8_t*)entry->storage + (address - begin);
@@ -35,8 +35,8 @@ static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t 
     return NULL;
 }
 
-/// Copy out of parameters, or into them where `from` is given. Nothing lies between two of them, but what
-/// fills up to their alignment: an access may not touch that.
+/// Copy from parameters, or into them if `from` is given. Between two of them is only padding, which an
+/// access may not touch.
 static status_t copy_parameters(subsystem_t* const subsystem, const uint32_t address,
                                 const uint8_t* const from, uint8_t* const into, const size_t size)
 {
