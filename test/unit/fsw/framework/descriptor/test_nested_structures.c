@@ -136,6 +136,7 @@ static void groups_stand_anywhere_and_share_beginnings(void)
 {
     static const char* const good[][2] = {
         {"<ParamRef name='FIRST' type='UINT8'/>", ""},
+        {"<ParamRef name='FIRST' type='UINT8'/>", DEEPER("ONLY", "<ParamRef name='ONE' type='UINT8'/>")},
         {"name='FIRST'", "name='TOOLS'"},
         {"name='END'", "name='JOIN'"},
     };

@@ -94,6 +94,11 @@ static void link_line(const pus_tm_t* tm, octet_reader_t* reader)
         fixture_line("130.10 link %u %u>%u reason %u", made.link, made.previous, made.state, made.cause);
     } else if (tm->subtype == PUS_LINK_ACCEPT) {
         TEST_ASSERT_EQUAL(STATUS_OK, pus_link_accept_read(reader, &accepted));
+        char name[8];
+        (void)snprintf(name, sizeof name, "link-%02u", accepted.link % 100U);
+        TEST_ASSERT_EQUAL_UINT8(accepted.properties.method, accepted.endpoint.kind);
+        TEST_ASSERT_EQUAL_UINT8(sizeof name - 1U, accepted.endpoint.size);
+        TEST_ASSERT_EQUAL_MEMORY(name, accepted.endpoint.octets, sizeof name - 1U);
         fixture_line("130.4 link %u method %u period %lu age %lu", accepted.link, accepted.properties.method,
                      (unsigned long)accepted.properties.period_us,
                      (unsigned long)accepted.properties.age_max_us);

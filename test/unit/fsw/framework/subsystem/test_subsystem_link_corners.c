@@ -68,9 +68,9 @@ static void more_links_than_there_is_room_for_are_refused(void)
     open_with("</RTLinkService>", ports);
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     for (uint16_t i = 0U; i < SUBSYSTEM_LINKS; i++) {
-        accept_port((i < 3U) ? (uint16_t)(i + 1U) : (uint16_t)(7U + i), (uint16_t)(i + 1U));
+        accept_port((i < 3U) ? (uint16_t)(i + 1U) : (uint16_t)(7U + i), (uint16_t)(11U * (i + 1U)));
     }
-    TEST_ASSERT_TRUE(fixture_has("130.4 link 8"));
+    TEST_ASSERT_TRUE(fixture_has("130.4 link 88"));
     fixture_forget();
     accept_port(15U, 9U);
     TEST_ASSERT_TRUE(fixture_has("130.5 reason 5"));
