@@ -143,7 +143,7 @@ static pus_failure_t judge(supervisor_t* const supervisor, const pus_tc_t* const
     return supervisor_permission_of(supervisor, tc);
 }
 
-/// Hand a request to its addressee: a subsystem, or the supervisor itself.
+/// Pass a request to its addressee: a subsystem, or the supervisor itself.
 static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* const tc,
                                 const uint8_t* const packet, const size_t size)
 {

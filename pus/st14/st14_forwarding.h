@@ -8,8 +8,8 @@
 /// requests. Without a request everything of the controlled processes is forwarded. The service does not
 /// control spacecraft time packets (APID 0).
 ///
-/// The configuration is one lasting record, key 0. A content report that is longer than a packet becomes
-/// several, each whole in itself.
+/// The configuration is one lasting record, key 0. A content report that is longer than a packet is split
+/// into several complete ones.
 ///
 /// Ownership  The caller places entries and process list, which outlive the service.
 /// Context    One loop.
@@ -32,8 +32,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_selection_t selection;
     pus_selection_editor_t editor;
     struct {
-        uint32_t forwarded; ///< Reports that were let through.
-        uint32_t held;      ///< Reports that were held back.
+        uint32_t forwarded; ///< Reports that were forwarded.
+        uint32_t held;      ///< Reports that were not forwarded.
     } counters;
 } pus_forwarding_t;
 

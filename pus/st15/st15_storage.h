@@ -89,7 +89,7 @@ typedef struct { // Private, except `log.counters` and `sent`.
     pus_selection_t selection;
     uint32_t sent;   ///< Packets sent again.
     bool is_failed;  // Its medium could not be read at the start.
-    bool is_moved;   // Its retrieval went on since the last checkpoint.
+    bool is_moved;   // Its retrieval has continued since the last checkpoint.
     bool is_waiting; // The port refused, or there is nothing to send, in this step.
 } pus_store_t;
 
@@ -129,9 +129,9 @@ void pus_storage_init(pus_storage_t* storage, const pus_storage_config_t* config
 MUST_USE status_t pus_storage_add(pus_storage_t* storage, const pus_store_definition_t* definition);
 /// The selection of a store by its number, for the configuration.
 pus_selection_t* pus_storage_selection(pus_storage_t* storage, uint8_t number);
-/// Restore a lasting record, between pus_storage_add and pus_storage_start: it takes the place of what the
-/// configuration says. STATUS_OK; STATUS_NOT_FOUND (no such store), STATUS_INVALID (malformed, or not
-/// possible here), STATUS_EXHAUSTED (a selection longer than there is room for): nothing changed.
+/// Restore a lasting record, between pus_storage_add and pus_storage_start: it replaces the state in the
+/// configuration. STATUS_OK; STATUS_NOT_FOUND (no such store), STATUS_INVALID (malformed, or not possible
+/// here), STATUS_EXHAUSTED (a selection longer than there is room for): nothing changed.
 MUST_USE status_t pus_storage_restore(pus_storage_t* storage, uint32_t key, const uint8_t* octets,
                                       size_t size);
 /// Recover the content of the stores. STATUS_OK; STATUS_CHECKSUM: some packets that were not deleted can no

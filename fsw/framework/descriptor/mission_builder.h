@@ -17,7 +17,7 @@ struct mission_scope { // Further work of a reader of the whole mission.
     /// A descriptor, read from `path`, was added to the model.
     void (*take)(mission_builder_t* builder, mission_subsystem_t* subsystem, const char* path,
                  const subsystem_descriptor_t* descriptor);
-    void (*resolve)(mission_builder_t* builder); ///< All have been.
+    void (*resolve)(mission_builder_t* builder); ///< All were added.
 };
 
 enum { // Kinds of elements.

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#define AT_STAMP 0U // In the ring, in place of magic, version and kind, which were looked at.
+#define AT_STAMP 0U // In the ring, in place of magic, version and kind, which were checked.
 #define STAMP_OCTETS 4U
 #define AT_DROPPED 6U // In place of the addressee's low octet: 1 where the frame was dropped.
 #define AT_LIFE 8U    // Of the sender.
@@ -105,7 +105,7 @@ static void remove_first(message_inbox_t* const inbox)
     const size_t gone = before - inbox->blocks.used;
     if (inbox->place >= gone) {
         inbox->place -= gone;
-    } else { // Not judged yet, and never will be.
+    } else { // Removed before it was checked.
         inbox->judged++;
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Positions of the channels of a message endpoint, as plain numbers. With them the endpoint of a new process
-/// continues the channels of a process that died, in the same life, and no peer notices. What leaves and what
-/// arrives can be kept for it.
+/// continues the channels of a process that died, in the same life, and no peer notices. Frames that are sent
+/// and received can be kept for it.
 ///
 /// Ownership  The caller places positions.
 /// Context    As the endpoint.
@@ -31,9 +31,9 @@ typedef struct { // Of one channel; see message_channel_t.
 bool message_position(const message_endpoint_t* endpoint, size_t index, message_position_t* out_position);
 /// True if the fields of a position do not contradict each other.
 bool message_position_is_sound(const message_position_t* position);
-/// Continue the channel at `position`, which must be sound. If message_set_life has set another life of the
-/// peer, the channel restarts in that life; the blocks of the earlier life that wait can still be taken. No
-/// effect if the endpoint does not have that peer.
+/// Continue the channel at `position`, which must be consistent. If message_set_life has set another life of
+/// the peer, the channel restarts in that life; the blocks of the earlier life that wait can still be taken.
+/// No effect if the endpoint does not have that peer.
 void message_resume(message_endpoint_t* endpoint, const message_position_t* position);
 /// The blocks that wait in the inbox of the channel with that index. All of them must have been checked,
 /// which is true when message_receive has just returned STATUS_EMPTY or left blocks to wait. Refill it before

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Datagrams over TIPC, the cluster protocol of the kernel: a service is addressed by its name, wherever in
-/// the cluster it lives. The kernel repairs transmission errors between nodes; a datagram that a slow
+/// Datagrams over TIPC, the cluster protocol of the kernel: a service is addressed by its name, independent
+/// of its node in the cluster. The kernel repairs transmission errors between nodes; a datagram that a slow
 /// receiver has no room for is returned to the sender (osal_tipc_receive), never dropped silently.
 ///
 /// The sockets are those of osal/socket.h: adopted, waited for and closed in the same way. All calls are
@@ -51,7 +51,7 @@ MUST_USE status_t osal_tipc_send(osal_socket_t* socket, osal_tipc_name_t to, con
                                  size_t size);
 /// *out_from: the sender's identity (osal_tipc_identity). STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (longer
 /// than capacity, dropped), STATUS_FORBIDDEN (a message sent earlier was returned: its receiver had no room,
-/// or is gone; its content is lost), STATUS_IO.
+/// or has ended; its content is lost), STATUS_IO.
 MUST_USE status_t osal_tipc_receive(osal_socket_t* socket, uint64_t* out_from, uint8_t* octets,
                                     size_t capacity, size_t* out_size);
 /// Number of a socket that no other in the cluster has. Stays the same as long as the socket and the address
