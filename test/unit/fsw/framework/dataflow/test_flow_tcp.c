@@ -163,6 +163,24 @@ static void no_more_is_taken_in_than_allowed(void)
     TEST_ASSERT_EQUAL_UINT(2U, seen.frames[0]);
 }
 
+/// Also where the allowance ends in the middle of a second read.
+static void two_reads_have_one_allowance(void)
+{
+    char octets[28 + 42];
+    octets[0] = 29; // A frame of 30 octets, of which two come later.
+    (void)memset(&octets[1], 'a', 29U);
+    for (size_t i = 30U; i < sizeof octets; i += 2U) {
+        octets[i]      = 1;
+        octets[i + 1U] = 'b';
+    }
+    join(0U);
+    say(0U, octets, 28U);
+    TEST_ASSERT_EQUAL_UINT64(28U, step(FLOW_TCP_UNLIMITED));
+    say(0U, &octets[28], sizeof octets - 28U);
+    TEST_ASSERT_EQUAL_UINT64(30U, step(30U)); // Four that have room behind the 28, then 26 of 32.
+    TEST_ASSERT_EQUAL_UINT(1U + 14U, seen.frames[0]);
+}
+
 static size_t allow(void* const context, const unsigned client)
 {
     (void)context;
@@ -396,6 +414,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(frames_are_found_however_they_are_cut);
     RUN_TEST(no_more_is_taken_in_than_allowed);
+    RUN_TEST(two_reads_have_one_allowance);
     RUN_TEST(each_client_has_its_own_allowance);
     RUN_TEST(everyone_gets_a_turn_and_no_more_than_there_are_places);
     RUN_TEST(turns_go_round);

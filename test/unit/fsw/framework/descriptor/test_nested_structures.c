@@ -34,7 +34,7 @@ static const char nested_document[] =
     "<ParamRef name='CURRENT' type='DOUBLE' count='2' init='1.5 -1.5'/>\n"
     "<StructRef name='COIL' type='STRUCT'><ParamRef name='WARM' type='BOOL'/></StructRef>\n"
     "</StructRef>\n"
-    "<ParamRef name='LAST' type='UINT16' max='100'/>\n" // 10
+    "<ParamRef name='LAST' type='UINT16' max='100'/><ParamRef name='SMALL' type='UINT8'/>\n" // 10
     "</StructRef>\n"
     "<StructRef name='TOOL' type='STRUCT'><ParamRef name='FLAG' type='UINT16'/></StructRef>\n"
     "<ParamRef name='END' type='INT8'/>\n"
@@ -56,6 +56,7 @@ typedef struct {
             } coil;
         } motor;
         uint16_t last;
+        uint8_t small; // Directly behind the one before, however large the alignment of the structure is.
     } joint;
     struct {
         uint16_t flag;
@@ -74,15 +75,17 @@ static void structures_lie_within_structures_as_the_compiler_has_them(void)
         {"JOINT.MOTOR.CURRENT", offsetof(nested_t, joint.motor.current)},
         {"JOINT.MOTOR.COIL.WARM", offsetof(nested_t, joint.motor.coil.warm)},
         {"JOINT.LAST", offsetof(nested_t, joint.last)},
+        {"JOINT.SMALL", offsetof(nested_t, joint.small)},
         {"TOOL.FLAG", offsetof(nested_t, tool.flag)},
         {"END", offsetof(nested_t, end)},
     };
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, load(nested_document), descriptor_error(&loader));
     const descriptor_parameter_t* const all = descriptor_find_parameter(&arm, "ALL");
-    TEST_ASSERT_EQUAL_UINT16(7U, all->field_count);
+    TEST_ASSERT_EQUAL_UINT16(8U, all->field_count);
     TEST_ASSERT_EQUAL_UINT32(sizeof(nested_t), all->memory_size);
-    TEST_ASSERT_EQUAL_UINT32(1U + 1U + 16U + 1U + 2U + 2U + 1U, all->wire_size); // In the order of the file.
-    for (uint16_t i = 0U; i < 7U; i++) {
+    TEST_ASSERT_EQUAL_UINT32(1U + 1U + 16U + 1U + 2U + 1U + 2U + 1U,
+                             all->wire_size); // In the order of the file.
+    for (uint16_t i = 0U; i < 8U; i++) {
         TEST_ASSERT_EQUAL_STRING(expected[i].name, arm.fields[all->first_field + i].name);
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(expected[i].offset, arm.fields[all->first_field + i].offset,
                                          expected[i].name);

@@ -352,6 +352,13 @@ static void housekeeping_is_sampled_as_the_descriptor_says(void)
     const uint32_t first = next_report();
     TEST_ASSERT_TRUE(first <= 10U); // Of the first interval after the configuration was applied.
     TEST_ASSERT_EQUAL(first + 10U, next_report());
+    fixture_run(100U);
+    (void)fixture_select(
+        FIXTURE_ALONE); // Configured once more: its cycles, and with them its reports, start again.
+    fixture_run(2U);
+    fixture_forget();
+    TEST_ASSERT_EQUAL(first, next_report());
+    TEST_ASSERT_EQUAL(first + 10U, next_report());
     // Periodic reports continue through the states, in step with the cycle.
     (void)fixture_state(STATE_SAFE_OPERATIONAL);
     fixture_run(40U);
