@@ -89,7 +89,7 @@ static const char* attach(image_t* const self, const char* const run_name_text)
     if ((run_state_attach(&self->run_shm, run_name_text, &self->run) != STATUS_OK) ||
         !run_name(self->run, "scheduler", 0U, name, sizeof name) ||
         (osal_shm_open(&self->scheduler_shm, name) != STATUS_OK)) {
-        return "there is no such run; the image is started by `hirosco run FORM=image`";
+        return "there is no such run; the image is started by `hirosco run --form image`";
     }
     self->scheduler = osal_lockstep_attach(osal_shm_address(&self->scheduler_shm));
     component_runtime_reader_init(&self->reader);

@@ -32,9 +32,8 @@ static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* con
     text_t text         = text_in(launcher->reason, sizeof launcher->reason);
     launcher->exit_code = 1;
     if (status == STATUS_UNSUPPORTED) {
-        text_add(&text,
-                 "this kernel has no SocketCAN, or no vcan: BUS=shm needs neither, and "
-                 "`make vm SECONDS=3600 CMD='make sim-run BUS=vcan'` flies in a micro-VM that has both");
+        text_add(&text, "this kernel has no SocketCAN, or no vcan: --bus shm needs neither, and "
+                        "the micro-VM, which `make vm` starts, has both");
         return false;
     }
     text_add(&text, (status == STATUS_DENIED) ? "making CAN interfaces is not permitted here; as root, once:"
@@ -134,7 +133,7 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
         return refuse(launcher, name,
                       " carries classic frames only (mtu 16), and the mission's bus is CAN FD: "
                       "give it FD (ip link set ... type can ... fd on), or fly a mission whose bus "
-                      "has no dataBitRate, as MISSION=classic; bus ",
+                      "has no dataBitRate, as --mission classic; bus ",
                       wanted->name, "");
     }
     if (is_fd && !seen->carries_fd) {

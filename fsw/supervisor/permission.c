@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a request may pass: the mission's permission matrix, and the gates on the way up (docs/states.md).
+// Whether a request may pass: the mission's permission matrix, and for a request of a state also power, links
+// and the states of the other members.
 #include "fsw/supervisor/permission_matrix.h"
 #include "fsw/supervisor/supervisor_internal.h"
 
@@ -51,9 +52,9 @@ static selector_t selector_of(const supervisor_t* const supervisor, const pus_tc
     return selector;
 }
 
-// ---- Gates ----
+// ---- Conditions of a state ----
 
-/// G2: every required port of the target's configuration has an open, fresh link.
+/// Links: every required port of the target's configuration has an open, fresh link.
 static pus_failure_t check_links(const supervisor_t* const supervisor, const registry_entry_t* const target)
 {
     for (uint16_t i = 0U; i < target->mission->port_count; i++) {
@@ -89,7 +90,7 @@ static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_
                            : pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-/// G1: electrical power for the requested state.
+/// Power: enough electrical power for the requested state.
 static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t apid, const state_t state)
 {
     const uint32_t needed_w    = supervisor_registry_power_w(supervisor, apid, state);

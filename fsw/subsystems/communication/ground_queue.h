@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reports waiting for one ground client. A slow reader loses the oldest housekeeping reports first, and
-/// never an
-/// event or a verification: those have a queue of their own; order of arrival is kept across both.
+/// never an event or a verification: those have a queue of their own; order of arrival is kept across both.
 ///
 /// Ownership  The caller places it.
 /// Context    One loop.

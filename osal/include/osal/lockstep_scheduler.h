@@ -112,11 +112,12 @@ osal_lockstep_presence_t osal_lockstep_presence(const osal_lockstep_t* scheduler
 uint64_t osal_lockstep_begin_ns(osal_lockstep_t* scheduler, unsigned participant);
 /// True if the participant has joined and not ended.
 bool osal_lockstep_is_present(const osal_lockstep_t* scheduler, unsigned participant);
-/// The expected participant for which simulated time is stopped now (PARTICIPANTS_MAX: none).
+/// The expected participant for which simulated time is stopped now (OSAL_LOCKSTEP_PARTICIPANTS_MAX: none).
 unsigned osal_lockstep_awaited(const osal_lockstep_t* scheduler);
 /// Let an expected life begin later, so time continues without it. No effect on another life or a begun one.
 void osal_lockstep_postpone(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t at_ns);
-/// For a watchdog: the holder of the grant (PARTICIPANTS_MAX: none) and the number of grants so far [wraps].
+/// For a watchdog: the holder of the grant (OSAL_LOCKSTEP_PARTICIPANTS_MAX: none) and the number of grants so
+/// far [wraps].
 unsigned osal_lockstep_holder(osal_lockstep_t* scheduler, uint32_t* out_grants);
 
 /// The local TCP port of the stream of a participant that joined through the co-simulation port (0: none).

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Sockets: UDP datagrams and TCP streams over IPv4. Listens on loopback unless the caller names another
-/// address. Non-blocking, except the one function that says it waits. Interrupted calls are repeated inside.
+/// address. Non-blocking, except the functions whose comment says that they wait. Interrupted calls are
+/// repeated inside.
 ///
 /// Ownership  The caller places osal_socket_t; closed by osal_socket_close.
 /// Errors     Each lists its own.
