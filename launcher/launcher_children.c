@@ -7,52 +7,12 @@
 #include "osal/include/osal/file.h"
 
 // The simulator has most arguments: four pairs for each bus, and a dozen other pairs.
-CAPACITY_CHECK(arguments_fit, LAUNCHER_ARGUMENTS_MAX > ((8U * MISSION_BUSES_MAX) + 24U));
+CAPACITY_CHECK(arguments_fit, ARGUMENTS_MAX > ((8U * MISSION_BUSES_MAX) + 24U));
 CAPACITY_CHECK(children_are_waited_for, OSAL_PROCESS_WAIT_MAX >= LAUNCHER_CHILDREN_MAX);
 CAPACITY_CHECK(children_are_noted, RUN_PROCESSES_MAX >= LAUNCHER_CHILDREN_MAX);
 
 #define PYTHON_VENV "build/venv/bin/python"
 #define PYTHON_SYSTEM "/usr/bin/python3"
-
-static void argument_begin(arguments_t* const arguments)
-{
-    arguments->list[arguments->count] = &arguments->storage[arguments->text.length];
-    arguments->count++;
-    FSW_ASSERT(arguments->count < LAUNCHER_ARGUMENTS_MAX);
-    arguments->list[arguments->count] = NULL;
-}
-
-/// Append the concatenation of two texts as one argument.
-void arguments_add_joined(arguments_t* const arguments, const char* const first, const char* const second)
-{
-    if (arguments->count == 0U) {
-        arguments->text = text_in(arguments->storage, sizeof arguments->storage);
-    }
-    argument_begin(arguments);
-    text_add(&arguments->text, first);
-    text_add(&arguments->text, second);
-    FSW_ASSERT(!arguments->text.cut);
-    arguments->text.length++; // Keep the NUL: the next argument begins after it.
-}
-
-void arguments_add(arguments_t* const arguments, const char* const argument)
-{
-    arguments_add_joined(arguments, argument, "");
-}
-
-void arguments_add_number(arguments_t* const arguments, const uint64_t number)
-{
-    char digits[24];
-    text_t text = text_in(digits, sizeof digits);
-    text_add_unsigned(&text, number);
-    arguments_add(arguments, digits);
-}
-
-void arguments_add_program(arguments_t* const arguments, const launcher_t* const launcher,
-                           const char* const name)
-{
-    arguments_add_joined(arguments, launcher->program_folder, name);
-}
 
 static child_t* new_child(launcher_t* const launcher, const char* const name, const unsigned participant)
 {
@@ -190,7 +150,7 @@ static void start_simulator(launcher_t* const launcher)
 {
     arguments_t arguments = {.count = 0U};
     char name[RUN_NAME_MAX];
-    arguments_add_program(&arguments, launcher, "simulator");
+    arguments_add_joined(&arguments, launcher->program_folder, "simulator");
     add_world(&arguments, launcher);
     arguments_add(&arguments, "--out");
     arguments_add(&arguments, launcher->run->folder);
@@ -241,7 +201,7 @@ static void start_image(launcher_t* const launcher)
         launcher->run->components[i].found_life = 1U;
         launcher->run->components[i].process    = (uint32_t)RUN_PROCESS_RUNNING;
     }
-    arguments_add_program(&arguments, launcher, "image");
+    arguments_add_joined(&arguments, launcher->program_folder, "image");
     arguments_add(&arguments, "--run");
     arguments_add(&arguments, name);
     add_world(&arguments, launcher);
@@ -287,7 +247,7 @@ static void start_operator(launcher_t* const launcher)
 static void start_archive(launcher_t* const launcher)
 {
     arguments_t arguments = {.count = 0U};
-    arguments_add_program(&arguments, launcher, "packet-archive-sqlite");
+    arguments_add_joined(&arguments, launcher->program_folder, "packet-archive-sqlite");
     arguments_add(&arguments, "follow");
     arguments_add(&arguments, launcher->run->folder);
     launcher_start_child(launcher, new_child(launcher, "packet-archive-sqlite", LAUNCHER_NO_PARTICIPANT),

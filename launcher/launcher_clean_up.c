@@ -132,7 +132,7 @@ bool launcher_run_tool(launcher_t* const launcher, const arguments_t* const argu
 static void complete_logs(launcher_t* const launcher)
 {
     arguments_t merge = {.count = 0U};
-    arguments_add_program(&merge, launcher, "packet-archive-sqlite");
+    arguments_add_joined(&merge, launcher->program_folder, "packet-archive-sqlite");
     arguments_add(&merge, "merge");
     arguments_add(&merge, launcher->run->folder);
     arguments_add_number(&merge, __atomic_load_n(&launcher->run->log_records, __ATOMIC_ACQUIRE));

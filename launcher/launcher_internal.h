@@ -3,29 +3,15 @@
 #ifndef LAUNCHER_LAUNCHER_INTERNAL_H
 #define LAUNCHER_LAUNCHER_INTERNAL_H
 
+#include "launcher/arguments.h"
 #include "launcher/launcher.h"
 #include "base/text.h"
 
 #define LAUNCHER_LOOP_MS 20U
 #define LAUNCHER_REAL_LOOP_MS 5U ///< In real time a hang must be found soon.
 #define LAUNCHER_NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
-#define LAUNCHER_ARGUMENTS_MAX 96U
-#define LAUNCHER_ARGUMENT_TEXT 8192U
 
-typedef struct { // Arguments of a child under construction.
-    const char* list[LAUNCHER_ARGUMENTS_MAX];
-    size_t count;
-    char storage[LAUNCHER_ARGUMENT_TEXT];
-    text_t text;
-} arguments_t;
-
-/// launcher_children.c: argument lists, and starting children.
-void arguments_add(arguments_t* arguments, const char* argument);
-/// The concatenation of two texts as one argument.
-void arguments_add_joined(arguments_t* arguments, const char* first, const char* second);
-void arguments_add_number(arguments_t* arguments, uint64_t number);
-/// A program in the folder of the launcher.
-void arguments_add_program(arguments_t* arguments, const launcher_t* launcher, const char* name);
+/// launcher_children.c: starting children.
 /// The project's own Python if it exists, else the system's.
 const char* launcher_python(void);
 void launcher_start_child(launcher_t* launcher, child_t* child, const arguments_t* arguments,

@@ -62,7 +62,7 @@ void launcher_add_component(const launcher_t* const launcher, const unsigned com
     const bool is_remote_endian  = launcher_is_remote_endian(launcher, component);
     char name[RUN_NAME_MAX];
     FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
-    arguments_add_program(arguments, launcher, is_remote_endian ? "proxy" : executable);
+    arguments_add_joined(arguments, launcher->program_folder, is_remote_endian ? "proxy" : executable);
     arguments_add(arguments, "--run");
     arguments_add(arguments, name);
     arguments_add(arguments, "--component");

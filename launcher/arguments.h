@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The argument list of a program to be started, as osal_process_start takes it: texts that end with null.
+///
+///     arguments_t arguments = {.count = 0U};
+///     arguments_add_joined(&arguments, folder, "simulator");
+///     arguments_add(&arguments, "--seed");
+///     arguments_add_number(&arguments, 7U);
+///     const osal_process_start_t start = {.arguments = arguments.list, ...};
+///
+/// Ownership  The caller places arguments_t, all zero; it must not be moved: the list points into it.
+/// Context    Any.
+/// Errors     None: more arguments or text than there is room for is a coding error.
+#ifndef LAUNCHER_ARGUMENTS_H
+#define LAUNCHER_ARGUMENTS_H
+
+#include "base/text.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define ARGUMENTS_MAX 96U ///< With the null at the end.
+#define ARGUMENTS_TEXT_MAX 8192U
+
+typedef struct { // Private, except list and count: read-only.
+    const char* list[ARGUMENTS_MAX];
+    size_t count;
+    char storage[ARGUMENTS_TEXT_MAX];
+    text_t text;
+} arguments_t;
+
+void arguments_add(arguments_t* arguments, const char* argument);
+/// The concatenation of two texts as one argument.
+void arguments_add_joined(arguments_t* arguments, const char* first, const char* second);
+void arguments_add_number(arguments_t* arguments, uint64_t number);
+
+#endif // LAUNCHER_ARGUMENTS_H
