@@ -69,7 +69,7 @@ status_t canopen_device_attach(canopen_device_t* const device, canopen_master_t*
     return status;
 }
 
-// ---- Commissioning ------------------------------------------------------------------------------
+// ---- Commissioning ----
 
 static void ask(canopen_device_t* const device, uint16_t* const count, const canopen_setting_t setting)
 {
@@ -190,7 +190,7 @@ status_t canopen_device_configure_step(canopen_device_t* const device)
     return status;
 }
 
-// ---- Process data -------------------------------------------------------------------------------
+// ---- Process data ----
 
 /// Axis of an object of the profile area, and the object of the first axis that corresponds to it.
 static canopen_cia402_axis_t* axis_of(canopen_device_t* const device, const uint16_t index,

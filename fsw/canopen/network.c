@@ -141,7 +141,7 @@ void canopen_network_bus_counters(const canopen_network_t* const network,
     *out_counters = sum;
 }
 
-// ---- Commissioning ------------------------------------------------------------------------------
+// ---- Commissioning ----
 
 static bool has_two_channels(const canopen_network_t* const network)
 {
@@ -423,7 +423,7 @@ void canopen_network_close(canopen_network_t* const network)
     }
 }
 
-// ---- The cycle ----------------------------------------------------------------------------------
+// ---- The cycle ----
 
 void canopen_network_emit(canopen_network_t* const network, const uint64_t now_ns)
 {

@@ -50,7 +50,7 @@ static void enter(drives_t* const drives, const drives_activity_t activity)
     }
 }
 
-// ---- Events -------------------------------------------------------------------------------------
+// ---- Events ----
 
 static void raise_fault(drives_t* const drives, const canopen_network_fault_t* const fault)
 {
@@ -88,7 +88,7 @@ static void raise_faults(drives_t* const drives)
     }
 }
 
-// ---- Commissioning ------------------------------------------------------------------------------
+// ---- Commissioning ----
 
 /// First CAN end node of a device, or null.
 static const descriptor_endnode_t* can_endnode(const subsystem_descriptor_t* const descriptor,
@@ -322,7 +322,7 @@ void drives_release(void* const self)
     }
 }
 
-// ---- The cycle ----------------------------------------------------------------------------------
+// ---- The cycle ----
 
 /// All axes to a goal.
 static status_t go(drives_t* const drives, const canopen_cia402_goal_t goal)

@@ -22,7 +22,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-// --- Process form: lock and hand-over ------------------------------------------------------------------
+// ---- Process form: lock and hand-over ----
 
 /// A later process takes part with its own life.
 static bool has_life(const osal_lockstep_t* scheduler, int32_t process)
@@ -112,7 +112,7 @@ static bool sleep_until_granted(osal_lockstep_t* scheduler, uint32_t participant
     }
 }
 
-// --- The contract --------------------------------------------------------------------------------------
+// ---- The contract ----
 
 osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t slot_ns, bool is_shared)
 {

@@ -37,7 +37,7 @@
 static volatile sig_atomic_t stop_count;
 static volatile sig_atomic_t stop_descriptor = -1;
 
-// --- In the child, between fork and exec: async-signal-safe calls only ---------------------------------
+// ---- In the child, between fork and exec: async-signal-safe calls only ----
 
 static bool limit_to(unsigned resource, uint64_t most)
 {
@@ -141,7 +141,7 @@ static void become(const osal_process_start_t* start, pid_t parent)
     (void)execv(start->arguments[0], arguments);
 }
 
-// --- In the parent -------------------------------------------------------------------------------------
+// ---- In the parent ----
 
 static status_t status_of_start(int error)
 {
@@ -391,7 +391,7 @@ int32_t osal_process_own_id(void)
     return (int32_t)getpid();
 }
 
-// --- Stop signals --------------------------------------------------------------------------------------
+// ---- Stop signals ----
 
 static void on_stop(int number)
 {

@@ -98,7 +98,7 @@ static int open_descriptor(int domain, int type)
     return socket(domain, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 }
 
-// --- UDP -----------------------------------------------------------------------------------------------
+// ---- UDP ----
 
 status_t osal_udp_open(osal_socket_t* sock, osal_address_t local, size_t receive_bytes)
 {
@@ -186,7 +186,7 @@ status_t osal_udp_receive(osal_socket_t* sock, osal_address_t* out_from, uint8_t
     return STATUS_OK;
 }
 
-// --- Streams -------------------------------------------------------------------------------------------
+// ---- Streams ----
 
 static status_t listen_on(osal_socket_t* sock, int descriptor, const void* address, size_t size)
 {
@@ -363,7 +363,7 @@ status_t osal_stream_receive(osal_socket_t* sock, uint8_t* octets, size_t capaci
     return (status_of_send(errno) == STATUS_CLOSED) ? STATUS_CLOSED : STATUS_IO;
 }
 
-// --- Local streams -------------------------------------------------------------------------------------
+// ---- Local streams ----
 
 /// False if the path does not fit the contract.
 static bool local_address(const char* path, struct sockaddr_un* out_address)
@@ -411,7 +411,7 @@ status_t osal_local_pair(osal_socket_t* sock, osal_socket_t* out_peer)
     return (result == 0) ? STATUS_OK : STATUS_IO;
 }
 
-// --- Any socket ----------------------------------------------------------------------------------------
+// ---- Any socket ----
 
 /// Poll for octets, unless polling was unsuccessful recently. Like poll: 1 octets or an error, 0 none yet.
 static int look_for_octets(osal_socket_t* sock, struct pollfd* watched)

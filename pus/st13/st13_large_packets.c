@@ -35,7 +35,7 @@ void pus_large_init(pus_large_t* const large, const pus_large_config_t* const co
     (void)memset(config->uplinks, 0, config->uplink_count * sizeof(config->uplinks[0]));
 }
 
-// --- down --------------------------------------------------------------------------------------------------
+// ---- Down ----
 
 /// The buffer of the next report to be posted.
 static size_t free_report(const pus_large_t* const large)
@@ -116,7 +116,7 @@ static bool send_part(pus_large_t* const large, const uint64_t now_ns)
     return true;
 }
 
-// --- up ----------------------------------------------------------------------------------------------------
+// ---- Up ----
 
 static uint8_t* octets_of(const pus_large_t* const large, const pus_large_uplink_t* const uplink)
 {
@@ -287,7 +287,7 @@ static void step_uplink(pus_large_t* const large, pus_large_uplink_t* const upli
     }
 }
 
-// --- the service -------------------------------------------------------------------------------------------
+// ---- The service ----
 
 void pus_large_step(pus_large_t* const large, const uint64_t now_ns)
 {

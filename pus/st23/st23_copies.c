@@ -72,7 +72,7 @@ static uint32_t key_of(const pus_files_t* const files, const pus_file_copy_t* co
     return ST23_KEY_COPY + (uint32_t)(copy - files->config.copies);
 }
 
-// --- beginning ---------------------------------------------------------------------------------------------
+// ---- Beginning ----
 
 /// The paths in TC 14 and 15.
 typedef struct {
@@ -175,7 +175,7 @@ pus_reply_t st23_move(void* const self, pus_request_t* const request)
     return st23_reply_of(files, status, order.target.name_offset);
 }
 
-// --- changing ----------------------------------------------------------------------------------------------
+// ---- Changing ----
 
 /// Forget a copy, and its part unless it has become the target.
 static void forget(pus_files_t* const files, pus_file_copy_t* const copy, const bool has_part)
@@ -261,7 +261,7 @@ pus_reply_t st23_change_copies_of_path(void* const self, pus_request_t* const re
     return pus_done();
 }
 
-// --- status report -----------------------------------------------------------------------------------------
+// ---- Status report ----
 
 pus_reply_t st23_enable_status_report(void* const self, pus_request_t* const request)
 {
@@ -332,7 +332,7 @@ static void report_if_due(pus_files_t* const files, const uint64_t now_ns, const
     }
 }
 
-// --- copying -----------------------------------------------------------------------------------------------
+// ---- Copying ----
 
 /// Create the partial file. STATUS_OK, or the status of the store.
 static status_t begin_copy(const pus_files_t* const files, pus_file_copy_t* const copy)

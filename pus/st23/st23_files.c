@@ -95,7 +95,7 @@ status_t st23_look(const pus_files_t* const files, const pus_file_path_t* const 
     return is_other_kind ? STATUS_NOT_FOUND : status;
 }
 
-// --- locks -------------------------------------------------------------------------------------------------
+// ---- Locks ----
 
 bool st23_is_locked(const pus_files_t* const files, const pus_file_path_t* const path)
 {
@@ -207,7 +207,7 @@ static pus_reply_t unlock_file(void* const self, pus_request_t* const request)
     return st23_reply_of(files, status, place.name_offset);
 }
 
-// --- files -------------------------------------------------------------------------------------------------
+// ---- Files ----
 
 /// Create a file with a lock. The lock is stored first: a power cut leaves both, none, or a lock without a
 /// file. STATUS_OK, or the status of the store or of the records.
@@ -296,7 +296,7 @@ static pus_reply_t report_attributes(void* const self, pus_request_t* const requ
     return st23_reply_of(files, status, place.name_offset);
 }
 
-// --- directories -------------------------------------------------------------------------------------------
+// ---- Directories ----
 
 static pus_reply_t create_directory(void* const self, pus_request_t* const request)
 {
@@ -354,7 +354,7 @@ static pus_reply_t rename_directory(void* const self, pus_request_t* const reque
     return st23_reply_of(files, status, new_offset);
 }
 
-// --- the service -------------------------------------------------------------------------------------------
+// ---- The service ----
 
 /// Restore a path from a record. False: malformed.
 static bool restore_path(const uint8_t* const octets, const size_t size, pus_file_path_t* const out_path)

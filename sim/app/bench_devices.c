@@ -38,8 +38,7 @@ typedef struct {
     char* error;
 } line_t;
 
-// --- inputs and outputs of devices
-// -----------------------------------------------------------------------------------
+// ---- Inputs and outputs of devices ----
 
 static void look(void* context, drive_truth_t* out_truth)
 {
@@ -68,8 +67,7 @@ static void on_axis(void* context, uint8_t node, unsigned axis, uint16_t statusw
     tell(context, now_ns, statusword, brake);
 }
 
-// --- the file
-// ----------------------------------------------------------------------------------------------------
+// ---- The file ----
 
 static status_t refuse(const line_t* line, size_t index, const char* expected)
 {
@@ -227,8 +225,7 @@ static status_t read_file(bench_devices_t* bench_devices, char error[SIMULATOR_E
     return status;
 }
 
-// --- opening, closing, one step
-// -----------------------------------------------------------------------------------
+// ---- Opening, closing, one step ----
 
 status_t bench_devices_open(const bench_devices_config_t* config, bench_devices_t** out_bench_devices,
                             char error[SIMULATOR_ERROR_MAX])

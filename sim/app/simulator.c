@@ -61,7 +61,7 @@ struct simulator {
     uint64_t tool_credit_ns; // Time up to which the tool has sent frames.
 };
 
-// --- truth ---
+// ---- Truth ----
 
 static void note(simulator_t* simulator, status_t status)
 {
@@ -159,7 +159,7 @@ static void log_operator(simulator_t* simulator, uint64_t now_ns)
     note(simulator, truth_operator(simulator->truth_log, now_ns, &operator_));
 }
 
-// --- devices: inputs and outputs ---
+// ---- Devices: inputs and outputs ----
 
 static void look_at_joint(void* context, drive_truth_t* out_truth)
 {
@@ -190,7 +190,7 @@ static void drive_motors(void* context, unsigned substep, const plant_rotor_t mo
     }
 }
 
-// --- one step ---
+// ---- One step ----
 
 static void run_buses(simulator_t* simulator, uint64_t until_ns)
 {
@@ -287,7 +287,7 @@ bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms)
     return simulator->tool_credit_ns > simulator->time_ns;
 }
 
-// --- opening and closing ---
+// ---- Opening and closing ----
 
 /// Name of bus `index`: the arm's and the joystick's, then the others as they are given.
 static const char* bus_name(const simulator_config_t* config, unsigned index)

@@ -149,8 +149,7 @@ static const struct option long_options[] = {
     {"help", no_argument, NULL, OPTION_HELP},
     {NULL, 0, NULL, 0}};
 
-// --- command line
-// ----------------------------------------------------------------------------------------------
+// ---- Command line ----
 
 /// The bus of that name, added if it is new; null if there are too many.
 static simulator_bus_t* bus_of(options_t* options, const char* name)
@@ -391,8 +390,7 @@ static int parse(options_t* options, int count, char* arguments[])
     return check_options(options) ? 0 : (EXIT_USAGE + 1);
 }
 
-// --- the run
-// -----------------------------------------------------------------------------------------------------
+// ---- The run ----
 
 /// A simulator that crashes writes the buffered log records.
 static void save_logs(int signal_number)

@@ -13,7 +13,7 @@
 #define SLICE_MS 50U   ///< How long a wait goes without looking whether the run has ended.
 #define ACCEPT_MS 500U ///< One round of cosimulation_port_serve.
 
-// --- Lines ---------------------------------------------------------------------------------------------
+// ---- Lines ----
 
 /// Decimal number up to `max` at *text, ended by `end`; moves *text behind it.
 static bool take_number(const char** text, char end, uint64_t max, uint64_t* out_value)
@@ -80,7 +80,7 @@ static bool parse_done(const char* line, uint64_t* out_wake_ns, uint32_t* out_oc
     return true;
 }
 
-// --- The client ----------------------------------------------------------------------------------------
+// ---- The client ----
 
 static void let_go(cosimulation_port_t* cosimulation, uint32_t* reason)
 {
@@ -183,7 +183,7 @@ static uint32_t rest_ms(uint64_t until_ns)
     return (until_ns > now_ns) ? (uint32_t)((until_ns - now_ns + NS_PER_MS - 1U) / NS_PER_MS) : 0U;
 }
 
-// --- The contract --------------------------------------------------------------------------------------
+// ---- The contract ----
 
 status_t cosimulation_port_open(cosimulation_port_t* cosimulation, const char* path, const char* participant,
                                 const osal_lockstep_t* scheduler, uint32_t patience_ms)

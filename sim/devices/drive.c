@@ -254,8 +254,7 @@ static void on_reset(void* context, uint64_t now_ns)
     axis_reset(&drive->axis, now_ns);
 }
 
-// --- plant side
-// --------------------------------------------------------------------------------------------------
+// ---- Plant side ----
 
 /// Reference of a stop: speed runs down to zero, position with it.
 static void run_ramp(drive_t* drive)
@@ -392,8 +391,7 @@ uint16_t drive_statusword(const drive_t* drive)
     return (uint16_t)drive->axis.statusword->value;
 }
 
-// --- by scenario
-// -------------------------------------------------------------------------------------------------
+// ---- By scenario ----
 
 void drive_set_torque_offset(drive_t* drive, double offset_nm)
 {
@@ -438,8 +436,7 @@ void drive_set_temperature(drive_t* drive, double celsius, uint64_t now_ns)
     }
 }
 
-// --- creation
-// ----------------------------------------------------------------------------------------------------
+// ---- Creation ----
 
 static bool find_objects(drive_t* drive)
 {

@@ -134,8 +134,7 @@ static void on_reset(void* context, uint64_t now_ns)
     }
 }
 
-// --- plant side
-// --------------------------------------------------------------------------------------------------
+// ---- Plant side ----
 
 void joystick_torque(const joystick_t* joystick, double out_torque_nm[JOYSTICK_AXES])
 {
@@ -196,8 +195,7 @@ void joystick_set_error(joystick_t* joystick, uint16_t code, bool is_present, ui
     }
 }
 
-// --- creation
-// ----------------------------------------------------------------------------------------------------
+// ---- Creation ----
 
 static bool find_axis(joystick_t* joystick, unsigned number)
 {

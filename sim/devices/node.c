@@ -46,8 +46,7 @@ void node_send(node_t* node, uint32_t id, const uint8_t* data, uint8_t length, u
     (void)bus_submit(node->bus, node->bus_index, &frame, time_ns);
 }
 
-// --- emergencies
-// ------------------------------------------------------------------------------------------------
+// ---- Emergencies ----
 
 static void send_emergency(node_t* node, const uint8_t message[EMERGENCY_OCTETS], uint64_t now_ns)
 {
@@ -79,8 +78,7 @@ bool node_has_error(const node_t* node, uint16_t code, uint8_t axis)
     return emergency_is_present(&node->emergencies, code, axis);
 }
 
-// --- NMT
-// ---------------------------------------------------------------------------------------------------------
+// ---- NMT ----
 
 static void set_state(node_t* node, node_state_t state, uint64_t now_ns)
 {
@@ -167,8 +165,7 @@ static void take_nmt(node_t* node, const osal_can_frame_t* frame)
     }
 }
 
-// --- SDO
-// ---------------------------------------------------------------------------------------------------------
+// ---- SDO ----
 
 static uint32_t check_sync_counter(const node_t* node, int64_t value)
 {
@@ -248,8 +245,7 @@ static void take_sdo(node_t* node, const osal_can_frame_t* frame)
     }
 }
 
-// --- heartbeat
-// ---------------------------------------------------------------------------------------------------
+// ---- Heartbeat ----
 
 static void take_heartbeat(node_t* node, const osal_can_frame_t* frame)
 {
@@ -306,8 +302,7 @@ static uint64_t run_heartbeats(node_t* node, uint64_t now_ns)
     return next_ns;
 }
 
-// --- life on the bus
-// ---------------------------------------------------------------------------------------------
+// ---- Life on the bus ----
 
 static void on_frame(void* context, const osal_can_frame_t* frame)
 {

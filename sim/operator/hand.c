@@ -66,8 +66,7 @@ struct hand {
     hand_intent_t intent;
 };
 
-// --- motions
-// ------------------------------------------------------------------------------------------------
+// ---- Motions ----
 
 /// Minimum jerk from 0 to 1 over a unit of time.
 static double minimum_jerk(double share)
@@ -225,8 +224,7 @@ static const verb_t verbs[] = {
 
 #define VERB_COUNT (sizeof(verbs) / sizeof(verbs[0]))
 
-// --- script
-// -------------------------------------------------------------------------------------------------
+// ---- Script ----
 
 static const verb_t* find_verb(const char* name)
 {
@@ -317,8 +315,7 @@ void hand_destroy(hand_t* hand)
     free(hand);
 }
 
-// --- playing
-// ------------------------------------------------------------------------------------------------
+// ---- Playing ----
 
 /// Move `value` towards `target`, a unit in `unit_s`.
 static double slew(double value, double target, double unit_s, double dt_s)

@@ -22,8 +22,7 @@
 
 static unsigned open_plants; // ODE is initialised while any plant exists.
 
-// --- creation
-// -----------------------------------------------------------------------------------------------
+// ---- Creation ----
 
 /// A link: x of its body frame points from joint to joint, the hinge axis is -y so that angles raise the tip.
 static dBodyID create_link(plant_t* plant, unsigned index, const double start_m[2], double angle_rad)
@@ -157,8 +156,7 @@ void plant_destroy(plant_t* plant)
     }
 }
 
-// --- one step
-// -----------------------------------------------------------------------------------------------
+// ---- One step ----
 
 /// Joint angles and tip from ODE into the truth; angles keep counting beyond half a turn.
 static void read_links(plant_t* plant)
@@ -344,8 +342,7 @@ void plant_step(plant_t* plant, const plant_input_t* input, uint64_t dt_ns)
     plant->truth.time_ns += dt_ns;
 }
 
-// --- looking at it
-// ------------------------------------------------------------------------------------------
+// ---- Looking at it ----
 
 const plant_truth_t* plant_truth(const plant_t* plant)
 {

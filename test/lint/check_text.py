@@ -72,12 +72,15 @@ def contract_breaches(path, lines):
 
 
 SOURCES = {"base", "osal", "pus", "fsw", "launcher", "sim"}
+BANNER = re.compile(r"// ---- [A-Z][^-]*(-[^-]+)* ----$")
 COMMENT = re.compile(r"(?:^|\s)///?<? (.*)$")
 
 
 def comment_breaches(path, lines, turns):
-    """Turns that no comment of the sources may use, and comments that are wider than the code."""
+    """Turns that no comment of the sources may use, comments wider than the code, and banners of another form."""
     for number, line in enumerate(lines, 1):
+        if line.startswith("// --") and not BANNER.match(line):
+            yield f"{path}:{number}: a banner is written `// ---- Text ----`"
         comment = COMMENT.search(line)
         found = turns.search(comment[1]) if comment and path.parts[0] in SOURCES else None
         if found:

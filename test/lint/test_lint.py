@@ -165,6 +165,12 @@ def test_text(tmp_path, monkeypatch, text, complaint):
         ("test/a.c", "// Nobody takes it.", None),
         ("sim/a.c", "// " + "x" * 107, None),
         ("sim/a.c", "// " + "x" * 108, "beyond column 110"),
+        ("sim/a.c", "// ---- One step, again ----", None),
+        ("test/a.c", "// ---- Non-blocking calls ----", None),
+        ("test/a.c", "// --- One step", "a banner is written"),
+        ("sim/a.c", "// ---- one step ----", "a banner is written"),
+        ("sim/a.c", "// ---- One step -----------------", "a banner is written"),
+        ("sim/a.c", "// " + "-" * 60, "a banner is written"),
     ],
 )
 def test_turns_and_width_of_comments(tmp_path, monkeypatch, name, line, complaint):

@@ -147,7 +147,7 @@ unsigned scripted_bus_count(const scripted_bus_t* const bus, const uint32_t id)
     return count;
 }
 
-// ---- CiA 402 ------------------------------------------------------------------------------------
+// ---- CiA 402 ----
 
 typedef struct { // In state `from`, a controlword with `mask` bits equal to `value` leads to `to`.
     uint16_t from;
@@ -189,7 +189,7 @@ static void move(scripted_node_t* const node, const unsigned axis, const uint16_
     }
 }
 
-// ---- CiA 301 ------------------------------------------------------------------------------------
+// ---- CiA 301 ----
 
 static void boot(scripted_bus_t* const bus, scripted_node_t* const node)
 {

@@ -56,7 +56,7 @@ static status_t failed(journal_t* const journal)
     return STATUS_IO;
 }
 
-// --- writing -----------------------------------------------------------------------------------------------
+// ---- Writing ----
 
 /// Append a record whose octets are in the buffer. STATUS_OK, STATUS_FULL, STATUS_IO.
 static status_t append(journal_t* const journal, const journal_record_t* const record)
@@ -300,7 +300,7 @@ status_t journal_commit(void* const context)
     return STATUS_OK;
 }
 
-// --- reading back ------------------------------------------------------------------------------------------
+// ---- Reading back ----
 
 /// Fill the index from the medium, up to the tail. STATUS_OK, STATUS_EXHAUSTED, STATUS_IO.
 static status_t build_index(journal_t* const journal)

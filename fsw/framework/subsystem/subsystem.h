@@ -95,7 +95,7 @@ typedef struct {
     bool (*fits)(const subsystem_descriptor_t* descriptor, subsystem_misfit_t* out_misfit);
 } subsystem_callbacks_t;
 
-// ---- Called by a specific subsystem from its callbacks -------------------------------------------------
+// ---- Called by a specific subsystem from its callbacks ----
 
 /// Time of this cycle [ns of the run] and number of cycles since the configuration was applied.
 uint64_t subsystem_now_ns(const subsystem_t* subsystem);

@@ -17,7 +17,7 @@ static canopen_cia402_axis_t* joint_axis(manipulator_t* const manipulator, const
     return (device != NULL) ? &device->axes[0] : NULL;
 }
 
-// ---- Sense --------------------------------------------------------------------------------------
+// ---- Sense ----
 
 static void watch_torque(manipulator_t* const manipulator)
 {
@@ -88,7 +88,7 @@ void manipulator_sense(void* const self)
     }
 }
 
-// ---- Control ------------------------------------------------------------------------------------
+// ---- Control ----
 
 static void command(manipulator_t* const manipulator, const manipulator_arm_setup_t* const setup)
 {

@@ -14,7 +14,7 @@
 #define PEAK_SPEED 1.875    // Of a minimum-jerk motion over distance 1 in time 1.
 #define DURATION_MIN_S 0.1
 
-// ---- Motion -------------------------------------------------------------------------------------
+// ---- Motion ----
 
 static void end_move(manipulator_t* const manipulator, const uint16_t failure_code)
 {
@@ -153,7 +153,7 @@ void manipulator_abandon(void* const self)
     }
 }
 
-// ---- Functions ----------------------------------------------------------------------------------
+// ---- Functions ----
 
 /// A command for a tare takes over one that was started automatically.
 static status_t tare(manipulator_t* const manipulator, const uint32_t call_token)

@@ -44,7 +44,7 @@ static void* shared_memory(size_t size)
     return memory;
 }
 
-// --- Single rules ----------------------------------------------------------------------------------------
+// ---- Single rules ----
 
 static uint64_t table_storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
 
@@ -212,7 +212,7 @@ static void test_attach_needs_a_scheduler(void)
     TEST_ASSERT_EQUAL_PTR(scheduler, osal_lockstep_attach(storage));
 }
 
-// --- Death and end with processes ------------------------------------------------------------------------
+// ---- Death and end with processes ----
 
 static pid_t child(void (*entry)(osal_lockstep_t* scheduler, unsigned participant),
                    osal_lockstep_t* scheduler, unsigned participant)

@@ -111,7 +111,7 @@ static void note(trace_t* trace, unsigned participant, const osal_grant_t* grant
     trace->length++;
 }
 
-// --- The rules as a plain model --------------------------------------------------------------------------
+// ---- The rules as a plain model ----
 
 typedef struct {
     bool is_here;
@@ -226,7 +226,7 @@ static void run_model(uint64_t seed, uint32_t length, trace_t* trace)
     }
 }
 
-// --- The scheduler in one loop ----------------------------------------------------------------------------
+// ---- The scheduler in one loop ----
 
 static void act(osal_lockstep_t* scheduler, unsigned participant, const decision_t* decision)
 {
@@ -272,7 +272,7 @@ static void run_loop(uint64_t seed, uint32_t length, trace_t* trace)
     }
 }
 
-// --- The scheduler with a process per participant ---------------------------------------------------------
+// ---- The scheduler with a process per participant ----
 
 static void* shared_memory(size_t size)
 {

@@ -31,7 +31,7 @@ void tearDown(void)
     (void)unlink(path);
 }
 
-// --- Roles of a child ------------------------------------------------------------------------------------
+// ---- Roles of a child ----
 
 static int hold_on(void)
 {
@@ -182,7 +182,7 @@ static int play(const char* role, const char* argument)
     return (strcmp(role, "catch") == 0) ? catch_stop() : ignore_interrupt();
 }
 
-// --- The tests -------------------------------------------------------------------------------------------
+// ---- The tests ----
 
 static osal_process_t start_role(const char* role, const char* argument, const osal_process_start_t* like)
 {

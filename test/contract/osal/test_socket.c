@@ -39,7 +39,7 @@ static osal_address_t address_of(const osal_socket_t* sock)
     return address;
 }
 
-// --- UDP -------------------------------------------------------------------------------------------------
+// ---- UDP ----
 
 static void test_udp_carries_whole_datagrams_in_order(void)
 {
@@ -132,7 +132,7 @@ static void test_udp_datagram_stays_until_the_next_receive(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&a, &from, in, sizeof(in), &size));
 }
 
-// --- TCP -------------------------------------------------------------------------------------------------
+// ---- TCP ----
 
 static void connect_pair(void)
 {
@@ -226,7 +226,7 @@ static void test_descriptors_run_out_as_a_status(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_accept(&a, &c, &peer));
 }
 
-// --- Local streams and inheritance -----------------------------------------------------------------------
+// ---- Local streams and inheritance ----
 
 static void test_a_connection_may_be_begun_without_waiting(void)
 {
@@ -316,7 +316,7 @@ static void test_every_socket_closes_on_exec(void)
     TEST_ASSERT_EQUAL(-1, osal_socket_descriptor(&pair));
 }
 
-// --- Waiting ---------------------------------------------------------------------------------------------
+// ---- Waiting ----
 
 static void ignore_it(int number)
 {

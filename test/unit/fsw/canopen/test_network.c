@@ -14,7 +14,7 @@ void tearDown(void)
     two_drives_close();
 }
 
-// ---- Commissioning ------------------------------------------------------------------------------
+// ---- Commissioning ----
 
 static void drives_come_up_run_and_go_down(void)
 {

@@ -14,7 +14,7 @@ void tearDown(void)
     two_drives_close();
 }
 
-// ---- Faults -------------------------------------------------------------------------------------
+// ---- Faults ----
 
 static void three_missing_answers_are_a_lost_device(void)
 {
@@ -182,7 +182,7 @@ static void a_flood_of_faults_is_counted(void)
     TEST_ASSERT_EQUAL_UINT32(24U - NETWORK_FAULTS_MAX, network.faults_lost);
 }
 
-// ---- Safe state ---------------------------------------------------------------------------------
+// ---- Safe state ----
 
 static void securing_brakes_then_takes_the_voltage(void)
 {

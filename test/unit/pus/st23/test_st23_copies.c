@@ -22,7 +22,7 @@ void tearDown(void)
     records_start();
 }
 
-// --- copies ------------------------------------------------------------------------------------------------
+// ---- Copies ----
 
 static void expect_copied(const char* const from, const char* const to)
 {
@@ -324,7 +324,7 @@ static void without_records_all_works_but_nothing_is_kept(void)
     TEST_ASSERT_EQUAL_UINT32(0U, records.puts);
 }
 
-// --- status report -----------------------------------------------------------------------------------------
+// ---- Status report ----
 
 static void report_every(const uint32_t interval)
 {

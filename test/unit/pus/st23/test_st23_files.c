@@ -19,7 +19,7 @@ void tearDown(void)
     records_start();
 }
 
-// --- files -------------------------------------------------------------------------------------------------
+// ---- Files ----
 
 static void files_are_created_and_deleted(void)
 {
@@ -93,7 +93,7 @@ static void attributes_are_reported(void)
     st23_fixture_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
 }
 
-// --- locks -------------------------------------------------------------------------------------------------
+// ---- Locks ----
 
 static void a_locked_file_stays_as_it_is(void)
 {
@@ -236,7 +236,7 @@ static void bad_records_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, pus_files_restore(&st23_fixture.files, LOCKS - 1U, path, 1U));
 }
 
-// --- directories -------------------------------------------------------------------------------------------
+// ---- Directories ----
 
 static void directories_are_created_renamed_and_deleted(void)
 {

@@ -260,7 +260,7 @@ static void test_path_is_taken_and_given_back(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, cosimulation_port_open(&other, "", "operator", scheduler, 1U));
 }
 
-// --- In a running scheduler -------------------------------------------------------------------------------
+// ---- In a running scheduler ----
 
 #define OPERATOR 5U
 #define COMMUNICATION 1U

@@ -53,8 +53,7 @@ static void expect_lean(const hand_intent_t* intent, double grip_nm_rad)
     }
 }
 
-// --- knowledge of the scene
-// ---------------------------------------------------------------------------------
+// ---- Knowledge of the scene ----
 
 static void test_inverse_kinematics_undoes_forward(void)
 {
@@ -156,8 +155,7 @@ static void test_press_height_gives_the_force(void)
     }
 }
 
-// --- verbs
-// --------------------------------------------------------------------------------------------------
+// ---- Verbs ----
 
 static void test_no_script_rests_at_home(void)
 {
@@ -347,8 +345,7 @@ static void test_mission_script_is_accepted_and_stays_within_the_stick(void)
     }
 }
 
-// --- errors
-// -------------------------------------------------------------------------------------------------
+// ---- Errors ----
 
 typedef struct {
     const char* text;

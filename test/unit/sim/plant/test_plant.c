@@ -103,8 +103,7 @@ static void pull_spring(void)
     run(1.0);
 }
 
-// --- joints
-// -------------------------------------------------------------------------------------------------
+// ---- Joints ----
 
 static void test_gear_carries_gravity_when_at_rest(void)
 {
@@ -235,8 +234,7 @@ static void test_joint_stops_at_its_range(void)
     EXPECT_WITHIN(0.0, 1e-3, plant_truth(plant)->motor[0].velocity_rad_s);
 }
 
-// --- contour
-// ------------------------------------------------------------------------------------------------
+// ---- Contour ----
 
 /// Press on the flat part at x by aiming below it.
 static void press_at(double x, double below_m)
@@ -341,8 +339,7 @@ static void test_external_torque_balances_gear_and_gravity(void)
     EXPECT_WITHIN(g2 - truth->joint_torque_nm[1], 1e-3, truth->external_torque_nm[1]);
 }
 
-// --- spring
-// -------------------------------------------------------------------------------------------------
+// ---- Spring ----
 
 static double pull_at(spring_t* spring, double x, double z)
 {
@@ -407,8 +404,7 @@ static void test_arm_feels_the_spring(void)
     EXPECT_BELOW(-7.0, truth->external_torque_nm[1]);
 }
 
-// --- joystick
-// -----------------------------------------------------------------------------------------------
+// ---- Joystick ----
 
 static void push_stick(void* context, unsigned substep, const double stick_position_rad[PLANT_AXES],
                        const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES])
@@ -450,8 +446,7 @@ static void test_stick_stops_at_its_range(void)
     EXPECT_WITHIN(-rokviss_plant.stick_range_rad - 1.5 / 200.0, 1e-4, truth->stick_position_rad[1]);
 }
 
-// --- repeatability
-// ------------------------------------------------------------------------------------------
+// ---- Repeatability ----
 
 /// A motion with all effects; the checksum of the state at its end.
 static uint64_t eventful_run(void)

@@ -25,8 +25,7 @@ void tearDown(void)
 {
 }
 
-// --- an elastic arm in a plane
-// ------------------------------------------------------------------------------
+// ---- An elastic arm in a plane ----
 
 /// The mission's arm hanging down, without dry friction (which no Runge-Kutta method would follow) and
 /// without obstacles.
@@ -170,8 +169,7 @@ static void test_error_falls_with_the_step(void)
     EXPECT_WITHIN(0.5, 0.1, fine.rms_rad / coarse.rms_rad);
 }
 
-// --- a robot in free fall
-// -----------------------------------------------------------------------------------
+// ---- A robot in free fall ----
 
 static void drive_swinging(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
                            double out_torque_nm[PLANT_JOINTS])

@@ -393,7 +393,7 @@ static void octets_that_are_no_journal_are_replaced(void)
     TEST_ASSERT_EQUAL_UINT64(1U, kept_count);
 }
 
-// --- errors of the media -----------------------------------------------------------------------------------
+// ---- Errors of the media ----
 
 #define SCRIPT_KEYS 6U
 static uint8_t expected_first[SCRIPT_KEYS]; // 0: it does not exist.

@@ -125,7 +125,7 @@ static void damping_takes_energy_from_a_swinging_stick(void)
     EXPECT_WITHIN(0.0, 1.0e-5, position[0]);
 }
 
-// ---- Display ------------------------------------------------------------------------------------
+// ---- Display ----
 
 static void a_displayed_torque_has_its_damping(void)
 {

@@ -57,7 +57,7 @@ static void hold(const double* const hand)
     arm.is_braked = false;
 }
 
-// ---- Observer -----------------------------------------------------------------------------------
+// ---- Observer ----
 
 static void nothing_is_felt_in_free_motion(void)
 {
@@ -112,7 +112,7 @@ static void an_offset_of_the_sensor_is_taken_out_by_its_zero(void)
     EXPECT_WITHIN(0.0, 0.01, control.bias_nm[0]);
 }
 
-// ---- Tare ---------------------------------------------------------------------------------------
+// ---- Tare ----
 
 static void a_tare_is_the_mean_at_rest(void)
 {
@@ -166,7 +166,7 @@ static void a_contact_is_no_offset(void)
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, manipulator_arm_tare_step(&tare, &broken, 1U, 1.0));
 }
 
-// ---- Control ------------------------------------------------------------------------------------
+// ---- Control ----
 
 /// Largest motion of the links and largest step of the command after engaging.
 static void engage(const double* const hand, double* const out_motion, double* const out_step)

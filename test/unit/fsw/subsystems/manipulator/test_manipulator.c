@@ -19,7 +19,7 @@ void tearDown(void)
     rig_tear_down();
 }
 
-// ---- Life ---------------------------------------------------------------------------------------
+// ---- Life ----
 
 static void telepresence_from_offline_and_back(void)
 {
@@ -141,7 +141,7 @@ static void mixed_modes_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, rig_cycle(rig_configure));
 }
 
-// ---- Tare and engagement ------------------------------------------------------------------------
+// ---- Tare and engagement ----
 
 static void the_sensors_are_tared_on_the_brake(void)
 {
@@ -241,7 +241,7 @@ static void engaging_commands_what_the_joints_carry(void)
     EXPECT_ABOVE(GRAVITY1 + 5.0, 0.01 * (double)rig_joints[0]->target_torque[0]); // 2 mrad x 4000 Nm/rad.
 }
 
-// ---- Supervision --------------------------------------------------------------------------------
+// ---- Supervision ----
 
 static void exceeding_the_torque_limit_is_reported_once_per_excess(void)
 {
@@ -339,7 +339,7 @@ static void a_lost_link_holds_the_arm(void)
     }
 }
 
-// ---- Telemetry ----------------------------------------------------------------------------------
+// ---- Telemetry ----
 
 static void only_low_events_can_be_raised_by_command(void)
 {

@@ -18,7 +18,7 @@ void tearDown(void)
     rig_tear_down();
 }
 
-// ---- Stand-alone --------------------------------------------------------------------------------
+// ---- Stand-alone ----
 
 static void move_to_moves_there_in_its_time(void)
 {
