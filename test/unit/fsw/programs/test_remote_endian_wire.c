@@ -201,6 +201,28 @@ static void an_end_that_is_gone_is_noticed(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, remote_endian_send(&one, &writer));
 }
 
+static void a_receiver_does_not_wait_longer_than_it_may(void)
+{
+    octet_reader_t reader;
+    for (uint32_t patience_ms = 0U; patience_ms <= 3U; patience_ms++) {
+        TEST_ASSERT_EQUAL(STATUS_TIMEOUT,
+                          remote_endian_receive(&one, REMOTE_ENDIAN_GRANT, patience_ms, &reader));
+    }
+}
+
+/// A peer that sends while it is to read is none.
+static void a_peer_that_does_not_read_its_message_is_noticed(void)
+{
+    static const uint8_t octets[4096];
+    size_t sent           = 0U;
+    octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
+    while (osal_stream_send(&one.socket, octets, sizeof octets, &sent) == STATUS_OK) {
+        // Until the socket is full.
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_send(&other.socket, octets, 1U, &sent));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, remote_endian_send(&one, &writer));
+}
+
 static void a_message_that_does_not_fit_is_not_sent(void)
 {
     octet_reader_t reader;
@@ -307,6 +329,8 @@ int main(void)
     RUN_TEST(what_is_no_message_is_refused);
     RUN_TEST(a_message_may_come_in_pieces);
     RUN_TEST(an_end_that_is_gone_is_noticed);
+    RUN_TEST(a_receiver_does_not_wait_longer_than_it_may);
+    RUN_TEST(a_peer_that_does_not_read_its_message_is_noticed);
     RUN_TEST(a_message_that_does_not_fit_is_not_sent);
     RUN_TEST(full_buses_are_handed_over);
     RUN_TEST(frames_that_are_none_are_refused);

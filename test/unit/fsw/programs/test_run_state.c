@@ -38,6 +38,35 @@ static bool is_noted(const char* name)
     return false;
 }
 
+static void a_component_is_found_by_its_apid(void)
+{
+    static const uint16_t apids[] = {16U, 17U, 1U};
+    unsigned index                = 99U;
+    TEST_ASSERT_FALSE(run_state_find(&block, 0U, &index)); // There are none yet.
+    block.component_count = 3U;
+    for (unsigned i = 0U; i < 3U; i++) {
+        block.components[i].apid = apids[i];
+    }
+    block.components[3].apid = 18U; // Of nobody.
+    TEST_ASSERT_FALSE(run_state_find(&block, 18U, &index));
+    TEST_ASSERT_EQUAL_UINT(99U, index);
+    for (unsigned i = 0U; i < 3U; i++) {
+        TEST_ASSERT_TRUE(run_state_find(&block, apids[i], &index));
+        TEST_ASSERT_EQUAL_UINT(i, index);
+    }
+}
+
+static void the_last_beat_of_each_component_is_kept(void)
+{
+    run_state_beat(&block, 1U, 700U, 900U);
+    run_state_beat(&block, 2U, 800U, 1000U);
+    TEST_ASSERT_EQUAL_UINT64(700U, run_state_last_beat(&block, 1U).step_ns);
+    TEST_ASSERT_EQUAL_UINT64(900U, run_state_last_beat(&block, 1U).wake_ns);
+    TEST_ASSERT_EQUAL_UINT64(800U, run_state_last_beat(&block, 2U).step_ns);
+    TEST_ASSERT_EQUAL_UINT64(1000U, run_state_last_beat(&block, 2U).wake_ns);
+    TEST_ASSERT_EQUAL_UINT64(0U, run_state_last_beat(&block, 0U).step_ns);
+}
+
 static void a_name_is_noted_once(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.camera"));
@@ -108,6 +137,8 @@ static void lateness_is_counted_in_classes(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(a_component_is_found_by_its_apid);
+    RUN_TEST(the_last_beat_of_each_component_is_kept);
     RUN_TEST(a_name_is_noted_once);
     RUN_TEST(what_does_not_fit_is_refused);
     RUN_TEST(components_note_theirs_at_a_time);

@@ -94,6 +94,9 @@ static void finds_by_id(void)
     }
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find(&dictionary, UNKNOWN, &by_id));
     TEST_ASSERT_EQUAL_UINT32(1U, dictionary.refusals.unknown);
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_read(&dictionary, UNKNOWN, &writer));
+    TEST_ASSERT_EQUAL_UINT32(2U, dictionary.refusals.unknown);
 }
 
 static void refuses_what_is_published_already_or_does_not_fit(void)
