@@ -45,6 +45,75 @@ static void shared_memory_is_the_default(void)
     TEST_ASSERT_EQUAL_STRING("vcan", launch_bus_text(options.bus));
 }
 
+static void each_option_takes_its_value(void)
+{
+    TEST_ASSERT_TRUE(parse("--mission docking-2 --scenario pick_UP9 --seed 18446744073709551606 --form image "
+                           "--duration 10000000"));
+    TEST_ASSERT_EQUAL_STRING("docking-2", options.mission);
+    TEST_ASSERT_EQUAL_STRING("pick_UP9", options.scenario);
+    TEST_ASSERT_EQUAL_UINT64(UINT64_MAX - 9U, options.seed);
+    TEST_ASSERT_TRUE(options.is_image);
+    TEST_ASSERT_EQUAL_UINT64(10000000000000000U, options.duration_ns);
+    TEST_ASSERT_EQUAL_UINT8(1U, options.nodes);
+    TEST_ASSERT_TRUE(parse("--form processes --time real --transport udp --links tipc --nodes 2 --port 1 "
+                           "--tools 65535"));
+    TEST_ASSERT_FALSE(options.is_image || options.is_stepped || options.is_free);
+    TEST_ASSERT_EQUAL_STRING("real", launch_time_text(&options));
+    TEST_ASSERT_EQUAL_STRING("udp", options.transport);
+    TEST_ASSERT_EQUAL_STRING("tipc", options.links);
+    TEST_ASSERT_EQUAL_UINT8(2U, options.nodes);
+    TEST_ASSERT_EQUAL_UINT16(1U, options.port);
+    TEST_ASSERT_EQUAL_UINT16(65535U, options.tools);
+    TEST_ASSERT_TRUE(parse("--time stepped --nodes 1 --out a/b --storage c/d --report no"));
+    TEST_ASSERT_EQUAL_STRING("stepped", launch_time_text(&options));
+    TEST_ASSERT_EQUAL_UINT8(1U, options.nodes);
+    TEST_ASSERT_EQUAL_STRING("a/b", options.output);
+    TEST_ASSERT_EQUAL_STRING("c/d", options.storage);
+    TEST_ASSERT_FALSE(options.has_report);
+    TEST_ASSERT_TRUE(parse("--time free --report yes"));
+    TEST_ASSERT_TRUE(options.is_free && options.has_report);
+    TEST_ASSERT_EQUAL_STRING("free", launch_time_text(&options));
+}
+
+static void a_scenario_is_a_name_or_a_path(void)
+{
+    static const struct {
+        const char* scenario;
+        bool is_path;
+    } scenarios[] = {{"telepresence", false}, {"", false},          {".scn", false},
+                     {"scn", false},          {"abcd", false},      {"a.scn", true},
+                     {"long.name.scn", true}, {"a.scn.txt", false}, {"/", true},
+                     {"./none", true},        {"x/y", true}};
+    for (size_t i = 0U; i < (sizeof scenarios / sizeof scenarios[0]); i++) {
+        TEST_ASSERT_EQUAL_MESSAGE(scenarios[i].is_path, launch_scenario_is_path(scenarios[i].scenario),
+                                  scenarios[i].scenario);
+    }
+    TEST_ASSERT_TRUE(parse("--scenario x/y.scn"));
+    TEST_ASSERT_EQUAL_STRING("x/y.scn", options.scenario);
+}
+
+/// What was given is shown, a long value by its beginning.
+static void a_refusal_shows_the_option_and_its_value(void)
+{
+    TEST_ASSERT_FALSE(parse("--form box"));
+    TEST_ASSERT_EQUAL_STRING("--form box: expected processes or image", error);
+    TEST_ASSERT_FALSE(parse("--port 65536"));
+    TEST_ASSERT_EQUAL_STRING("--port 65536: expected a port number, 1 to 65535", error);
+    TEST_ASSERT_FALSE(parse("--mission a.b"));
+    TEST_ASSERT_EQUAL_STRING(
+        "--mission a.b: expected a name of letters, digits, - and _, without path or ending", error);
+    char line[256] = "--form ";
+    (void)memset(&line[7], 'k', 200U);
+    TEST_ASSERT_FALSE(parse(line));
+    const char* const cut = strstr(error, "k...: expected processes or image");
+    TEST_ASSERT_NOT_NULL(cut);
+    TEST_ASSERT_EQUAL_STRING_LEN("--form k", error, 8U);
+    const size_t shown = (size_t)(cut - error) + 1U - 7U;
+    line[7U + shown]   = '\0'; // As much as is shown whole.
+    TEST_ASSERT_FALSE(parse(line));
+    TEST_ASSERT_NULL(strstr(error, "..."));
+}
+
 static void a_key_is_a_path(void)
 {
     TEST_ASSERT_TRUE(parse("--seed 2"));
@@ -100,6 +169,16 @@ static void what_makes_no_sense_is_refused_with_the_reason(void)
         {"--bus can --time real --interface robot=can0 --tools 29536", "no part in this run"},
         {"--bus vcan --nodes 2", "one network namespace"},
         {"--foreign ../x", "name of a subsystem"},
+        {"--mission x/y", "without path or ending"},
+        {"--seed 18446744073709551616", "expected a number from 0"},
+        {"--seed 1:", "expected a number from 0"},
+        {"--seed /1", "expected a number from 0"},
+        {"--port 0", "1 to 65535"},
+        {"--tools 0", "1 to 65535"},
+        {"--tools 65536", "1 to 65535"},
+        {"--duration 0", "at least 1"},
+        {"--duration 10000001", "at least 1"},
+        {"--unknown 1", "unknown option"},
         {"--foreign MANIPULATOR --form image", "needs a process of its own"},
         {"--foreign MANIPULATOR --time real", "keeps no deadline"},
         {"--foreign MANIPULATOR --time free", "keeps no deadline"},
@@ -135,6 +214,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(shared_memory_is_the_default);
+    RUN_TEST(each_option_takes_its_value);
+    RUN_TEST(a_scenario_is_a_name_or_a_path);
+    RUN_TEST(a_refusal_shows_the_option_and_its_value);
     RUN_TEST(a_key_is_a_path);
     RUN_TEST(real_controllers_are_named);
     RUN_TEST(a_foreign_program_takes_datagrams);
