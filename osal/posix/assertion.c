@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 /// One part of the line; the cast only drops const: writev does not write to it.
-static struct iovec part_of(const char* text)
+static struct iovec part_of(const char* const text)
 {
     struct iovec part;
     const char* const source = (text != NULL) ? text : "?";
@@ -16,7 +16,7 @@ static struct iovec part_of(const char* text)
     return part;
 }
 
-void fsw_assertion_failed(const char* file, int line)
+void fsw_assertion_failed(const char* const file, const int line)
 {
     char digits[12];
     size_t at     = sizeof(digits) - 1U;

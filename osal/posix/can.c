@@ -18,7 +18,7 @@ typedef struct {                          // An address taken apart. Empty texts
 } place_t;
 
 /// STATUS_OK, STATUS_INVALID.
-static status_t take_apart(const char* address, place_t* out_place)
+static status_t take_apart(const char* const address, place_t* const out_place)
 {
     *out_place          = (place_t){.shared = ""};
     const bool is_shm   = (strncmp(address, "shm:", 4U) == 0);
@@ -43,7 +43,7 @@ static status_t take_apart(const char* address, place_t* out_place)
     return STATUS_OK;
 }
 
-status_t osal_can_create(const char* address)
+status_t osal_can_create(const char* const address)
 {
     FSW_ASSERT(address != NULL);
     place_t place;
@@ -54,7 +54,7 @@ status_t osal_can_create(const char* address)
                                            : can_counted_create(place.shared, place.interface);
 }
 
-status_t osal_can_destroy(const char* address)
+status_t osal_can_destroy(const char* const address)
 {
     FSW_ASSERT(address != NULL);
     place_t place;
@@ -65,7 +65,7 @@ status_t osal_can_destroy(const char* address)
     return STATUS_OK;
 }
 
-status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_counts)
+status_t osal_can_hand_over(const char* const address, osal_can_hand_over_t* const out_counts)
 {
     FSW_ASSERT((address != NULL) && (out_counts != NULL));
     place_t place;
@@ -76,7 +76,7 @@ status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_count
     return can_counted_look(place.shared, out_counts);
 }
 
-void osal_can_add_foreign(osal_can_t* can, uint32_t frames)
+void osal_can_add_foreign(osal_can_t* const can, const uint32_t frames)
 {
     FSW_ASSERT(can != NULL);
     if ((can->shared != NULL) && (can->descriptor >= 0)) {
@@ -84,7 +84,7 @@ void osal_can_add_foreign(osal_can_t* can, uint32_t frames)
     }
 }
 
-status_t osal_can_open(osal_can_t* can, const char* address, osal_can_end_t end)
+status_t osal_can_open(osal_can_t* const can, const char* const address, const osal_can_end_t end)
 {
     FSW_ASSERT((can != NULL) && (address != NULL));
     place_t place;
@@ -103,7 +103,7 @@ status_t osal_can_open(osal_can_t* can, const char* address, osal_can_end_t end)
     return status;
 }
 
-void osal_can_close(osal_can_t* can)
+void osal_can_close(osal_can_t* const can)
 {
     FSW_ASSERT(can != NULL);
     if ((can->shared != NULL) && (can->descriptor >= 0)) {
@@ -119,7 +119,7 @@ void osal_can_close(osal_can_t* can)
     can->descriptor = -1;
 }
 
-status_t osal_can_filter(osal_can_t* can, const osal_can_filter_t* filters, size_t count)
+status_t osal_can_filter(osal_can_t* const can, const osal_can_filter_t* const filters, const size_t count)
 {
     FSW_ASSERT((can != NULL) && ((filters != NULL) || (count == 0U)));
     if (count > OSAL_CAN_FILTERS_MAX) {
@@ -137,7 +137,7 @@ status_t osal_can_filter(osal_can_t* can, const osal_can_filter_t* filters, size
     return (can->shared == NULL) ? can_socket_filter(can) : STATUS_OK;
 }
 
-static bool passes(const osal_can_t* can, const osal_can_frame_t* frame)
+static bool passes(const osal_can_t* const can, const osal_can_frame_t* const frame)
 {
     if (!can->is_filtered || ((frame->id & OSAL_CAN_ERROR) != 0U)) {
         return true;
@@ -152,7 +152,7 @@ static bool passes(const osal_can_t* can, const osal_can_frame_t* frame)
 }
 
 /// A length that a frame on the bus can have.
-static bool is_length(const osal_can_frame_t* frame)
+static bool is_length(const osal_can_frame_t* const frame)
 {
     if ((frame->flags & OSAL_CAN_FLAG_FD) == 0U) {
         return frame->length <= CLASSIC_LENGTH_MAX;
@@ -162,7 +162,7 @@ static bool is_length(const osal_can_frame_t* frame)
            (length == 32U) || (length == 48U) || (length == 64U);
 }
 
-status_t osal_can_send(osal_can_t* can, const osal_can_frame_t* frame)
+status_t osal_can_send(osal_can_t* const can, const osal_can_frame_t* const frame)
 {
     FSW_ASSERT((can != NULL) && (frame != NULL));
     if (!is_length(frame)) {
@@ -174,7 +174,7 @@ status_t osal_can_send(osal_can_t* can, const osal_can_frame_t* frame)
     return (can->shared != NULL) ? can_counted_send(can, frame) : can_socket_send(can, frame);
 }
 
-static status_t receive(osal_can_t* can, osal_can_frame_t* out_frame)
+static status_t receive(osal_can_t* const can, osal_can_frame_t* const out_frame)
 {
     if (can->descriptor < 0) {
         return (can->shared != NULL) ? can_shm_receive(can, out_frame) : STATUS_CLOSED;
@@ -182,7 +182,7 @@ static status_t receive(osal_can_t* can, osal_can_frame_t* out_frame)
     return (can->shared != NULL) ? can_counted_receive(can, out_frame) : can_socket_receive(can, out_frame);
 }
 
-status_t osal_can_receive(osal_can_t* can, osal_can_frame_t* out_frame)
+status_t osal_can_receive(osal_can_t* const can, osal_can_frame_t* const out_frame)
 {
     FSW_ASSERT((can != NULL) && (out_frame != NULL));
     for (unsigned i = 0U; i < OSAL_CAN_RING_FRAMES; i++) { // Bounded, even if frames keep arriving.

@@ -34,22 +34,22 @@ typedef struct {
     uint32_t cuts;
 } counts_t;
 
-static uint32_t load(const uint32_t* number)
+static uint32_t load(const uint32_t* const number)
 {
     return __atomic_load_n(number, __ATOMIC_ACQUIRE);
 }
 
-static void store(uint32_t* number, uint32_t value)
+static void store(uint32_t* const number, const uint32_t value)
 {
     __atomic_store_n(number, value, __ATOMIC_RELEASE);
 }
 
-static void count(uint32_t* number, uint32_t more)
+static void count(uint32_t* const number, const uint32_t more)
 {
     (void)__atomic_add_fetch(number, more, __ATOMIC_RELAXED);
 }
 
-status_t can_counted_create(const char* name, const char* interface)
+status_t can_counted_create(const char* const name, const char* const interface)
 {
     osal_can_interface_t seen;
     osal_shm_t shm;
@@ -69,7 +69,7 @@ status_t can_counted_create(const char* name, const char* interface)
 }
 
 /// The counts of that name. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_DENIED, STATUS_IO.
-static status_t attach(const char* name, counts_t** out_counts)
+static status_t attach(const char* const name, counts_t** const out_counts)
 {
     osal_shm_t shm;
     const status_t status = osal_shm_open(&shm, name);
@@ -86,7 +86,7 @@ static status_t attach(const char* name, counts_t** out_counts)
 }
 
 /// The direction that this end receives, or the one that it sends.
-static direction_t* direction_of(const osal_can_t* can, bool is_received)
+static direction_t* direction_of(const osal_can_t* const can, const bool is_received)
 {
     counts_t* const counts = can->shared;
     return ((can->end == OSAL_CAN_NODE) == is_received) ? &counts->to_node : &counts->to_wire;
@@ -94,7 +94,7 @@ static direction_t* direction_of(const osal_can_t* can, bool is_received)
 
 /// Discard frames sent while this end was not open, as on a ring, also those still on their way. Otherwise
 /// they would be taken for frames announced later.
-static void pass_over(osal_can_t* can, direction_t* direction)
+static void pass_over(osal_can_t* const can, direction_t* const direction)
 {
     const uint32_t announced = load(&direction->announced);
     const uint64_t limit_ns  = osal_clock_monotonic_ns() + PATIENCE_NS;
@@ -107,7 +107,7 @@ static void pass_over(osal_can_t* can, direction_t* direction)
     store(&direction->taken, announced);
 }
 
-status_t can_counted_open(osal_can_t* can, const char* name, const char* interface)
+status_t can_counted_open(osal_can_t* const can, const char* const name, const char* const interface)
 {
     counts_t* counts = NULL;
     status_t status  = attach(name, &counts);
@@ -125,13 +125,13 @@ status_t can_counted_open(osal_can_t* can, const char* name, const char* interfa
     return STATUS_OK;
 }
 
-void can_counted_close(osal_can_t* can)
+void can_counted_close(osal_can_t* const can)
 {
     (void)munmap(can->shared, sizeof(counts_t));
     can_socket_close(can);
 }
 
-status_t can_counted_send(osal_can_t* can, const osal_can_frame_t* frame)
+status_t can_counted_send(osal_can_t* const can, const osal_can_frame_t* const frame)
 {
     counts_t* const counts       = can->shared;
     direction_t* const direction = direction_of(can, false);
@@ -158,7 +158,7 @@ status_t can_counted_send(osal_can_t* can, const osal_can_frame_t* frame)
 }
 
 /// Wait for an announced frame. STATUS_OK, STATUS_EMPTY (it does not arrive), STATUS_CLOSED.
-static status_t receive_late(osal_can_t* can, osal_can_frame_t* out_frame, uint32_t due)
+static status_t receive_late(osal_can_t* const can, osal_can_frame_t* const out_frame, const uint32_t due)
 {
     counts_t* const counts  = can->shared;
     const uint64_t until_ns = osal_clock_monotonic_ns() + PATIENCE_NS;
@@ -179,14 +179,14 @@ static status_t receive_late(osal_can_t* can, osal_can_frame_t* out_frame, uint3
 }
 
 /// The node's overruns are those of the kernel and those of the wire end.
-static void note_overruns(osal_can_t* can, const counts_t* counts, uint32_t by_kernel)
+static void note_overruns(osal_can_t* const can, const counts_t* const counts, const uint32_t by_kernel)
 {
     if (can->end == OSAL_CAN_NODE) {
         can->overruns = by_kernel + load(&counts->overruns);
     }
 }
 
-status_t can_counted_receive(osal_can_t* can, osal_can_frame_t* out_frame)
+status_t can_counted_receive(osal_can_t* const can, osal_can_frame_t* const out_frame)
 {
     counts_t* const counts       = can->shared;
     direction_t* const direction = direction_of(can, true);
@@ -213,13 +213,13 @@ status_t can_counted_receive(osal_can_t* can, osal_can_frame_t* out_frame)
     return STATUS_OK;
 }
 
-void can_counted_add_foreign(osal_can_t* can, uint32_t frames)
+void can_counted_add_foreign(osal_can_t* const can, const uint32_t frames)
 {
     counts_t* const counts = can->shared;
     count(&counts->foreign, frames);
 }
 
-status_t can_counted_look(const char* name, osal_can_hand_over_t* out_counts)
+status_t can_counted_look(const char* const name, osal_can_hand_over_t* const out_counts)
 {
     counts_t* counts = NULL;
     if (attach(name, &counts) != STATUS_OK) {

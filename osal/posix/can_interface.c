@@ -41,7 +41,7 @@ typedef struct {
 
 // ---- Messages ----
 
-static struct ifinfomsg* begin(request_t* request, uint16_t type, uint16_t flags)
+static struct ifinfomsg* begin(request_t* const request, const uint16_t type, const uint16_t flags)
 {
     (void)memset(request, 0, sizeof(*request));
     struct nlmsghdr* const header  = &request->message.header;
@@ -53,7 +53,8 @@ static struct ifinfomsg* begin(request_t* request, uint16_t type, uint16_t flags
     return device;
 }
 
-static struct rtattr* add(request_t* request, unsigned short type, const void* octets, size_t size)
+static struct rtattr* add(request_t* const request, const unsigned short type, const void* const octets,
+                          const size_t size)
 {
     struct nlmsghdr* const header = &request->message.header;
     const size_t at               = NLMSG_ALIGN(header->nlmsg_len);
@@ -68,13 +69,13 @@ static struct rtattr* add(request_t* request, unsigned short type, const void* o
     return attribute;
 }
 
-static void add_text(request_t* request, unsigned short type, const char* text)
+static void add_text(request_t* const request, const unsigned short type, const char* const text)
 {
     (void)add(request, type, text, strlen(text) + 1U);
 }
 
 /// errno of the kernel's answer, 0 for a good one.
-static int error_of(const answer_t* answer)
+static int error_of(const answer_t* const answer)
 {
     const struct nlmsghdr* const header = &answer->message.header;
     if (!NLMSG_OK(header, answer->size)) {
@@ -88,7 +89,7 @@ static int error_of(const answer_t* answer)
 }
 
 /// Send and take the answer. Returns an errno, 0 for success.
-static int ask(const request_t* request, answer_t* answer)
+static int ask(const request_t* const request, answer_t* const answer)
 {
     const struct timeval patience = {.tv_sec = ANSWER_SECONDS};
     const int descriptor          = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
@@ -111,7 +112,7 @@ static int ask(const request_t* request, answer_t* answer)
     return error;
 }
 
-static status_t status_of(int error)
+static status_t status_of(const int error)
 {
     switch (error) {
     case 0:
@@ -132,7 +133,7 @@ static status_t status_of(int error)
     }
 }
 
-static bool is_name(const char* name)
+static bool is_name(const char* const name)
 {
     const size_t length = strlen(name);
     return (length > 0U) && (length <= OSAL_CAN_INTERFACE_NAME_MAX) && (strpbrk(name, "/ \t\n:") == NULL) &&
@@ -153,7 +154,8 @@ static bool has_socketcan(void)
 typedef void (*attribute_taker_t)(const struct rtattr* attribute, osal_can_interface_t* interface);
 
 /// Each attribute in `size` octets.
-static void walk(const void* octets, size_t size, attribute_taker_t take, osal_can_interface_t* interface)
+static void walk(const void* const octets, const size_t size, const attribute_taker_t take,
+                 osal_can_interface_t* const interface)
 {
     const struct rtattr* attribute = octets;
     size_t left                    = size;
@@ -166,7 +168,7 @@ static void walk(const void* octets, size_t size, attribute_taker_t take, osal_c
     }
 }
 
-static uint32_t word_of(const struct rtattr* attribute)
+static uint32_t word_of(const struct rtattr* const attribute)
 {
     uint32_t word = 0U;
     if (RTA_PAYLOAD(attribute) >= sizeof(word)) {
@@ -175,7 +177,7 @@ static uint32_t word_of(const struct rtattr* attribute)
     return word;
 }
 
-static void take_controller(const struct rtattr* attribute, osal_can_interface_t* interface)
+static void take_controller(const struct rtattr* const attribute, osal_can_interface_t* const interface)
 {
     switch (attribute->rta_type) {
     case IFLA_CAN_BITTIMING: // Both structures begin with the bit rate.
@@ -192,14 +194,14 @@ static void take_controller(const struct rtattr* attribute, osal_can_interface_t
     }
 }
 
-static bool is_kind(const struct rtattr* attribute, const char* kind)
+static bool is_kind(const struct rtattr* const attribute, const char* const kind)
 {
     const size_t size = strlen(kind);
     return (RTA_PAYLOAD(attribute) >= size) && (strncmp(RTA_DATA(attribute), kind, size) == 0);
 }
 
 /// The kind comes before its data.
-static void take_information(const struct rtattr* attribute, osal_can_interface_t* interface)
+static void take_information(const struct rtattr* const attribute, osal_can_interface_t* const interface)
 {
     if (attribute->rta_type == (unsigned short)IFLA_INFO_KIND) {
         interface->is_virtual = is_kind(attribute, "vcan") || is_kind(attribute, "vxcan");
@@ -210,7 +212,7 @@ static void take_information(const struct rtattr* attribute, osal_can_interface_
     }
 }
 
-static void take_link(const struct rtattr* attribute, osal_can_interface_t* interface)
+static void take_link(const struct rtattr* const attribute, osal_can_interface_t* const interface)
 {
     size_t size = RTA_PAYLOAD(attribute);
     switch (attribute->rta_type) {
@@ -229,7 +231,7 @@ static void take_link(const struct rtattr* attribute, osal_can_interface_t* inte
     }
 }
 
-status_t osal_can_interface_look(const char* name, osal_can_interface_t* out_interface)
+status_t osal_can_interface_look(const char* const name, osal_can_interface_t* const out_interface)
 {
     FSW_ASSERT((name != NULL) && (out_interface != NULL));
     request_t request;
@@ -262,7 +264,7 @@ status_t osal_can_interface_look(const char* name, osal_can_interface_t* out_int
 
 // ---- Making and removing ----
 
-static status_t set_label(const char* name, const char* label)
+static status_t set_label(const char* const name, const char* const label)
 {
     request_t request;
     answer_t answer;
@@ -272,7 +274,7 @@ static status_t set_label(const char* name, const char* label)
     return status_of(ask(&request, &answer));
 }
 
-status_t osal_can_interface_make(const char* name, bool carries_fd, const char* label)
+status_t osal_can_interface_make(const char* const name, const bool carries_fd, const char* const label)
 {
     FSW_ASSERT((name != NULL) && (label != NULL));
     static const char kind[] = "vcan";
@@ -306,7 +308,7 @@ status_t osal_can_interface_make(const char* name, bool carries_fd, const char* 
     return status;
 }
 
-status_t osal_can_interface_remove(const char* name)
+status_t osal_can_interface_remove(const char* const name)
 {
     FSW_ASSERT(name != NULL);
     request_t request;
@@ -323,7 +325,7 @@ status_t osal_can_interface_remove(const char* name)
 // ---- Claims ----
 
 /// An abstract local socket of that name: one process can have it, and it goes with the process.
-status_t osal_can_interface_claim(const char* name, osal_can_claim_t* out_claim)
+status_t osal_can_interface_claim(const char* const name, osal_can_claim_t* const out_claim)
 {
     FSW_ASSERT((name != NULL) && (out_claim != NULL));
     struct sockaddr_un address = {.sun_family = AF_UNIX};
@@ -349,7 +351,7 @@ status_t osal_can_interface_claim(const char* name, osal_can_claim_t* out_claim)
     return STATUS_OK;
 }
 
-void osal_can_interface_release(osal_can_claim_t* claim)
+void osal_can_interface_release(osal_can_claim_t* const claim)
 {
     FSW_ASSERT(claim != NULL);
     if (claim->descriptor >= 0) {

@@ -30,7 +30,7 @@ typedef struct {
     ring_t to_node;
 } bus_t;
 
-static bool ring_put(ring_t* ring, const osal_can_frame_t* frame)
+static bool ring_put(ring_t* const ring, const osal_can_frame_t* const frame)
 {
     const uint32_t head = ring->head;
     const uint32_t tail = __atomic_load_n(&ring->tail, __ATOMIC_ACQUIRE);
@@ -42,7 +42,7 @@ static bool ring_put(ring_t* ring, const osal_can_frame_t* frame)
     return true;
 }
 
-static bool ring_take(ring_t* ring, osal_can_frame_t* out_frame)
+static bool ring_take(ring_t* const ring, osal_can_frame_t* const out_frame)
 {
     const uint32_t tail = ring->tail;
     if (__atomic_load_n(&ring->head, __ATOMIC_ACQUIRE) == tail) {
@@ -54,12 +54,12 @@ static bool ring_take(ring_t* ring, osal_can_frame_t* out_frame)
 }
 
 /// A controller that is switched on has received nothing yet.
-static void ring_discard(ring_t* ring)
+static void ring_discard(ring_t* const ring)
 {
     __atomic_store_n(&ring->tail, __atomic_load_n(&ring->head, __ATOMIC_ACQUIRE), __ATOMIC_RELEASE);
 }
 
-status_t can_shm_create(const char* name)
+status_t can_shm_create(const char* const name)
 {
     osal_shm_t shm;
     const status_t status = osal_shm_create(&shm, name, sizeof(bus_t));
@@ -72,7 +72,7 @@ status_t can_shm_create(const char* name)
     return STATUS_OK;
 }
 
-status_t can_shm_open(osal_can_t* can, const char* name)
+status_t can_shm_open(osal_can_t* const can, const char* const name)
 {
     osal_shm_t shm;
     const status_t status = osal_shm_open(&shm, name);
@@ -94,12 +94,12 @@ status_t can_shm_open(osal_can_t* can, const char* name)
     return STATUS_OK;
 }
 
-void can_shm_close(osal_can_t* can)
+void can_shm_close(osal_can_t* const can)
 {
     (void)munmap(can->shared, sizeof(bus_t));
 }
 
-status_t can_shm_send(osal_can_t* can, const osal_can_frame_t* frame)
+status_t can_shm_send(osal_can_t* const can, const osal_can_frame_t* const frame)
 {
     bus_t* const bus = can->shared;
     if (ring_put((can->end == OSAL_CAN_NODE) ? &bus->to_wire : &bus->to_node, frame)) {
@@ -112,7 +112,7 @@ status_t can_shm_send(osal_can_t* can, const osal_can_frame_t* frame)
     return STATUS_FULL;
 }
 
-status_t can_shm_receive(osal_can_t* can, osal_can_frame_t* out_frame)
+status_t can_shm_receive(osal_can_t* const can, osal_can_frame_t* const out_frame)
 {
     bus_t* const bus = can->shared;
     can->overruns    = __atomic_load_n(&bus->overruns, __ATOMIC_RELAXED);

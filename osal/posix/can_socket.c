@@ -36,7 +36,7 @@ typedef char classes_are_those_of_linux
          ? 1
          : -1];
 
-static status_t status_of(int error)
+static status_t status_of(const int error)
 {
     switch (error) {
     case EAFNOSUPPORT:
@@ -58,7 +58,7 @@ static status_t status_of(int error)
 
 /// FD frames, error frames of all classes, receive time, and the count of frames the kernel had to drop. By
 /// default of the kernel a controller does not receive its own frames.
-static bool configure(int descriptor)
+static bool configure(const int descriptor)
 {
     const int on                    = 1;
     const int octets                = RECEIVE_OCTETS;
@@ -75,7 +75,8 @@ static bool configure(int descriptor)
 }
 
 /// Check the interface: it exists, is for CAN, is up, and supports FD if required.
-static status_t inspect(osal_can_t* can, int descriptor, const char* interface, int* out_index)
+static status_t inspect(osal_can_t* const can, const int descriptor, const char* const interface,
+                        int* const out_index)
 {
     struct ifreq request;
     (void)memset(&request, 0, sizeof(request));
@@ -103,7 +104,7 @@ static status_t inspect(osal_can_t* can, int descriptor, const char* interface, 
     return STATUS_OK;
 }
 
-status_t can_socket_open(osal_can_t* can, const char* interface)
+status_t can_socket_open(osal_can_t* const can, const char* const interface)
 {
     struct sockaddr_can address = {.can_family = AF_CAN};
     const int descriptor        = socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW);
@@ -128,12 +129,12 @@ status_t can_socket_open(osal_can_t* can, const char* interface)
     return status;
 }
 
-void can_socket_close(osal_can_t* can)
+void can_socket_close(osal_can_t* const can)
 {
     (void)close(can->descriptor);
 }
 
-status_t can_socket_filter(const osal_can_t* can)
+status_t can_socket_filter(const osal_can_t* const can)
 {
     struct can_filter filters[OSAL_CAN_FILTERS_MAX];
     size_t count = 0U;
@@ -152,7 +153,7 @@ status_t can_socket_filter(const osal_can_t* can)
     return (setsockopt(can->descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, at, size) == 0) ? STATUS_OK : STATUS_IO;
 }
 
-status_t can_socket_send(osal_can_t* can, const osal_can_frame_t* frame)
+status_t can_socket_send(osal_can_t* const can, const osal_can_frame_t* const frame)
 {
     struct canfd_frame raw = {.can_id = frame->id, .len = frame->length};
     const bool is_fd       = ((frame->flags & OSAL_CAN_FLAG_FD) != 0U);
@@ -173,7 +174,7 @@ status_t can_socket_send(osal_can_t* can, const osal_can_frame_t* frame)
 }
 
 /// Receive time on the monotonic clock, from the kernel's time stamp on the wall clock.
-static uint64_t monotonic_of(const struct timespec* stamp)
+static uint64_t monotonic_of(const struct timespec* const stamp)
 {
     struct timespec wall  = {0, 0};
     const uint64_t now_ns = osal_clock_monotonic_ns();
@@ -183,7 +184,8 @@ static uint64_t monotonic_of(const struct timespec* stamp)
     return ((age_ns > 0) && ((uint64_t)age_ns < now_ns)) ? (now_ns - (uint64_t)age_ns) : now_ns;
 }
 
-static void read_control(osal_can_t* can, struct msghdr* message, osal_can_frame_t* out_frame)
+static void read_control(osal_can_t* const can, struct msghdr* const message,
+                         osal_can_frame_t* const out_frame)
 {
     out_frame->time_ns = 0U;
     for (struct cmsghdr* part = CMSG_FIRSTHDR(message); part != NULL; part = CMSG_NXTHDR(message, part)) {
@@ -203,7 +205,7 @@ static void read_control(osal_can_t* can, struct msghdr* message, osal_can_frame
     }
 }
 
-status_t can_socket_receive(osal_can_t* can, osal_can_frame_t* out_frame)
+status_t can_socket_receive(osal_can_t* const can, osal_can_frame_t* const out_frame)
 {
     struct canfd_frame raw;
     struct iovec place = {.iov_base = &raw, .iov_len = sizeof(raw)};
@@ -234,7 +236,7 @@ status_t can_socket_receive(osal_can_t* can, osal_can_frame_t* out_frame)
     return STATUS_OK;
 }
 
-bool can_socket_wait(const osal_can_t* can, uint64_t until_ns)
+bool can_socket_wait(const osal_can_t* const can, const uint64_t until_ns)
 {
     const uint64_t now_ns = osal_clock_monotonic_ns();
     if (now_ns >= until_ns) {

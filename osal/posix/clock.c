@@ -17,7 +17,7 @@
 #define NS_PER_S 1000000000ULL
 #define SOCKETS_MAX OSAL_CLOCK_SOCKETS_MAX
 
-static struct timespec timespec_of(uint64_t time_ns)
+static struct timespec timespec_of(const uint64_t time_ns)
 {
     return (struct timespec){.tv_sec = (time_t)(time_ns / NS_PER_S), .tv_nsec = (long)(time_ns % NS_PER_S)};
 }
@@ -31,7 +31,7 @@ static bool lock_memory(void)
     return (mlockall(is_free ? (MCL_CURRENT | MCL_FUTURE) : MCL_CURRENT) == 0);
 }
 
-void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns)
+void osal_clock_open_real(osal_clock_t* const clock, const uint64_t origin_ns)
 {
     FSW_ASSERT(clock != NULL);
     *clock                             = (osal_clock_t){.mode = OSAL_CLOCK_REAL, .origin_ns = origin_ns};
@@ -39,22 +39,22 @@ void osal_clock_open_real(osal_clock_t* clock, uint64_t origin_ns)
     clock->attributes.is_memory_locked = lock_memory();
 }
 
-void osal_clock_open_stepped(osal_clock_t* clock, osal_lockstep_t* scheduler, unsigned participant,
-                             uint32_t life)
+void osal_clock_open_stepped(osal_clock_t* const clock, osal_lockstep_t* const scheduler,
+                             const unsigned participant, const uint32_t life)
 {
     FSW_ASSERT((clock != NULL) && (scheduler != NULL) && (participant < OSAL_LOCKSTEP_PARTICIPANTS_MAX));
     *clock = (osal_clock_t){
         .mode = OSAL_CLOCK_STEPPED, .scheduler = scheduler, .participant = participant, .life = life};
 }
 
-void osal_clock_open_granted(osal_clock_t* clock, osal_deliveries_t* deliveries)
+void osal_clock_open_granted(osal_clock_t* const clock, osal_deliveries_t* const deliveries)
 {
     FSW_ASSERT((clock != NULL) && (deliveries != NULL));
     *clock      = (osal_clock_t){.mode = OSAL_CLOCK_STEPPED, .deliveries = deliveries};
     *deliveries = (osal_deliveries_t){.messages = {0U}};
 }
 
-void osal_clock_take_grant(osal_clock_t* clock, const osal_grant_t* grant)
+void osal_clock_take_grant(osal_clock_t* const clock, const osal_grant_t* const grant)
 {
     FSW_ASSERT((clock != NULL) && (grant != NULL) && (clock->deliveries != NULL));
     clock->grant       = *grant;
@@ -69,7 +69,7 @@ uint64_t osal_clock_monotonic_ns(void)
     return ((uint64_t)now.tv_sec * NS_PER_S) + (uint64_t)now.tv_nsec;
 }
 
-uint64_t osal_clock_now_ns(const osal_clock_t* clock)
+uint64_t osal_clock_now_ns(const osal_clock_t* const clock)
 {
     FSW_ASSERT(clock != NULL);
     if (clock->mode == OSAL_CLOCK_STEPPED) {
@@ -80,7 +80,8 @@ uint64_t osal_clock_now_ns(const osal_clock_t* clock)
 }
 
 /// Sleep until a socket is readable, a stop signal comes, or the absolute monotonic time (NEVER: no limit).
-static void poll_until(uint64_t until_ns, osal_socket_t* const* sockets, size_t socket_count)
+static void poll_until(const uint64_t until_ns, osal_socket_t* const* const sockets,
+                       const size_t socket_count)
 {
     struct pollfd watched[SOCKETS_MAX + 1U];
     for (size_t i = 0U; i < socket_count; i++) {
@@ -99,8 +100,8 @@ static void poll_until(uint64_t until_ns, osal_socket_t* const* sockets, size_t 
     }
 }
 
-static void wait_real(const osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
-                      size_t socket_count)
+static void wait_real(const osal_clock_t* const clock, const uint64_t wake_ns,
+                      osal_socket_t* const* const sockets, const size_t socket_count)
 {
     const bool is_limited   = (wake_ns < (OSAL_CLOCK_NEVER - clock->origin_ns));
     const uint64_t until_ns = is_limited ? (clock->origin_ns + wake_ns) : OSAL_CLOCK_NEVER;
@@ -114,8 +115,8 @@ static void wait_real(const osal_clock_t* clock, uint64_t wake_ns, osal_socket_t
     }
 }
 
-status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
-                         size_t socket_count)
+status_t osal_clock_wait(osal_clock_t* const clock, const uint64_t wake_ns,
+                         osal_socket_t* const* const sockets, const size_t socket_count)
 {
     FSW_ASSERT((clock != NULL) && (socket_count <= SOCKETS_MAX) &&
                ((sockets != NULL) || (socket_count == 0U)));
@@ -127,13 +128,13 @@ status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* c
     return STATUS_OK;
 }
 
-static void add_saturating(uint32_t* sum, uint32_t more)
+static void add_saturating(uint32_t* const sum, const uint32_t more)
 {
     *sum = (more < (UINT32_MAX - *sum)) ? (*sum + more) : UINT32_MAX;
 }
 
-void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t life, uint32_t messages,
-                        uint32_t octets)
+void osal_clock_deliver(osal_clock_t* const clock, const unsigned receiver, const uint32_t life,
+                        const uint32_t messages, const uint32_t octets)
 {
     FSW_ASSERT((clock != NULL) && (receiver < OSAL_LOCKSTEP_PARTICIPANTS_MAX));
     if (clock->deliveries != NULL) {
@@ -147,13 +148,13 @@ void osal_clock_deliver(osal_clock_t* clock, unsigned receiver, uint32_t life, u
     }
 }
 
-uint32_t osal_clock_messages_due(const osal_clock_t* clock)
+uint32_t osal_clock_messages_due(const osal_clock_t* const clock)
 {
     FSW_ASSERT(clock != NULL);
     return clock->grant.messages;
 }
 
-uint32_t osal_clock_octets_due(const osal_clock_t* clock)
+uint32_t osal_clock_octets_due(const osal_clock_t* const clock)
 {
     FSW_ASSERT(clock != NULL);
     return clock->grant.octets;

@@ -16,7 +16,7 @@
 
 /// Write text and line end by one call. Text that a full pipe does not take within the patience is dropped: a
 /// program in flight does not wait for its console.
-static void put(int descriptor, const char* text, const char* line_end)
+static void put(const int descriptor, const char* const text, const char* const line_end)
 {
     FSW_ASSERT(text != NULL);
     struct iovec parts[2];
@@ -43,17 +43,17 @@ static void put(int descriptor, const char* text, const char* line_end)
     }
 }
 
-void osal_console_say(const char* line)
+void osal_console_say(const char* const line)
 {
     put(STDOUT_FILENO, line, "\n");
 }
 
-void osal_console_complain(const char* line)
+void osal_console_complain(const char* const line)
 {
     put(STDERR_FILENO, line, "\n");
 }
 
-void osal_console_put(const char* text)
+void osal_console_put(const char* const text)
 {
     put(STDOUT_FILENO, text, "");
 }

@@ -11,7 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
-static status_t status_of_open(int error)
+static status_t status_of_open(const int error)
 {
     switch (error) {
     case ENOENT:
@@ -36,7 +36,8 @@ static status_t status_of_open(int error)
     }
 }
 
-status_t osal_device_open(osal_device_t* device, const char* path, osal_device_direction_t direction)
+status_t osal_device_open(osal_device_t* const device, const char* const path,
+                          const osal_device_direction_t direction)
 {
     FSW_ASSERT((device != NULL) && (path != NULL));
     static const int accesses[] = {O_RDONLY, O_WRONLY, O_RDWR};
@@ -59,7 +60,7 @@ status_t osal_device_open(osal_device_t* device, const char* path, osal_device_d
 }
 
 /// Write without the signal of a FIFO that has lost its reader.
-static ssize_t write_quietly(int descriptor, const uint8_t* octets, size_t size)
+static ssize_t write_quietly(const int descriptor, const uint8_t* const octets, const size_t size)
 {
     sigset_t pipe_only;
     sigset_t kept;
@@ -82,12 +83,13 @@ static ssize_t write_quietly(int descriptor, const uint8_t* octets, size_t size)
     return written;
 }
 
-static bool is_gone(int error)
+static bool is_gone(const int error)
 {
     return (error == EPIPE) || (error == EIO) || (error == ENXIO) || (error == ENODEV);
 }
 
-status_t osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size, size_t* out_sent)
+status_t osal_device_write(osal_device_t* const device, const uint8_t* const octets, const size_t size,
+                           size_t* const out_sent)
 {
     FSW_ASSERT((device != NULL) && (octets != NULL) && (size > 0U) && (out_sent != NULL));
     const ssize_t written = write_quietly(device->descriptor, octets, size);
@@ -101,7 +103,8 @@ status_t osal_device_write(osal_device_t* device, const uint8_t* octets, size_t 
     return is_gone(errno) ? STATUS_CLOSED : STATUS_IO;
 }
 
-status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_t capacity, size_t* out_size)
+status_t osal_device_read(osal_device_t* const device, uint8_t* const octets, const size_t capacity,
+                          size_t* const out_size)
 {
     FSW_ASSERT((device != NULL) && (octets != NULL) && (capacity > 0U) && (out_size != NULL));
     ssize_t size = 0;
@@ -121,13 +124,13 @@ status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_t capacit
     return is_gone(errno) ? STATUS_CLOSED : STATUS_IO;
 }
 
-bool osal_device_is_open(const osal_device_t* device)
+bool osal_device_is_open(const osal_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
     return device->descriptor >= 0;
 }
 
-void osal_device_close(osal_device_t* device)
+void osal_device_close(osal_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
     if (device->descriptor >= 0) {

@@ -24,7 +24,7 @@ typedef struct {
 
 /// Copy the first name of a path. Returns the rest after its slash, or null if it is the last one. *out_name
 /// is "" if the name is invalid.
-static const char* next_name(const char* path, char* out_name)
+static const char* next_name(const char* const path, char* const out_name)
 {
     const char* const slash = strchr(path, '/');
     const size_t length     = (slash != NULL) ? (size_t)(slash - path) : strlen(path);
@@ -38,7 +38,8 @@ static const char* next_name(const char* path, char* out_name)
 }
 
 /// Open an entry of a folder. A symbolic link is treated as absent.
-static status_t open_in(int folder, const char* name, int flags, mode_t mode, int* out_descriptor)
+static status_t open_in(const int folder, const char* const name, const int flags, const mode_t mode,
+                        int* const out_descriptor)
 {
     do {
         *out_descriptor = openat(folder, name, flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode);
@@ -52,19 +53,19 @@ static status_t open_in(int folder, const char* name, int flags, mode_t mode, in
     return ((errno == ELOOP) || (errno == ENXIO)) ? STATUS_NOT_FOUND : file_status_of(errno);
 }
 
-static status_t open_folder(int folder, const char* name, int* out_descriptor)
+static status_t open_folder(const int folder, const char* const name, int* const out_descriptor)
 {
     return open_in(folder, name, O_RDONLY | O_DIRECTORY, 0U, out_descriptor);
 }
 
-static void leave(const place_t* place)
+static void leave(const place_t* const place)
 {
     (void)close(place->folder);
 }
 
 /// Open the parent folder of a path; the caller closes it. STATUS_OK, STATUS_INVALID (the root has
 /// none), STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
-static status_t go_to(const osal_directory_t* root, const char* path, place_t* out_place)
+static status_t go_to(const osal_directory_t* const root, const char* const path, place_t* const out_place)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     const char* rest = next_name(path, out_place->name);
@@ -83,7 +84,7 @@ static status_t go_to(const osal_directory_t* root, const char* path, place_t* o
 }
 
 /// Open the folder that a path names. Statuses of go_to.
-static status_t go_into(const osal_directory_t* root, const char* path, int* out_folder)
+static status_t go_into(const osal_directory_t* const root, const char* const path, int* const out_folder)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     if (path[0] == '\0') {
@@ -99,7 +100,7 @@ static status_t go_into(const osal_directory_t* root, const char* path, int* out
 }
 
 /// STATUS_OK, STATUS_NOT_FOUND (or neither folder nor file), STATUS_DENIED, STATUS_IO.
-static status_t look_at(int folder, const char* name, osal_directory_about_t* out_about)
+static status_t look_at(const int folder, const char* const name, osal_directory_about_t* const out_about)
 {
     struct stat about;
     if (fstatat(folder, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
@@ -115,7 +116,8 @@ static status_t look_at(int folder, const char* name, osal_directory_about_t* ou
 
 /// Open a regular file. Its type is checked before, since opening a device may have effects, and again
 /// afterwards.
-static status_t open_file(const osal_directory_t* root, const char* path, int flags, osal_file_t* out_file)
+static status_t open_file(const osal_directory_t* const root, const char* const path, const int flags,
+                          osal_file_t* const out_file)
 {
     osal_directory_about_t about;
     place_t place;
@@ -140,21 +142,21 @@ static status_t open_file(const osal_directory_t* root, const char* path, int fl
 }
 
 /// After a change of names in a folder: force them to the disk, if the change was made, and leave.
-static status_t settle(const place_t* place, status_t status)
+static status_t settle(const place_t* const place, const status_t status)
 {
     const bool is_sure = (status != STATUS_OK) || (fsync(place->folder) == 0);
     leave(place);
     return is_sure ? status : STATUS_IO;
 }
 
-status_t osal_directory_open(osal_directory_t* root, const char* path)
+status_t osal_directory_open(osal_directory_t* const root, const char* const path)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     root->descriptor = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     return (root->descriptor >= 0) ? STATUS_OK : file_status_of(errno);
 }
 
-void osal_directory_close(osal_directory_t* root)
+void osal_directory_close(osal_directory_t* const root)
 {
     FSW_ASSERT(root != NULL);
     if (root->descriptor >= 0) {
@@ -163,8 +165,8 @@ void osal_directory_close(osal_directory_t* root)
     root->descriptor = -1;
 }
 
-status_t osal_directory_describe(const osal_directory_t* root, const char* path,
-                                 osal_directory_about_t* out_about)
+status_t osal_directory_describe(const osal_directory_t* const root, const char* const path,
+                                 osal_directory_about_t* const out_about)
 {
     FSW_ASSERT((path != NULL) && (out_about != NULL));
     *out_about = (osal_directory_about_t){.is_directory = (path[0] == '\0')};
@@ -181,7 +183,7 @@ status_t osal_directory_describe(const osal_directory_t* root, const char* path,
 }
 
 /// Status for a failure to make something new.
-static status_t status_of_making(int error)
+static status_t status_of_making(const int error)
 {
     if (error == EEXIST) {
         return STATUS_EXISTS;
@@ -190,7 +192,7 @@ static status_t status_of_making(int error)
     return (status == STATUS_IO) ? file_status_of_write(error) : status;
 }
 
-status_t osal_directory_make(const osal_directory_t* root, const char* path)
+status_t osal_directory_make(const osal_directory_t* const root, const char* const path)
 {
     place_t place;
     const status_t status = go_to(root, path, &place);
@@ -202,7 +204,7 @@ status_t osal_directory_make(const osal_directory_t* root, const char* path)
 }
 
 /// Take a name away. `flags` of unlinkat.
-static status_t remove_name(const osal_directory_t* root, const char* path, int flags)
+static status_t remove_name(const osal_directory_t* const root, const char* const path, const int flags)
 {
     osal_directory_about_t about;
     place_t place;
@@ -220,18 +222,18 @@ static status_t remove_name(const osal_directory_t* root, const char* path, int 
     return settle(&place, status);
 }
 
-status_t osal_directory_remove(const osal_directory_t* root, const char* path)
+status_t osal_directory_remove(const osal_directory_t* const root, const char* const path)
 {
     return remove_name(root, path, AT_REMOVEDIR);
 }
 
-status_t osal_directory_remove_file(const osal_directory_t* root, const char* path)
+status_t osal_directory_remove_file(const osal_directory_t* const root, const char* const path)
 {
     return remove_name(root, path, 0);
 }
 
 /// Set room aside in a new file. STATUS_OK, STATUS_FULL, STATUS_IO.
-static status_t set_aside(int descriptor, uint64_t room)
+static status_t set_aside(const int descriptor, const uint64_t room)
 {
     struct statvfs disk;
     if (room == 0U) {
@@ -252,7 +254,8 @@ static status_t set_aside(int descriptor, uint64_t room)
     return ((uint64_t)disk.f_bavail >= (room / disk.f_frsize)) ? STATUS_OK : STATUS_FULL;
 }
 
-status_t osal_directory_make_file(const osal_directory_t* root, const char* path, uint64_t room)
+status_t osal_directory_make_file(const osal_directory_t* const root, const char* const path,
+                                  const uint64_t room)
 {
     int descriptor = -1;
     place_t place;
@@ -275,7 +278,7 @@ status_t osal_directory_make_file(const osal_directory_t* root, const char* path
 }
 
 /// Rename without replacing an existing file.
-static status_t rename_in(const place_t* from, const place_t* to)
+static status_t rename_in(const place_t* const from, const place_t* const to)
 {
     int result = renameat2(from->folder, from->name, to->folder, to->name, RENAME_NOREPLACE);
     if ((result != 0) && ((errno == EINVAL) || (errno == ENOSYS))) {
@@ -293,7 +296,8 @@ static status_t rename_in(const place_t* from, const place_t* to)
     return (errno == EINVAL) ? STATUS_INVALID : status_of_making(errno);
 }
 
-status_t osal_directory_rename(const osal_directory_t* root, const char* path, const char* new_path)
+status_t osal_directory_rename(const osal_directory_t* const root, const char* const path,
+                               const char* const new_path)
 {
     osal_directory_about_t about;
     place_t from;
@@ -321,7 +325,7 @@ typedef struct {
 } listing_t;
 
 /// True if a name is to be listed and there is room for it, possibly in front of others.
-static bool is_wanted(const listing_t* listing, const char* name)
+static bool is_wanted(const listing_t* const listing, const char* const name)
 {
     const bool is_name = (name[0] != '.') && (strlen(name) < OSAL_NAME_SIZE);
     return is_name && (strcmp(name, listing->after) > 0) &&
@@ -330,7 +334,7 @@ static bool is_wanted(const listing_t* listing, const char* name)
 }
 
 /// Insert a name at its place; without room the last one is dropped.
-static void take_in(listing_t* listing, const char* name, bool is_directory)
+static void take_in(listing_t* const listing, const char* const name, const bool is_directory)
 {
     size_t place = (listing->count < listing->capacity) ? listing->count : (listing->capacity - 1U);
     listing->count += (listing->count < listing->capacity) ? 1U : 0U;
@@ -343,8 +347,9 @@ static void take_in(listing_t* listing, const char* name, bool is_directory)
     entry->is_directory = is_directory;
 }
 
-status_t osal_directory_list(const osal_directory_t* root, const char* path, const char* after,
-                             osal_directory_entry_t* entries, size_t capacity, size_t* out_count)
+status_t osal_directory_list(const osal_directory_t* const root, const char* const path,
+                             const char* const after, osal_directory_entry_t* const entries,
+                             const size_t capacity, size_t* const out_count)
 {
     FSW_ASSERT((after != NULL) && (entries != NULL) && (capacity >= 1U) && (out_count != NULL));
     union {
@@ -375,8 +380,9 @@ status_t osal_directory_list(const osal_directory_t* root, const char* path, con
     return (size == 0) ? STATUS_OK : STATUS_IO;
 }
 
-status_t osal_directory_read(const osal_directory_t* root, const char* path, uint64_t offset, uint8_t* octets,
-                             size_t size, size_t* out_size)
+status_t osal_directory_read(const osal_directory_t* const root, const char* const path,
+                             const uint64_t offset, uint8_t* const octets, const size_t size,
+                             size_t* const out_size)
 {
     FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_size != NULL));
     osal_file_t file;
@@ -396,8 +402,8 @@ status_t osal_directory_read(const osal_directory_t* root, const char* path, uin
     return (status == STATUS_OK) ? STATUS_OK : STATUS_IO; // Cut meanwhile: an error like any other.
 }
 
-status_t osal_directory_write(const osal_directory_t* root, const char* path, uint64_t offset,
-                              const uint8_t* octets, size_t size)
+status_t osal_directory_write(const osal_directory_t* const root, const char* const path,
+                              const uint64_t offset, const uint8_t* const octets, const size_t size)
 {
     osal_file_t file;
     status_t status = open_file(root, path, O_WRONLY, &file);
@@ -408,7 +414,7 @@ status_t osal_directory_write(const osal_directory_t* root, const char* path, ui
     return status;
 }
 
-status_t osal_directory_sync(const osal_directory_t* root, const char* path)
+status_t osal_directory_sync(const osal_directory_t* const root, const char* const path)
 {
     osal_file_t file;
     status_t status = open_file(root, path, O_WRONLY, &file);

@@ -17,7 +17,7 @@
 #define NS_PER_MS 1000000ULL
 #define NS_PER_S 1000000000ULL
 
-void osal_doorbell_create(osal_doorbell_t* bell)
+void osal_doorbell_create(osal_doorbell_t* const bell)
 {
     FSW_ASSERT(bell != NULL);
     *bell = (osal_doorbell_t){0U, 0U, 0U};
@@ -30,7 +30,7 @@ static uint32_t processor(void)
     return (number < 0) ? 0U : ((uint32_t)number + 1U);
 }
 
-void osal_doorbell_ring(osal_doorbell_t* bell)
+void osal_doorbell_ring(osal_doorbell_t* const bell)
 {
     FSW_ASSERT(bell != NULL);
     // Sequentially consistent on both sides: either the ringer sees the waiter, or the waiter sees the ring.
@@ -41,14 +41,14 @@ void osal_doorbell_ring(osal_doorbell_t* bell)
     }
 }
 
-uint32_t osal_doorbell_rings(const osal_doorbell_t* bell)
+uint32_t osal_doorbell_rings(const osal_doorbell_t* const bell)
 {
     FSW_ASSERT(bell != NULL);
     return __atomic_load_n(&bell->rings, __ATOMIC_ACQUIRE);
 }
 
 /// Sleep until a ring, at most for the rest of the time-out. False when the time is up.
-static bool sleep_for_ring(osal_doorbell_t* bell, uint32_t seen, const uint64_t* until_ns)
+static bool sleep_for_ring(osal_doorbell_t* const bell, const uint32_t seen, const uint64_t* const until_ns)
 {
     struct timespec limit = {0, 0};
     if (until_ns != NULL) {
@@ -64,7 +64,7 @@ static bool sleep_for_ring(osal_doorbell_t* bell, uint32_t seen, const uint64_t*
 }
 
 /// Look for a ring while the ringer, on another processor, may be about to ring. True if it rang.
-static bool look_for_ring(const osal_doorbell_t* bell, uint32_t seen)
+static bool look_for_ring(const osal_doorbell_t* const bell, const uint32_t seen)
 {
     const uint32_t ringer = __atomic_load_n(&bell->ringer, __ATOMIC_RELAXED);
     bool has_rung         = (__atomic_load_n(&bell->rings, __ATOMIC_ACQUIRE) != seen);
@@ -78,7 +78,7 @@ static bool look_for_ring(const osal_doorbell_t* bell, uint32_t seen)
     return has_rung;
 }
 
-status_t osal_doorbell_wait(osal_doorbell_t* bell, uint32_t seen, uint32_t timeout_ms)
+status_t osal_doorbell_wait(osal_doorbell_t* const bell, const uint32_t seen, const uint32_t timeout_ms)
 {
     FSW_ASSERT(bell != NULL);
     if ((timeout_ms > 0U) && look_for_ring(bell, seen)) {

@@ -14,20 +14,20 @@
 #define NS_PER_MS 1000000ULL
 #define NS_PER_S 1000000000ULL
 
-void osal_event_create(osal_event_t* event)
+void osal_event_create(osal_event_t* const event)
 {
     FSW_ASSERT(event != NULL);
     event->word = 0U;
 }
 
-void osal_event_signal(osal_event_t* event)
+void osal_event_signal(osal_event_t* const event)
 {
     FSW_ASSERT(event != NULL);
     __atomic_store_n(&event->word, 1U, __ATOMIC_RELEASE);
     (void)syscall(SYS_futex, &event->word, FUTEX_WAKE, 1, NULL, NULL, 0);
 }
 
-status_t osal_event_wait(osal_event_t* event, uint32_t timeout_ms)
+status_t osal_event_wait(osal_event_t* const event, const uint32_t timeout_ms)
 {
     FSW_ASSERT(event != NULL);
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);

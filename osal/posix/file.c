@@ -15,7 +15,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static status_t open_file(osal_file_t* file, const char* path, int flags)
+static status_t open_file(osal_file_t* const file, const char* const path, const int flags)
 {
     FSW_ASSERT((file != NULL) && (path != NULL));
     do {
@@ -24,22 +24,22 @@ static status_t open_file(osal_file_t* file, const char* path, int flags)
     return (file->descriptor >= 0) ? STATUS_OK : file_status_of(errno);
 }
 
-status_t osal_file_open_read(osal_file_t* file, const char* path)
+status_t osal_file_open_read(osal_file_t* const file, const char* const path)
 {
     return open_file(file, path, O_RDONLY);
 }
 
-status_t osal_file_create(osal_file_t* file, const char* path)
+status_t osal_file_create(osal_file_t* const file, const char* const path)
 {
     return open_file(file, path, O_WRONLY | O_CREAT | O_TRUNC);
 }
 
-status_t osal_file_append(osal_file_t* file, const char* path)
+status_t osal_file_append(osal_file_t* const file, const char* const path)
 {
     return open_file(file, path, O_WRONLY | O_CREAT | O_APPEND);
 }
 
-status_t osal_file_sync_names(const char* path)
+status_t osal_file_sync_names(const char* const path)
 {
     FSW_ASSERT(path != NULL);
     char folder[PATH_MAX]   = {'.', '\0'};
@@ -61,12 +61,12 @@ status_t osal_file_sync_names(const char* path)
     return (status == STATUS_OK) ? STATUS_OK : STATUS_IO;
 }
 
-status_t osal_file_update(osal_file_t* file, const char* path)
+status_t osal_file_update(osal_file_t* const file, const char* const path)
 {
     return open_file(file, path, O_RDWR | O_CREAT);
 }
 
-status_t osal_file_write(osal_file_t* file, const void* octets, size_t size)
+status_t osal_file_write(osal_file_t* const file, const void* const octets, const size_t size)
 {
     FSW_ASSERT((file != NULL) && ((octets != NULL) || (size == 0U)));
     const char* from = octets;
@@ -85,7 +85,8 @@ status_t osal_file_write(osal_file_t* file, const void* octets, size_t size)
     return STATUS_OK;
 }
 
-status_t osal_file_write_at(osal_file_t* file, uint64_t offset, const void* octets, size_t size)
+status_t osal_file_write_at(osal_file_t* const file, const uint64_t offset, const void* const octets,
+                            const size_t size)
 {
     FSW_ASSERT((file != NULL) && ((octets != NULL) || (size == 0U)));
     const char* from = octets;
@@ -101,7 +102,8 @@ status_t osal_file_write_at(osal_file_t* file, uint64_t offset, const void* octe
     return STATUS_OK;
 }
 
-status_t osal_file_read_at(osal_file_t* file, uint64_t offset, void* octets, size_t size)
+status_t osal_file_read_at(osal_file_t* const file, const uint64_t offset, void* const octets,
+                           const size_t size)
 {
     FSW_ASSERT((file != NULL) && ((octets != NULL) || (size == 0U)));
     char* to    = octets;
@@ -119,7 +121,7 @@ status_t osal_file_read_at(osal_file_t* file, uint64_t offset, void* octets, siz
     return STATUS_OK;
 }
 
-status_t osal_file_size(osal_file_t* file, uint64_t* out_size)
+status_t osal_file_size(osal_file_t* const file, uint64_t* const out_size)
 {
     FSW_ASSERT((file != NULL) && (out_size != NULL));
     struct stat about;
@@ -128,7 +130,7 @@ status_t osal_file_size(osal_file_t* file, uint64_t* out_size)
     return is_known ? STATUS_OK : STATUS_IO;
 }
 
-status_t osal_file_resize(osal_file_t* file, uint64_t size)
+status_t osal_file_resize(osal_file_t* const file, const uint64_t size)
 {
     FSW_ASSERT(file != NULL);
     if (size > (uint64_t)INT64_MAX) {
@@ -141,7 +143,7 @@ status_t osal_file_resize(osal_file_t* file, uint64_t size)
     return (result == 0) ? STATUS_OK : file_status_of_write(errno);
 }
 
-status_t osal_file_reserve(osal_file_t* file, uint64_t size)
+status_t osal_file_reserve(osal_file_t* const file, const uint64_t size)
 {
     FSW_ASSERT(file != NULL);
     if (size > (uint64_t)INT64_MAX) {
@@ -157,14 +159,15 @@ status_t osal_file_reserve(osal_file_t* file, uint64_t size)
     return (error == 0) ? STATUS_OK : file_status_of_write(error);
 }
 
-bool osal_file_is_named(const osal_file_t* file)
+bool osal_file_is_named(const osal_file_t* const file)
 {
     FSW_ASSERT(file != NULL);
     struct stat about;
     return (fstat(file->descriptor, &about) == 0) && (about.st_nlink > 0U);
 }
 
-status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t* out_size)
+status_t osal_file_read(osal_file_t* const file, void* const octets, const size_t capacity,
+                        size_t* const out_size)
 {
     FSW_ASSERT((file != NULL) && ((octets != NULL) || (capacity == 0U)) && (out_size != NULL));
     ssize_t size = 0;
@@ -176,7 +179,8 @@ status_t osal_file_read(osal_file_t* file, void* octets, size_t capacity, size_t
 }
 
 /// Read to the end. STATUS_TOO_LARGE when octets are left after the buffer is full.
-static status_t read_whole(osal_file_t* file, char* octets, size_t capacity, size_t* out_size)
+static status_t read_whole(osal_file_t* const file, char* const octets, const size_t capacity,
+                           size_t* const out_size)
 {
     char beyond = '\0';
     for (;;) {
@@ -195,7 +199,7 @@ static status_t read_whole(osal_file_t* file, char* octets, size_t capacity, siz
 }
 
 /// STATUS_OK, STATUS_FORBIDDEN (others than the owner may read or change it), STATUS_IO.
-static status_t is_secret(const osal_file_t* file)
+static status_t is_secret(const osal_file_t* const file)
 {
     struct stat facts;
     if (fstat(file->descriptor, &facts) != 0) {
@@ -204,7 +208,8 @@ static status_t is_secret(const osal_file_t* file)
     return ((facts.st_mode & (S_IRWXG | S_IRWXO)) == 0) ? STATUS_OK : STATUS_FORBIDDEN;
 }
 
-static status_t load(const char* path, bool must_be_secret, void* octets, size_t capacity, size_t* out_size)
+static status_t load(const char* const path, const bool must_be_secret, void* const octets,
+                     const size_t capacity, size_t* const out_size)
 {
     FSW_ASSERT((octets != NULL) && (out_size != NULL));
     osal_file_t file;
@@ -223,17 +228,19 @@ static status_t load(const char* path, bool must_be_secret, void* octets, size_t
     return status;
 }
 
-status_t osal_file_load(const char* path, void* octets, size_t capacity, size_t* out_size)
+status_t osal_file_load(const char* const path, void* const octets, const size_t capacity,
+                        size_t* const out_size)
 {
     return load(path, false, octets, capacity, out_size);
 }
 
-status_t osal_file_load_secret(const char* path, void* octets, size_t capacity, size_t* out_size)
+status_t osal_file_load_secret(const char* const path, void* const octets, const size_t capacity,
+                               size_t* const out_size)
 {
     return load(path, true, octets, capacity, out_size);
 }
 
-status_t osal_file_lock(osal_file_t* file)
+status_t osal_file_lock(osal_file_t* const file)
 {
     FSW_ASSERT(file != NULL);
     if (flock(file->descriptor, LOCK_EX | LOCK_NB) == 0) {
@@ -242,13 +249,13 @@ status_t osal_file_lock(osal_file_t* file)
     return (errno == EWOULDBLOCK) ? STATUS_BUSY : STATUS_IO;
 }
 
-status_t osal_file_sync(osal_file_t* file)
+status_t osal_file_sync(osal_file_t* const file)
 {
     FSW_ASSERT(file != NULL);
     return (fsync(file->descriptor) == 0) ? STATUS_OK : STATUS_IO;
 }
 
-void osal_file_close(osal_file_t* file)
+void osal_file_close(osal_file_t* const file)
 {
     FSW_ASSERT(file != NULL);
     if (file->descriptor >= 0) {
@@ -258,7 +265,7 @@ void osal_file_close(osal_file_t* file)
 }
 
 /// Make one folder, unless it exists.
-static status_t make_folder(const char* path)
+static status_t make_folder(const char* const path)
 {
     struct stat about;
     if (mkdir(path, 0755) == 0) {
@@ -271,7 +278,7 @@ static status_t make_folder(const char* path)
     return ((error == EACCES) || (error == EPERM) || (error == EROFS)) ? STATUS_DENIED : STATUS_IO;
 }
 
-status_t osal_directory_create(const char* path)
+status_t osal_directory_create(const char* const path)
 {
     FSW_ASSERT(path != NULL);
     char part[PATH_MAX];
@@ -293,13 +300,13 @@ status_t osal_directory_create(const char* path)
     return STATUS_OK;
 }
 
-status_t osal_file_remove(const char* path)
+status_t osal_file_remove(const char* const path)
 {
     FSW_ASSERT(path != NULL);
     return (unlink(path) == 0) ? STATUS_OK : file_status_of(errno);
 }
 
-status_t osal_file_rename(const char* path, const char* new_path)
+status_t osal_file_rename(const char* const path, const char* const new_path)
 {
     FSW_ASSERT((path != NULL) && (new_path != NULL));
     if (rename(path, new_path) != 0) {
@@ -309,7 +316,7 @@ status_t osal_file_rename(const char* path, const char* new_path)
     return (status == STATUS_OK) ? osal_file_sync_names(path) : status;
 }
 
-status_t osal_file_link(const char* target, const char* path)
+status_t osal_file_link(const char* const target, const char* const path)
 {
     FSW_ASSERT((target != NULL) && (path != NULL));
     struct stat found;
@@ -325,7 +332,7 @@ status_t osal_file_link(const char* target, const char* path)
     return ((errno == EACCES) || (errno == EPERM)) ? STATUS_DENIED : STATUS_IO;
 }
 
-bool osal_file_exists(const char* path)
+bool osal_file_exists(const char* const path)
 {
     FSW_ASSERT(path != NULL);
     struct stat found;

@@ -3,7 +3,7 @@
 
 #include "base/assertion.h"
 
-uint64_t lockstep_next_slot_ns(const osal_lockstep_t* scheduler)
+uint64_t lockstep_next_slot_ns(const osal_lockstep_t* const scheduler)
 {
     const uint64_t into_slot = scheduler->now_ns % scheduler->slot_ns;
     const uint64_t rest      = scheduler->slot_ns - into_slot;
@@ -11,17 +11,17 @@ uint64_t lockstep_next_slot_ns(const osal_lockstep_t* scheduler)
                                                               : OSAL_LOCKSTEP_NEVER;
 }
 
-bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant)
+bool lockstep_is_turn_to_come(const osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     return (scheduler->last == NOBODY) || (participant > scheduler->last);
 }
 
-uint64_t lockstep_earlier(uint64_t a_ns, uint64_t b_ns)
+uint64_t lockstep_earlier(const uint64_t a_ns, const uint64_t b_ns)
 {
     return (a_ns < b_ns) ? a_ns : b_ns;
 }
 
-uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t participant)
+uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     const uint64_t wake_ns = scheduler->participants[participant].wake_ns;
     const bool is_spent    = (scheduler->running == participant) && (wake_ns <= scheduler->now_ns);
@@ -30,7 +30,7 @@ uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t par
 
 /// Put those that joined during the last grant into the order, at one defined point: the end of that grant,
 /// independent of when they joined in wall-clock time.
-static void admit_new(osal_lockstep_t* scheduler)
+static void admit_new(osal_lockstep_t* const scheduler)
 {
     for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
         participant_t* const one = &scheduler->participants[i];
@@ -44,7 +44,7 @@ static void admit_new(osal_lockstep_t* scheduler)
     }
 }
 
-void lockstep_rouse(osal_lockstep_t* scheduler, uint32_t participant)
+void lockstep_rouse(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     participant_t* const one = &scheduler->participants[participant];
     const uint64_t told_ns   = lockstep_is_turn_to_come(scheduler, participant)
@@ -54,7 +54,7 @@ void lockstep_rouse(osal_lockstep_t* scheduler, uint32_t participant)
                     one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, participant), told_ns));
 }
 
-void lockstep_cut_stream(osal_lockstep_t* scheduler, uint32_t participant)
+void lockstep_cut_stream(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     participant_t* const one = &scheduler->participants[participant];
     one->octets              = 0U; // Simulated time decides, even if the system still holds some of them.
@@ -63,7 +63,7 @@ void lockstep_cut_stream(osal_lockstep_t* scheduler, uint32_t participant)
     lockstep_rouse(scheduler, participant);
 }
 
-void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant)
+void lockstep_leave(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     participant_t* const self = &scheduler->participants[participant];
     self->state               = OSAL_LOCKSTEP_ABSENT;
@@ -95,7 +95,7 @@ void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant)
 
 /// When `participant` has its next turn, as far as it can have one: an expected one has it when its life
 /// begins.
-static uint64_t turn_ns(const participant_t* one)
+static uint64_t turn_ns(const participant_t* const one)
 {
     if (one->state == OSAL_LOCKSTEP_EXPECTED) {
         return one->begin_ns;
@@ -104,7 +104,7 @@ static uint64_t turn_ns(const participant_t* one)
 }
 
 /// The smallest (time, order) of the next turns, or NOBODY.
-static uint32_t first_turn(const osal_lockstep_t* scheduler)
+static uint32_t first_turn(const osal_lockstep_t* const scheduler)
 {
     uint32_t chosen   = NOBODY;
     uint64_t least_ns = OSAL_LOCKSTEP_NEVER;
@@ -120,7 +120,7 @@ static uint32_t first_turn(const osal_lockstep_t* scheduler)
 
 /// An expected participant whose life begins not later than the wake time of `chosen`, or NOBODY. Orders do
 /// not matter: no participant runs at the instant at which a life begins before that life has joined.
-static uint32_t awaited_before(const osal_lockstep_t* scheduler, uint32_t chosen)
+static uint32_t awaited_before(const osal_lockstep_t* const scheduler, const uint32_t chosen)
 {
     const uint64_t limit_ns =
         (chosen != NOBODY) ? turn_ns(&scheduler->participants[chosen]) : OSAL_LOCKSTEP_NEVER;
@@ -133,7 +133,7 @@ static uint32_t awaited_before(const osal_lockstep_t* scheduler, uint32_t chosen
     return NOBODY;
 }
 
-void lockstep_grant_next(osal_lockstep_t* scheduler)
+void lockstep_grant_next(osal_lockstep_t* const scheduler)
 {
     scheduler->awaited = NOBODY;
     if ((scheduler->running != NOBODY) || (scheduler->is_closed != 0U)) {
@@ -168,12 +168,13 @@ void lockstep_grant_next(osal_lockstep_t* scheduler)
     }
 }
 
-uint64_t lockstep_not_before_begin(const participant_t* one, uint64_t wake_ns)
+uint64_t lockstep_not_before_begin(const participant_t* const one, const uint64_t wake_ns)
 {
     return (!one->is_begun && (wake_ns < one->begin_ns)) ? one->begin_ns : wake_ns;
 }
 
-bool lockstep_rest(osal_lockstep_t* scheduler, uint32_t participant, uint32_t life, uint64_t wake_ns)
+bool lockstep_rest(osal_lockstep_t* const scheduler, const uint32_t participant, const uint32_t life,
+                   const uint64_t wake_ns)
 {
     participant_t* const self = &scheduler->participants[participant];
     if ((life != OSAL_LOCKSTEP_ANY_LIFE) && ((self->life != life) || (self->state == OSAL_LOCKSTEP_ABSENT))) {
@@ -201,12 +202,13 @@ bool lockstep_rest(osal_lockstep_t* scheduler, uint32_t participant, uint32_t li
     return true;
 }
 
-void lockstep_add_saturating(uint32_t* sum, uint32_t more)
+void lockstep_add_saturating(uint32_t* const sum, const uint32_t more)
 {
     *sum = (more < (UINT32_MAX - *sum)) ? (*sum + more) : UINT32_MAX;
 }
 
-void lockstep_take_grant(osal_lockstep_t* scheduler, uint32_t participant, osal_grant_t* out_grant)
+void lockstep_take_grant(osal_lockstep_t* const scheduler, const uint32_t participant,
+                         osal_grant_t* const out_grant)
 {
     participant_t* const self = &scheduler->participants[participant];
     out_grant->now_ns         = scheduler->now_ns;

@@ -25,7 +25,7 @@
 // ---- Process form: lock and hand-over ----
 
 /// A later process takes part with its own life.
-static bool has_life(const osal_lockstep_t* scheduler, int32_t process)
+static bool has_life(const osal_lockstep_t* const scheduler, const int32_t process)
 {
     bool is_found = false;
     for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
@@ -35,7 +35,7 @@ static bool has_life(const osal_lockstep_t* scheduler, int32_t process)
 }
 
 /// The holder of the lock if it is stopped by a signal and may be killed; else 0.
-static int32_t stopped_inside(const osal_lockstep_t* scheduler)
+static int32_t stopped_inside(const osal_lockstep_t* const scheduler)
 {
     const int32_t process = osal_mutex_holder(&scheduler->mutex);
     return (has_life(scheduler, process) && (osal_process_state(process) == 'T')) ? process : 0;
@@ -44,7 +44,7 @@ static int32_t stopped_inside(const osal_lockstep_t* scheduler)
 /// The next process can continue from the state of a holder that died inside: see the top of this file. A
 /// holder that is stopped inside is killed. It is checked twice, because a terminal may continue it together
 /// with the caller, a moment later.
-static void lock(osal_lockstep_t* scheduler)
+static void lock(osal_lockstep_t* const scheduler)
 {
     int32_t seen = 0;
     if (scheduler->is_shared == 0U) {
@@ -59,14 +59,14 @@ static void lock(osal_lockstep_t* scheduler)
     }
 }
 
-static void unlock(osal_lockstep_t* scheduler)
+static void unlock(osal_lockstep_t* const scheduler)
 {
     if (scheduler->is_shared != 0U) {
         osal_mutex_unlock(&scheduler->mutex);
     }
 }
 
-static void wake(osal_lockstep_t* scheduler, uint32_t participant)
+static void wake(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     uint32_t* const word = &scheduler->participants[participant].word;
     (void)__atomic_add_fetch(word, 1U, __ATOMIC_RELEASE);
@@ -76,7 +76,7 @@ static void wake(osal_lockstep_t* scheduler, uint32_t participant)
 }
 
 /// Under the lock: if the grant is free, give it. Returns the participant to wake after the unlock.
-static uint32_t pass_on(osal_lockstep_t* scheduler)
+static uint32_t pass_on(osal_lockstep_t* const scheduler)
 {
     if ((scheduler->is_shared != 0U) && (scheduler->running == NOBODY)) {
         lockstep_grant_next(scheduler);
@@ -86,7 +86,7 @@ static uint32_t pass_on(osal_lockstep_t* scheduler)
 }
 
 /// After a change: give the grant if it is free, and unlock.
-static void unlock_and_pass_on(osal_lockstep_t* scheduler)
+static void unlock_and_pass_on(osal_lockstep_t* const scheduler)
 {
     const uint32_t next = pass_on(scheduler);
     unlock(scheduler);
@@ -96,7 +96,8 @@ static void unlock_and_pass_on(osal_lockstep_t* scheduler)
 }
 
 /// Sleep until the grant is given. False if the run is over or the participant was ended.
-static bool sleep_until_granted(osal_lockstep_t* scheduler, uint32_t participant, uint32_t incarnation)
+static bool sleep_until_granted(osal_lockstep_t* const scheduler, const uint32_t participant,
+                                const uint32_t incarnation)
 {
     participant_t* const self = &scheduler->participants[participant];
     for (;;) {
@@ -114,7 +115,7 @@ static bool sleep_until_granted(osal_lockstep_t* scheduler, uint32_t participant
 
 // ---- The contract ----
 
-osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t slot_ns, bool is_shared)
+osal_lockstep_t* osal_lockstep_create(void* const storage, const uint64_t slot_ns, const bool is_shared)
 {
     FSW_ASSERT((storage != NULL) && (((uintptr_t)storage % 64U) == 0U) && (slot_ns >= 1U));
     osal_lockstep_t* const scheduler = storage;
@@ -135,20 +136,21 @@ osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t slot_ns, bool is_s
     return scheduler;
 }
 
-void osal_lockstep_set_patience(osal_lockstep_t* scheduler, uint64_t patience_ns)
+void osal_lockstep_set_patience(osal_lockstep_t* const scheduler, const uint64_t patience_ns)
 {
     FSW_ASSERT((scheduler != NULL) && (patience_ns >= 2U));
     scheduler->patience_ns = patience_ns;
 }
 
-osal_lockstep_t* osal_lockstep_attach(void* storage)
+osal_lockstep_t* osal_lockstep_attach(void* const storage)
 {
     FSW_ASSERT(storage != NULL);
     osal_lockstep_t* const scheduler = storage;
     return (__atomic_load_n(&scheduler->magic, __ATOMIC_ACQUIRE) == LOCKSTEP_MAGIC) ? scheduler : NULL;
 }
 
-void osal_lockstep_expect(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t at_ns)
+void osal_lockstep_expect(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life,
+                          const uint64_t at_ns)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (life != OSAL_LOCKSTEP_ANY_LIFE));
     lock(scheduler);
@@ -163,13 +165,14 @@ void osal_lockstep_expect(osal_lockstep_t* scheduler, unsigned participant, uint
     unlock(scheduler);
 }
 
-static bool is_of_life(const participant_t* one, uint32_t life)
+static bool is_of_life(const participant_t* const one, const uint32_t life)
 {
     return (life == OSAL_LOCKSTEP_ANY_LIFE) || (one->life == life);
 }
 
 /// End a life, wake the process that waits in it, and the new holder of the grant.
-static void end_life(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, bool is_kill)
+static void end_life(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life,
+                     const bool is_kill)
 {
     participant_t* const one = &scheduler->participants[participant];
     lock(scheduler);
@@ -187,7 +190,7 @@ static void end_life(osal_lockstep_t* scheduler, unsigned participant, uint32_t 
     }
 }
 
-void osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, uint32_t life)
+void osal_lockstep_end(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     participant_t* const one = &scheduler->participants[participant];
@@ -209,19 +212,20 @@ void osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, uint32_
     }
 }
 
-void osal_lockstep_dismiss(osal_lockstep_t* scheduler, unsigned participant, uint32_t life)
+void osal_lockstep_dismiss(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     end_life(scheduler, participant, life, false);
 }
 
-void osal_lockstep_kill(osal_lockstep_t* scheduler, unsigned participant, uint32_t life)
+void osal_lockstep_kill(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     end_life(scheduler, participant, life, true);
 }
 
-void osal_lockstep_succeed(osal_lockstep_t* scheduler, unsigned participant, uint64_t delay_ns)
+void osal_lockstep_succeed(osal_lockstep_t* const scheduler, const unsigned participant,
+                           const uint64_t delay_ns)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     lock(scheduler);
@@ -229,7 +233,7 @@ void osal_lockstep_succeed(osal_lockstep_t* scheduler, unsigned participant, uin
     unlock(scheduler);
 }
 
-void osal_lockstep_suspend(osal_lockstep_t* scheduler, unsigned participant)
+void osal_lockstep_suspend(osal_lockstep_t* const scheduler, const unsigned participant)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     participant_t* const one = &scheduler->participants[participant];
@@ -243,7 +247,7 @@ void osal_lockstep_suspend(osal_lockstep_t* scheduler, unsigned participant)
     unlock_and_pass_on(scheduler);
 }
 
-void osal_lockstep_resume(osal_lockstep_t* scheduler, unsigned participant)
+void osal_lockstep_resume(osal_lockstep_t* const scheduler, const unsigned participant)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     participant_t* const one = &scheduler->participants[participant];
@@ -259,7 +263,7 @@ void osal_lockstep_resume(osal_lockstep_t* scheduler, unsigned participant)
     unlock_and_pass_on(scheduler);
 }
 
-void osal_lockstep_close(osal_lockstep_t* scheduler)
+void osal_lockstep_close(osal_lockstep_t* const scheduler)
 {
     FSW_ASSERT(scheduler != NULL);
     __atomic_store_n(&scheduler->is_closed, 1U, __ATOMIC_RELEASE);
@@ -268,7 +272,7 @@ void osal_lockstep_close(osal_lockstep_t* scheduler)
     }
 }
 
-bool osal_lockstep_is_closed(const osal_lockstep_t* scheduler)
+bool osal_lockstep_is_closed(const osal_lockstep_t* const scheduler)
 {
     FSW_ASSERT(scheduler != NULL);
     return __atomic_load_n(&scheduler->is_closed, __ATOMIC_ACQUIRE) != 0U;
@@ -276,7 +280,7 @@ bool osal_lockstep_is_closed(const osal_lockstep_t* scheduler)
 
 /// A process killed at an instant of simulated time does nothing after it, as if the kernel had killed it at
 /// once.
-static void obey_kill(const osal_lockstep_t* scheduler, uint32_t participant, uint32_t life)
+static void obey_kill(const osal_lockstep_t* const scheduler, const uint32_t participant, const uint32_t life)
 {
     if ((life != OSAL_LOCKSTEP_ANY_LIFE) &&
         (__atomic_load_n(&scheduler->participants[participant].killed_life, __ATOMIC_ACQUIRE) == life)) {
@@ -284,8 +288,8 @@ static void obey_kill(const osal_lockstep_t* scheduler, uint32_t participant, ui
     }
 }
 
-status_t osal_lockstep_wait(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t wake_ns,
-                            osal_grant_t* out_grant)
+status_t osal_lockstep_wait(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life,
+                            const uint64_t wake_ns, osal_grant_t* const out_grant)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (out_grant != NULL));
     FSW_ASSERT(scheduler->is_shared != 0U);
@@ -313,14 +317,15 @@ status_t osal_lockstep_wait(osal_lockstep_t* scheduler, unsigned participant, ui
     return STATUS_OK;
 }
 
-void osal_lockstep_done(osal_lockstep_t* scheduler, unsigned participant, uint64_t wake_ns)
+void osal_lockstep_done(osal_lockstep_t* const scheduler, const unsigned participant, const uint64_t wake_ns)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (scheduler->is_shared == 0U));
     const bool is_resting = lockstep_rest(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns);
     FSW_ASSERT(is_resting); // Only the holder of the grant can be done.
 }
 
-status_t osal_lockstep_next(osal_lockstep_t* scheduler, unsigned* out_participant, osal_grant_t* out_grant)
+status_t osal_lockstep_next(osal_lockstep_t* const scheduler, unsigned* const out_participant,
+                            osal_grant_t* const out_grant)
 {
     FSW_ASSERT((scheduler != NULL) && (out_participant != NULL) && (out_grant != NULL));
     FSW_ASSERT((scheduler->is_shared == 0U) && (scheduler->running == NOBODY));
@@ -340,8 +345,8 @@ status_t osal_lockstep_next(osal_lockstep_t* scheduler, unsigned* out_participan
     return STATUS_OK;
 }
 
-void osal_lockstep_deliver(osal_lockstep_t* scheduler, unsigned sender, unsigned receiver, uint32_t life,
-                           uint32_t messages, uint32_t octets)
+void osal_lockstep_deliver(osal_lockstep_t* const scheduler, const unsigned sender, const unsigned receiver,
+                           const uint32_t life, const uint32_t messages, const uint32_t octets)
 {
     FSW_ASSERT((scheduler != NULL) && (sender < PARTICIPANTS) && (receiver < PARTICIPANTS));
     lock(scheduler);
@@ -358,20 +363,20 @@ void osal_lockstep_deliver(osal_lockstep_t* scheduler, unsigned sender, unsigned
     unlock_and_pass_on(scheduler);
 }
 
-uint64_t osal_lockstep_now_ns(const osal_lockstep_t* scheduler)
+uint64_t osal_lockstep_now_ns(const osal_lockstep_t* const scheduler)
 {
     FSW_ASSERT(scheduler != NULL);
     return __atomic_load_n(&scheduler->now_ns, __ATOMIC_ACQUIRE);
 }
 
-bool osal_lockstep_is_present(const osal_lockstep_t* scheduler, unsigned participant)
+bool osal_lockstep_is_present(const osal_lockstep_t* const scheduler, const unsigned participant)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     return __atomic_load_n(&scheduler->participants[participant].state, __ATOMIC_ACQUIRE) ==
            (uint32_t)OSAL_LOCKSTEP_JOINED;
 }
 
-uint64_t osal_lockstep_begin_ns(osal_lockstep_t* scheduler, unsigned participant)
+uint64_t osal_lockstep_begin_ns(osal_lockstep_t* const scheduler, const unsigned participant)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     const participant_t* const one = &scheduler->participants[participant];
@@ -381,8 +386,8 @@ uint64_t osal_lockstep_begin_ns(osal_lockstep_t* scheduler, unsigned participant
     return begin_ns;
 }
 
-osal_lockstep_presence_t osal_lockstep_presence(const osal_lockstep_t* scheduler, unsigned participant,
-                                                uint32_t* out_life)
+osal_lockstep_presence_t osal_lockstep_presence(const osal_lockstep_t* const scheduler,
+                                                const unsigned participant, uint32_t* const out_life)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (out_life != NULL));
     const participant_t* const one = &scheduler->participants[participant];
@@ -390,14 +395,15 @@ osal_lockstep_presence_t osal_lockstep_presence(const osal_lockstep_t* scheduler
     return (osal_lockstep_presence_t)__atomic_load_n(&one->state, __ATOMIC_ACQUIRE);
 }
 
-unsigned osal_lockstep_awaited(const osal_lockstep_t* scheduler)
+unsigned osal_lockstep_awaited(const osal_lockstep_t* const scheduler)
 {
     FSW_ASSERT(scheduler != NULL);
     const uint32_t awaited = __atomic_load_n(&scheduler->awaited, __ATOMIC_ACQUIRE);
     return (awaited != NOBODY) ? awaited : PARTICIPANTS;
 }
 
-void osal_lockstep_postpone(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t at_ns)
+void osal_lockstep_postpone(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life,
+                            const uint64_t at_ns)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     participant_t* const one = &scheduler->participants[participant];
@@ -408,7 +414,7 @@ void osal_lockstep_postpone(osal_lockstep_t* scheduler, unsigned participant, ui
     unlock_and_pass_on(scheduler);
 }
 
-unsigned osal_lockstep_holder(osal_lockstep_t* scheduler, uint32_t* out_grants)
+unsigned osal_lockstep_holder(osal_lockstep_t* const scheduler, uint32_t* const out_grants)
 {
     FSW_ASSERT((scheduler != NULL) && (out_grants != NULL));
     lock(scheduler); // A watchdog calls this, and so detects a holder that is stopped inside.
@@ -418,7 +424,8 @@ unsigned osal_lockstep_holder(osal_lockstep_t* scheduler, uint32_t* out_grants)
     return (running != NOBODY) ? running : PARTICIPANTS;
 }
 
-void osal_lockstep_set_stream_port(osal_lockstep_t* scheduler, unsigned participant, uint16_t port)
+void osal_lockstep_set_stream_port(osal_lockstep_t* const scheduler, const unsigned participant,
+                                   const uint16_t port)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     participant_t* const one = &scheduler->participants[participant];
@@ -430,8 +437,8 @@ void osal_lockstep_set_stream_port(osal_lockstep_t* scheduler, unsigned particip
     unlock(scheduler);
 }
 
-void osal_lockstep_serve_stream(osal_lockstep_t* scheduler, unsigned participant, uint16_t port,
-                                unsigned server)
+void osal_lockstep_serve_stream(osal_lockstep_t* const scheduler, const unsigned participant,
+                                const uint16_t port, const unsigned server)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (server < PARTICIPANTS));
     participant_t* const one = &scheduler->participants[participant];
@@ -443,7 +450,8 @@ void osal_lockstep_serve_stream(osal_lockstep_t* scheduler, unsigned participant
     unlock(scheduler);
 }
 
-void osal_lockstep_cut_stream(osal_lockstep_t* scheduler, unsigned participant, uint16_t port)
+void osal_lockstep_cut_stream(osal_lockstep_t* const scheduler, const unsigned participant,
+                              const uint16_t port)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     lock(scheduler);
@@ -453,7 +461,7 @@ void osal_lockstep_cut_stream(osal_lockstep_t* scheduler, unsigned participant, 
     unlock(scheduler);
 }
 
-uint16_t osal_lockstep_served_port(const osal_lockstep_t* scheduler, unsigned participant)
+uint16_t osal_lockstep_served_port(const osal_lockstep_t* const scheduler, const unsigned participant)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     const participant_t* const one = &scheduler->participants[participant];
@@ -462,7 +470,7 @@ uint16_t osal_lockstep_served_port(const osal_lockstep_t* scheduler, unsigned pa
                : 0U;
 }
 
-uint16_t osal_lockstep_stream_port(const osal_lockstep_t* scheduler, unsigned participant)
+uint16_t osal_lockstep_stream_port(const osal_lockstep_t* const scheduler, const unsigned participant)
 {
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS));
     return (uint16_t)__atomic_load_n(&scheduler->participants[participant].stream_port, __ATOMIC_ACQUIRE);

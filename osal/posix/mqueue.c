@@ -13,7 +13,7 @@
 
 typedef char queue_is_a_descriptor[(sizeof(mqd_t) == sizeof(int)) ? 1 : -1];
 
-static status_t status_of(int error)
+static status_t status_of(const int error)
 {
     switch (error) {
     case EEXIST:
@@ -37,7 +37,8 @@ static status_t status_of(int error)
     }
 }
 
-status_t osal_mqueue_create(osal_mqueue_t* queue, const char* name, uint32_t depth, uint32_t message_octets)
+status_t osal_mqueue_create(osal_mqueue_t* const queue, const char* const name, const uint32_t depth,
+                            const uint32_t message_octets)
 {
     FSW_ASSERT((queue != NULL) && (name != NULL));
     *queue = (osal_mqueue_t){.descriptor = -1};
@@ -54,7 +55,7 @@ status_t osal_mqueue_create(osal_mqueue_t* queue, const char* name, uint32_t dep
     return STATUS_OK;
 }
 
-status_t osal_mqueue_open(osal_mqueue_t* queue, const char* name)
+status_t osal_mqueue_open(osal_mqueue_t* const queue, const char* const name)
 {
     FSW_ASSERT((queue != NULL) && (name != NULL));
     *queue = (osal_mqueue_t){.descriptor = -1};
@@ -75,7 +76,7 @@ status_t osal_mqueue_open(osal_mqueue_t* queue, const char* name)
     return STATUS_OK;
 }
 
-status_t osal_mqueue_send(osal_mqueue_t* queue, const uint8_t* octets, size_t size)
+status_t osal_mqueue_send(osal_mqueue_t* const queue, const uint8_t* const octets, const size_t size)
 {
     FSW_ASSERT((queue != NULL) && ((octets != NULL) || (size == 0U)));
     struct stat about = {0};
@@ -95,7 +96,8 @@ status_t osal_mqueue_send(osal_mqueue_t* queue, const uint8_t* octets, size_t si
     return (errno == EMSGSIZE) ? STATUS_TOO_LARGE : STATUS_IO;
 }
 
-status_t osal_mqueue_receive(osal_mqueue_t* queue, uint8_t* octets, size_t capacity, size_t* out_size)
+status_t osal_mqueue_receive(osal_mqueue_t* const queue, uint8_t* const octets, const size_t capacity,
+                             size_t* const out_size)
 {
     FSW_ASSERT((queue != NULL) && (octets != NULL) && (out_size != NULL));
     ssize_t size = 0;
@@ -112,19 +114,19 @@ status_t osal_mqueue_receive(osal_mqueue_t* queue, uint8_t* octets, size_t capac
     return (errno == EMSGSIZE) ? STATUS_TOO_LARGE : STATUS_IO;
 }
 
-uint32_t osal_mqueue_message_octets(const osal_mqueue_t* queue)
+uint32_t osal_mqueue_message_octets(const osal_mqueue_t* const queue)
 {
     FSW_ASSERT(queue != NULL);
     return queue->message_octets;
 }
 
-bool osal_mqueue_is_open(const osal_mqueue_t* queue)
+bool osal_mqueue_is_open(const osal_mqueue_t* const queue)
 {
     FSW_ASSERT(queue != NULL);
     return queue->is_open;
 }
 
-void osal_mqueue_close(osal_mqueue_t* queue)
+void osal_mqueue_close(osal_mqueue_t* const queue)
 {
     FSW_ASSERT(queue != NULL);
     if (queue->is_open) {
@@ -133,7 +135,7 @@ void osal_mqueue_close(osal_mqueue_t* queue)
     *queue = (osal_mqueue_t){.descriptor = -1};
 }
 
-status_t osal_mqueue_remove(const char* name)
+status_t osal_mqueue_remove(const char* const name)
 {
     FSW_ASSERT(name != NULL);
     if (!is_object_name(name)) {

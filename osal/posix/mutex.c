@@ -18,12 +18,12 @@
 
 typedef char mutex_fits_before_the_mark[(sizeof(pthread_mutex_t) <= (MARK_WORD * sizeof(uint64_t))) ? 1 : -1];
 
-static pthread_mutex_t* native(osal_mutex_t* mutex)
+static pthread_mutex_t* native(osal_mutex_t* const mutex)
 {
     return (pthread_mutex_t*)(void*)mutex->storage;
 }
 
-status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared)
+status_t osal_mutex_create(osal_mutex_t* const mutex, const bool is_shared)
 {
     FSW_ASSERT(mutex != NULL);
     pthread_mutexattr_t attributes;
@@ -42,7 +42,7 @@ status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared)
 }
 
 /// Status for the result of a lock call.
-static status_t locked(osal_mutex_t* mutex, int result)
+static status_t locked(osal_mutex_t* const mutex, const int result)
 {
     if (result == EOWNERDEAD) {
         const int repaired = pthread_mutex_consistent(native(mutex));
@@ -53,13 +53,13 @@ static status_t locked(osal_mutex_t* mutex, int result)
     return STATUS_OK;
 }
 
-status_t osal_mutex_lock(osal_mutex_t* mutex)
+status_t osal_mutex_lock(osal_mutex_t* const mutex)
 {
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
     return locked(mutex, pthread_mutex_lock(native(mutex)));
 }
 
-status_t osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns)
+status_t osal_mutex_lock_within(osal_mutex_t* const mutex, const uint64_t wait_ns)
 {
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
     int result = pthread_mutex_trylock(native(mutex));
@@ -74,7 +74,7 @@ status_t osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns)
     return (result == ETIMEDOUT) ? STATUS_TIMEOUT : locked(mutex, result);
 }
 
-int32_t osal_mutex_holder(const osal_mutex_t* mutex)
+int32_t osal_mutex_holder(const osal_mutex_t* const mutex)
 {
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
     // The first word of a mutex with priority inheritance is shared with the kernel, which has a layout for
@@ -83,14 +83,14 @@ int32_t osal_mutex_holder(const osal_mutex_t* mutex)
     return (int32_t)(__atomic_load_n(word, __ATOMIC_ACQUIRE) & FUTEX_TID_MASK);
 }
 
-void osal_mutex_unlock(osal_mutex_t* mutex)
+void osal_mutex_unlock(osal_mutex_t* const mutex)
 {
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
     const int result = pthread_mutex_unlock(native(mutex));
     FSW_ASSERT(result == 0); // EPERM: not the holder.
 }
 
-void osal_mutex_destroy(osal_mutex_t* mutex)
+void osal_mutex_destroy(osal_mutex_t* const mutex)
 {
     FSW_ASSERT(mutex != NULL);
     mutex->storage[MARK_WORD] = 0U;

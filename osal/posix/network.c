@@ -14,7 +14,7 @@
 
 #define OWN "/proc/thread-self/ns/net"
 
-static status_t status_of(int error)
+static status_t status_of(const int error)
 {
     switch (error) {
     case ENOENT:
@@ -30,7 +30,7 @@ static status_t status_of(int error)
     }
 }
 
-status_t osal_network_enter(osal_network_t* home, const char* path)
+status_t osal_network_enter(osal_network_t* const home, const char* const path)
 {
     FSW_ASSERT((home != NULL) && (path != NULL));
     home->descriptor = open(OWN, O_RDONLY | O_CLOEXEC);
@@ -49,7 +49,7 @@ status_t osal_network_enter(osal_network_t* home, const char* path)
     return (error == 0) ? STATUS_OK : status_of(error);
 }
 
-status_t osal_network_leave(osal_network_t* home)
+status_t osal_network_leave(osal_network_t* const home)
 {
     FSW_ASSERT((home != NULL) && (home->descriptor >= 0));
     const int error = (setns(home->descriptor, CLONE_NEWNET) == 0) ? 0 : errno;
@@ -58,7 +58,7 @@ status_t osal_network_leave(osal_network_t* home)
     return (error == 0) ? STATUS_OK : status_of(error);
 }
 
-status_t osal_network_remove(const char* path)
+status_t osal_network_remove(const char* const path)
 {
     FSW_ASSERT(path != NULL);
     // A name is a file with the namespace mounted on it; one that lost its mount is still to be unlinked.

@@ -39,7 +39,7 @@ static volatile sig_atomic_t stop_descriptor = -1;
 
 // ---- In the child, between fork and exec: async-signal-safe calls only ----
 
-static bool limit_to(unsigned resource, uint64_t most)
+static bool limit_to(const unsigned resource, const uint64_t most)
 {
     struct rlimit limit = {0, 0};
     if (getrlimit(resource, &limit) != 0) {
@@ -52,7 +52,7 @@ static bool limit_to(unsigned resource, uint64_t most)
     return setrlimit(resource, &limit) == 0;
 }
 
-static bool limit_resources(const osal_process_start_t* start)
+static bool limit_resources(const osal_process_start_t* const start)
 {
     return ((start->memory_limit_bytes == 0U) || !LIMITS_MEMORY ||
             limit_to(RLIMIT_AS, start->memory_limit_bytes)) &&
@@ -60,7 +60,7 @@ static bool limit_resources(const osal_process_start_t* start)
 }
 
 /// Count round the processors that this process may use, which may be fewer than there are.
-static void pin(int number)
+static void pin(const int number)
 {
     cpu_set_t set;
     if ((number < 0) || (sched_getaffinity(0, sizeof(set), &set) != 0) || (CPU_COUNT(&set) == 0)) {
@@ -79,7 +79,7 @@ static void pin(int number)
     (void)sched_setaffinity(0, sizeof(set), &set); // Without the permission it runs anywhere.
 }
 
-static bool redirect_output(const char* path)
+static bool redirect_output(const char* const path)
 {
     const int file = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
     return (file >= 0) && (dup2(file, STDOUT_FILENO) == STDOUT_FILENO) &&
@@ -87,7 +87,7 @@ static bool redirect_output(const char* path)
 }
 
 /// Everything but 0, 1, 2 and the named descriptors closes at exec.
-static bool keep_only(const int* descriptors, size_t count)
+static bool keep_only(const int* const descriptors, const size_t count)
 {
     if (syscall(SYS_close_range, FIRST_UNNAMED, UINT_MAX, CLOSE_RANGE_CLOEXEC) != 0) {
         const long open_max = sysconf(_SC_OPEN_MAX);
@@ -115,7 +115,7 @@ static void default_signals(void)
 }
 
 /// Become the program. Returns only on failure, with errno.
-static void become(const osal_process_start_t* start, pid_t parent)
+static void become(const osal_process_start_t* const start, const pid_t parent)
 {
     if (start->outlives) {
         (void)setsid(); // Signals to the parent's session or group do not reach it.
@@ -143,7 +143,7 @@ static void become(const osal_process_start_t* start, pid_t parent)
 
 // ---- In the parent ----
 
-static status_t status_of_start(int error)
+static status_t status_of_start(const int error)
 {
     switch (error) {
     case ENOENT:
@@ -162,12 +162,12 @@ static status_t status_of_start(int error)
     }
 }
 
-static int open_pidfd(pid_t id)
+static int open_pidfd(const pid_t id)
 {
     return (int)syscall(SYS_pidfd_open, id, 0U);
 }
 
-static void reap(pid_t id)
+static void reap(const pid_t id)
 {
     while ((waitpid(id, NULL, 0) < 0) && (errno == EINTR)) {
         // Repeat after a signal.
@@ -175,7 +175,7 @@ static void reap(pid_t id)
 }
 
 /// Result of the child's start: its errno, or 0 when exec closed the pipe.
-static int read_outcome(int pipe_end)
+static int read_outcome(const int pipe_end)
 {
     int error    = 0;
     ssize_t size = 0;
@@ -187,7 +187,7 @@ static int read_outcome(int pipe_end)
 
 static void run_child(const osal_process_start_t* start, pid_t parent, int pipe_end)
     __attribute__((noreturn));
-static void run_child(const osal_process_start_t* start, pid_t parent, int pipe_end)
+static void run_child(const osal_process_start_t* const start, const pid_t parent, const int pipe_end)
 {
     become(start, parent);
     const int error = errno;
@@ -197,7 +197,7 @@ static void run_child(const osal_process_start_t* start, pid_t parent, int pipe_
     _exit(EXIT_NOT_STARTED);
 }
 
-status_t osal_process_start(osal_process_t* process, const osal_process_start_t* start)
+status_t osal_process_start(osal_process_t* const process, const osal_process_start_t* const start)
 {
     FSW_ASSERT((process != NULL) && (start != NULL) && (start->arguments != NULL));
     FSW_ASSERT((start->arguments[0] != NULL) &&
@@ -231,7 +231,7 @@ status_t osal_process_start(osal_process_t* process, const osal_process_start_t*
     return (error == 0) ? STATUS_OK : status_of_start(error);
 }
 
-status_t osal_process_poll(osal_process_t* process, osal_process_result_t* out_result)
+status_t osal_process_poll(osal_process_t* const process, osal_process_result_t* const out_result)
 {
     FSW_ASSERT((process != NULL) && (out_result != NULL));
     *out_result = (osal_process_result_t){.has_ended = false};
@@ -257,7 +257,8 @@ status_t osal_process_poll(osal_process_t* process, osal_process_result_t* out_r
     return STATUS_OK;
 }
 
-status_t osal_process_wait_any(osal_process_t* const* processes, size_t count, uint32_t timeout_ms)
+status_t osal_process_wait_any(osal_process_t* const* const processes, const size_t count,
+                               const uint32_t timeout_ms)
 {
     FSW_ASSERT((count <= OSAL_PROCESS_WAIT_MAX) && ((processes != NULL) || (count == 0U)));
     struct pollfd watched[OSAL_PROCESS_WAIT_MAX + 1U];
@@ -279,7 +280,7 @@ status_t osal_process_wait_any(osal_process_t* const* processes, size_t count, u
     return (ready > 0) ? STATUS_OK : STATUS_TIMEOUT;
 }
 
-static status_t send_signal(const osal_process_t* process, int kind)
+static status_t send_signal(const osal_process_t* const process, const int kind)
 {
     if (process->descriptor < 0) {
         return STATUS_NOT_FOUND;
@@ -290,20 +291,20 @@ static status_t send_signal(const osal_process_t* process, int kind)
     return STATUS_OK;
 }
 
-status_t osal_process_stop(osal_process_t* process, bool by_force)
+status_t osal_process_stop(osal_process_t* const process, const bool by_force)
 {
     FSW_ASSERT(process != NULL);
     return send_signal(process, by_force ? SIGKILL : SIGTERM);
 }
 
-status_t osal_process_suspend(osal_process_t* process)
+status_t osal_process_suspend(osal_process_t* const process)
 {
     FSW_ASSERT(process != NULL);
     return send_signal(process, SIGSTOP);
 }
 
 /// State letter of /proc/<id>/stat: "id (program) state ...", and a program's name may hold anything.
-char osal_process_state(int32_t id)
+char osal_process_state(const int32_t id)
 {
     char path[32];
     char text[512];
@@ -321,7 +322,7 @@ char osal_process_state(int32_t id)
     return ((end_of_name != NULL) && (end_of_name[1] == ' ')) ? end_of_name[2] : '\0';
 }
 
-status_t osal_process_look(const osal_process_t* process, osal_process_look_t* out_look)
+status_t osal_process_look(const osal_process_t* const process, osal_process_look_t* const out_look)
 {
     FSW_ASSERT((process != NULL) && (out_look != NULL));
     clockid_t clock      = 0;
@@ -338,7 +339,7 @@ status_t osal_process_look(const osal_process_t* process, osal_process_look_t* o
     return STATUS_OK;
 }
 
-status_t osal_process_watch(osal_process_t* process, int32_t id)
+status_t osal_process_watch(osal_process_t* const process, const int32_t id)
 {
     FSW_ASSERT(process != NULL);
     *process             = (osal_process_t){.id = 0, .descriptor = -1};
@@ -351,7 +352,7 @@ status_t osal_process_watch(osal_process_t* process, int32_t id)
     return STATUS_OK;
 }
 
-void osal_process_release(osal_process_t* process)
+void osal_process_release(osal_process_t* const process)
 {
     FSW_ASSERT(process != NULL);
     if (process->descriptor >= 0) {
@@ -360,7 +361,7 @@ void osal_process_release(osal_process_t* process)
     process->descriptor = -1;
 }
 
-bool osal_process_is_alive(const osal_process_t* process)
+bool osal_process_is_alive(const osal_process_t* const process)
 {
     FSW_ASSERT(process != NULL);
     struct pollfd watched = {.fd = process->descriptor, .events = POLLIN};
@@ -374,7 +375,7 @@ bool osal_process_is_alive(const osal_process_t* process)
     return ready == 0; // A pidfd is readable from the end of its process on.
 }
 
-const char* osal_process_environment(const char* name)
+const char* osal_process_environment(const char* const name)
 {
     FSW_ASSERT(name != NULL);
     const size_t length = strlen(name);
@@ -393,7 +394,7 @@ int32_t osal_process_own_id(void)
 
 // ---- Stop signals ----
 
-static void on_stop(int number)
+static void on_stop(const int number)
 {
     (void)number;
     const int kept     = errno;

@@ -11,14 +11,14 @@
 
 typedef ElfW(Ehdr) program_header_t;
 
-static bool is_of_this_machine(const program_header_t* header)
+static bool is_of_this_machine(const program_header_t* const header)
 {
     const unsigned char word = (sizeof(void*) == 8U) ? ELFCLASS64 : ELFCLASS32;
     return (memcmp(header->e_ident, ELFMAG, SELFMAG) == 0) && (header->e_ident[EI_CLASS] == word) &&
            (header->e_phentsize == sizeof(ElfW(Phdr))) && (header->e_phnum <= HEADERS_MAX);
 }
 
-static status_t add_segments(osal_file_t* file, uint64_t* out_octets)
+static status_t add_segments(osal_file_t* const file, uint64_t* const out_octets)
 {
     program_header_t header;
     ElfW(Phdr) segments[HEADERS_MAX];
@@ -36,7 +36,7 @@ static status_t add_segments(osal_file_t* file, uint64_t* out_octets)
     return (status == STATUS_TRUNCATED) ? STATUS_INVALID : status;
 }
 
-status_t osal_process_loaded_size(const char* path, uint64_t* out_octets)
+status_t osal_process_loaded_size(const char* const path, uint64_t* const out_octets)
 {
     FSW_ASSERT((path != NULL) && (out_octets != NULL));
     osal_file_t file;

@@ -20,7 +20,7 @@ static const rate_t rates[] = {
     {921600U, B921600}, {1000000U, B1000000}, {2000000U, B2000000}, {3000000U, B3000000},
 };
 
-static const rate_t* rate_of(uint32_t baud)
+static const rate_t* rate_of(const uint32_t baud)
 {
     for (size_t i = 0U; i < (sizeof(rates) / sizeof(rates[0])); i++) {
         if (rates[i].baud == baud) {
@@ -31,7 +31,7 @@ static const rate_t* rate_of(uint32_t baud)
 }
 
 /// False if the line does not take the settings.
-static bool make_raw(int descriptor, speed_t speed)
+static bool make_raw(const int descriptor, const speed_t speed)
 {
     struct termios line = {0};
     if (tcgetattr(descriptor, &line) != 0) {
@@ -46,7 +46,7 @@ static bool make_raw(int descriptor, speed_t speed)
            (tcsetattr(descriptor, TCSANOW, &line) == 0) && (tcflush(descriptor, TCIFLUSH) == 0);
 }
 
-status_t osal_serial_open(osal_device_t* line, const char* path, uint32_t baud)
+status_t osal_serial_open(osal_device_t* const line, const char* const path, const uint32_t baud)
 {
     FSW_ASSERT((line != NULL) && (path != NULL));
     const rate_t* const rate = rate_of(baud);

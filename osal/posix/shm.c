@@ -15,7 +15,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static status_t status_of(int error)
+static status_t status_of(const int error)
 {
     switch (error) {
     case EEXIST:
@@ -36,7 +36,7 @@ static status_t status_of(int error)
     }
 }
 
-static status_t map(osal_shm_t* shm, int descriptor, size_t size)
+static status_t map(osal_shm_t* const shm, const int descriptor, const size_t size)
 {
     void* const address = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
     if (address == MAP_FAILED) {
@@ -48,7 +48,7 @@ static status_t map(osal_shm_t* shm, int descriptor, size_t size)
 }
 
 /// Give the object its memory now: without that, a full file system would end the program later, by SIGBUS.
-static int reserve(int descriptor, size_t size)
+static int reserve(const int descriptor, const size_t size)
 {
     int result = 0;
     do {
@@ -57,7 +57,7 @@ static int reserve(int descriptor, size_t size)
     return result;
 }
 
-status_t osal_shm_create(osal_shm_t* shm, const char* name, size_t size)
+status_t osal_shm_create(osal_shm_t* const shm, const char* const name, const size_t size)
 {
     FSW_ASSERT((shm != NULL) && (name != NULL));
     *shm = (osal_shm_t){NULL, 0U};
@@ -80,7 +80,7 @@ status_t osal_shm_create(osal_shm_t* shm, const char* name, size_t size)
     return status;
 }
 
-status_t osal_shm_open(osal_shm_t* shm, const char* name)
+status_t osal_shm_open(osal_shm_t* const shm, const char* const name)
 {
     FSW_ASSERT((shm != NULL) && (name != NULL));
     *shm = (osal_shm_t){NULL, 0U};
@@ -106,19 +106,19 @@ status_t osal_shm_open(osal_shm_t* shm, const char* name)
     return status;
 }
 
-void* osal_shm_address(const osal_shm_t* shm)
+void* osal_shm_address(const osal_shm_t* const shm)
 {
     FSW_ASSERT(shm != NULL);
     return shm->address;
 }
 
-size_t osal_shm_size(const osal_shm_t* shm)
+size_t osal_shm_size(const osal_shm_t* const shm)
 {
     FSW_ASSERT(shm != NULL);
     return shm->size;
 }
 
-void osal_shm_close(osal_shm_t* shm)
+void osal_shm_close(osal_shm_t* const shm)
 {
     FSW_ASSERT(shm != NULL);
     if (shm->address != NULL) {
@@ -127,7 +127,7 @@ void osal_shm_close(osal_shm_t* shm)
     *shm = (osal_shm_t){NULL, 0U};
 }
 
-status_t osal_shm_remove(const char* name)
+status_t osal_shm_remove(const char* const name)
 {
     FSW_ASSERT(name != NULL);
     if (!is_object_name(name)) {
@@ -139,7 +139,8 @@ status_t osal_shm_remove(const char* name)
     return STATUS_OK;
 }
 
-status_t osal_shm_each(const char* prefix, void (*visit)(void* context, const char* name), void* context)
+status_t osal_shm_each(const char* const prefix, void (*visit)(void* context, const char* name),
+                       void* const context)
 {
     FSW_ASSERT((prefix != NULL) && (prefix[0] == '/') && (visit != NULL));
     DIR* const folder = opendir("/dev/shm"); // Linux shows the objects of shm_open here.

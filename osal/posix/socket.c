@@ -23,35 +23,35 @@
 #define NS_PER_MS 1000000ULL
 #define LOOKS_SELDOM 127U // Polling in one of up to 128 waits.
 
-static struct sockaddr_in native(osal_address_t address)
+static struct sockaddr_in native(const osal_address_t address)
 {
     struct sockaddr_in result = {.sin_family = AF_INET, .sin_port = htons(address.port)};
     result.sin_addr.s_addr    = htonl(address.ipv4);
     return result;
 }
 
-static osal_address_t foreign(const struct sockaddr_in* address)
+static osal_address_t foreign(const struct sockaddr_in* const address)
 {
     return (osal_address_t){.ipv4 = ntohl(address->sin_addr.s_addr), .port = ntohs(address->sin_port)};
 }
 
 /// The kernel's call takes any kind of address behind this type.
-static const struct sockaddr* generic(const void* address)
+static const struct sockaddr* generic(const void* const address)
 {
     return (const struct sockaddr*)address;
 }
 
-static bool is_again(int error)
+static bool is_again(const int error)
 {
     return (error == EAGAIN) || (error == EWOULDBLOCK);
 }
 
-static bool is_short_of_descriptors(int error)
+static bool is_short_of_descriptors(const int error)
 {
     return (error == EMFILE) || (error == ENFILE) || (error == ENOBUFS) || (error == ENOMEM);
 }
 
-static status_t status_of_bind(int error)
+static status_t status_of_bind(const int error)
 {
     switch (error) {
     case EADDRINUSE:
@@ -65,7 +65,7 @@ static status_t status_of_bind(int error)
     }
 }
 
-static status_t status_of_send(int error)
+static status_t status_of_send(const int error)
 {
     switch (error) {
     case EAGAIN:
@@ -88,19 +88,19 @@ static status_t status_of_send(int error)
     }
 }
 
-static void set_option(int descriptor, int level, int option, int value)
+static void set_option(const int descriptor, const int level, const int option, const int value)
 {
     (void)setsockopt(descriptor, level, option, &value, (socklen_t)sizeof(value));
 }
 
-static int open_descriptor(int domain, int type)
+static int open_descriptor(const int domain, const int type)
 {
     return socket(domain, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 }
 
 // ---- UDP ----
 
-status_t osal_udp_open(osal_socket_t* sock, osal_address_t local, size_t receive_bytes)
+status_t osal_udp_open(osal_socket_t* const sock, const osal_address_t local, const size_t receive_bytes)
 {
     FSW_ASSERT(sock != NULL);
     *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
@@ -124,7 +124,7 @@ status_t osal_udp_open(osal_socket_t* sock, osal_address_t local, size_t receive
     return STATUS_OK;
 }
 
-status_t osal_socket_adopt(osal_socket_t* sock, int descriptor)
+status_t osal_socket_adopt(osal_socket_t* const sock, const int descriptor)
 {
     FSW_ASSERT(sock != NULL);
     int domain     = 0;
@@ -143,7 +143,8 @@ status_t osal_socket_adopt(osal_socket_t* sock, int descriptor)
     return STATUS_OK;
 }
 
-status_t osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size)
+status_t osal_udp_send(osal_socket_t* const sock, const osal_address_t to, const uint8_t* const octets,
+                       const size_t size)
 {
     FSW_ASSERT((sock != NULL) && ((octets != NULL) || (size == 0U)));
     const struct sockaddr_in address = native(to);
@@ -155,14 +156,14 @@ status_t osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* oc
     return (sent >= 0) ? STATUS_OK : status_of_send(errno);
 }
 
-void osal_socket_defer(osal_socket_t* sock)
+void osal_socket_defer(osal_socket_t* const sock)
 {
     FSW_ASSERT(sock != NULL);
     sock->is_deferred = true;
 }
 
-status_t osal_udp_receive(osal_socket_t* sock, osal_address_t* out_from, uint8_t* octets, size_t capacity,
-                          size_t* out_size)
+status_t osal_udp_receive(osal_socket_t* const sock, osal_address_t* const out_from, uint8_t* const octets,
+                          const size_t capacity, size_t* const out_size)
 {
     FSW_ASSERT((sock != NULL) && (out_from != NULL) && (octets != NULL) && (out_size != NULL));
     struct sockaddr_in from = {.sin_family = AF_INET};
@@ -188,7 +189,8 @@ status_t osal_udp_receive(osal_socket_t* sock, osal_address_t* out_from, uint8_t
 
 // ---- Streams ----
 
-static status_t listen_on(osal_socket_t* sock, int descriptor, const void* address, size_t size)
+static status_t listen_on(osal_socket_t* const sock, const int descriptor, const void* const address,
+                          const size_t size)
 {
     if ((bind(descriptor, generic(address), (socklen_t)size) != 0) || (listen(descriptor, BACKLOG) != 0)) {
         const status_t status = status_of_bind(errno);
@@ -199,7 +201,7 @@ static status_t listen_on(osal_socket_t* sock, int descriptor, const void* addre
     return STATUS_OK;
 }
 
-status_t osal_tcp_listen(osal_socket_t* sock, osal_address_t local)
+status_t osal_tcp_listen(osal_socket_t* const sock, const osal_address_t local)
 {
     FSW_ASSERT(sock != NULL);
     *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
@@ -212,7 +214,8 @@ status_t osal_tcp_listen(osal_socket_t* sock, osal_address_t local)
     return listen_on(sock, descriptor, &address, sizeof(address));
 }
 
-status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client, osal_address_t* out_peer)
+status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out_client,
+                         osal_address_t* const out_peer)
 {
     FSW_ASSERT((listener != NULL) && (out_client != NULL) && (out_peer != NULL));
     union {
@@ -242,7 +245,7 @@ status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client, osa
 }
 
 /// Wait for the result of a connect, however often a signal interrupts.
-static int outcome_of_connect(int descriptor)
+static int outcome_of_connect(const int descriptor)
 {
     struct pollfd watched = {.fd = descriptor, .events = POLLOUT};
     int result            = 0;
@@ -257,7 +260,8 @@ static int outcome_of_connect(int descriptor)
     return error;
 }
 
-static status_t connect_to(osal_socket_t* sock, int descriptor, const void* address, size_t size)
+static status_t connect_to(osal_socket_t* const sock, const int descriptor, const void* const address,
+                           const size_t size)
 {
     int error = (connect(descriptor, generic(address), (socklen_t)size) == 0) ? 0 : errno;
     if ((error == EINPROGRESS) || (error == EINTR)) {
@@ -272,7 +276,7 @@ static status_t connect_to(osal_socket_t* sock, int descriptor, const void* addr
     return STATUS_OK;
 }
 
-status_t osal_tcp_connect(osal_socket_t* sock, osal_address_t to)
+status_t osal_tcp_connect(osal_socket_t* const sock, const osal_address_t to)
 {
     FSW_ASSERT(sock != NULL);
     *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
@@ -285,7 +289,7 @@ status_t osal_tcp_connect(osal_socket_t* sock, osal_address_t to)
     return connect_to(sock, descriptor, &address, sizeof(address));
 }
 
-status_t osal_tcp_connect_begin(osal_socket_t* sock, osal_address_t to)
+status_t osal_tcp_connect_begin(osal_socket_t* const sock, const osal_address_t to)
 {
     FSW_ASSERT(sock != NULL);
     *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
@@ -305,7 +309,7 @@ status_t osal_tcp_connect_begin(osal_socket_t* sock, osal_address_t to)
     return (status_of_send(error) == STATUS_CLOSED) ? STATUS_CLOSED : STATUS_IO;
 }
 
-status_t osal_tcp_connect_result(osal_socket_t* sock)
+status_t osal_tcp_connect_result(osal_socket_t* const sock)
 {
     FSW_ASSERT(sock != NULL);
     struct pollfd watched = {.fd = sock->descriptor, .events = POLLOUT};
@@ -328,7 +332,8 @@ status_t osal_tcp_connect_result(osal_socket_t* sock)
     return (status_of_send(error) == STATUS_CLOSED) ? STATUS_CLOSED : STATUS_IO;
 }
 
-status_t osal_stream_send(osal_socket_t* sock, const uint8_t* octets, size_t size, size_t* out_sent)
+status_t osal_stream_send(osal_socket_t* const sock, const uint8_t* const octets, const size_t size,
+                          size_t* const out_sent)
 {
     FSW_ASSERT((sock != NULL) && (octets != NULL) && (size > 0U) && (out_sent != NULL));
     ssize_t sent = 0;
@@ -343,7 +348,8 @@ status_t osal_stream_send(osal_socket_t* sock, const uint8_t* octets, size_t siz
     return (status == STATUS_TOO_LARGE) ? STATUS_IO : status;
 }
 
-status_t osal_stream_receive(osal_socket_t* sock, uint8_t* octets, size_t capacity, size_t* out_size)
+status_t osal_stream_receive(osal_socket_t* const sock, uint8_t* const octets, const size_t capacity,
+                             size_t* const out_size)
 {
     FSW_ASSERT((sock != NULL) && (octets != NULL) && (capacity > 0U) && (out_size != NULL));
     ssize_t size = 0;
@@ -366,7 +372,7 @@ status_t osal_stream_receive(osal_socket_t* sock, uint8_t* octets, size_t capaci
 // ---- Local streams ----
 
 /// False if the path does not fit the contract.
-static bool local_address(const char* path, struct sockaddr_un* out_address)
+static bool local_address(const char* const path, struct sockaddr_un* const out_address)
 {
     const size_t length = strlen(path);
     *out_address        = (struct sockaddr_un){.sun_family = AF_UNIX};
@@ -377,7 +383,7 @@ static bool local_address(const char* path, struct sockaddr_un* out_address)
     return true;
 }
 
-status_t osal_local_listen(osal_socket_t* sock, const char* path)
+status_t osal_local_listen(osal_socket_t* const sock, const char* const path)
 {
     FSW_ASSERT((sock != NULL) && (path != NULL));
     struct sockaddr_un address;
@@ -389,7 +395,7 @@ status_t osal_local_listen(osal_socket_t* sock, const char* path)
     return (descriptor >= 0) ? listen_on(sock, descriptor, &address, sizeof(address)) : STATUS_IO;
 }
 
-status_t osal_local_connect(osal_socket_t* sock, const char* path)
+status_t osal_local_connect(osal_socket_t* const sock, const char* const path)
 {
     FSW_ASSERT((sock != NULL) && (path != NULL));
     struct sockaddr_un address;
@@ -401,7 +407,7 @@ status_t osal_local_connect(osal_socket_t* sock, const char* path)
     return (descriptor >= 0) ? connect_to(sock, descriptor, &address, sizeof(address)) : STATUS_IO;
 }
 
-status_t osal_local_pair(osal_socket_t* sock, osal_socket_t* out_peer)
+status_t osal_local_pair(osal_socket_t* const sock, osal_socket_t* const out_peer)
 {
     FSW_ASSERT((sock != NULL) && (out_peer != NULL));
     int pair[2]      = {-1, -1};
@@ -414,7 +420,7 @@ status_t osal_local_pair(osal_socket_t* sock, osal_socket_t* out_peer)
 // ---- Any socket ----
 
 /// Poll for octets, unless polling was unsuccessful recently. Like poll: 1 octets or an error, 0 none yet.
-static int look_for_octets(osal_socket_t* sock, struct pollfd* watched)
+static int look_for_octets(osal_socket_t* const sock, struct pollfd* const watched)
 {
     if (sock->blind > 0U) {
         sock->blind--;
@@ -430,7 +436,7 @@ static int look_for_octets(osal_socket_t* sock, struct pollfd* watched)
     return ready;
 }
 
-status_t osal_socket_wait_readable(osal_socket_t* sock, uint32_t timeout_ms)
+status_t osal_socket_wait_readable(osal_socket_t* const sock, const uint32_t timeout_ms)
 {
     FSW_ASSERT(sock != NULL);
     struct pollfd watched   = {.fd = sock->descriptor, .events = POLLIN};
@@ -448,7 +454,7 @@ status_t osal_socket_wait_readable(osal_socket_t* sock, uint32_t timeout_ms)
     return ((ready > 0) && ((watched.revents & POLLNVAL) == 0)) ? STATUS_OK : STATUS_IO;
 }
 
-status_t osal_socket_local_address(const osal_socket_t* sock, osal_address_t* out_local)
+status_t osal_socket_local_address(const osal_socket_t* const sock, osal_address_t* const out_local)
 {
     FSW_ASSERT((sock != NULL) && (out_local != NULL));
     struct sockaddr_in address = {.sin_family = AF_INET};
@@ -462,19 +468,19 @@ status_t osal_socket_local_address(const osal_socket_t* sock, osal_address_t* ou
     return STATUS_OK;
 }
 
-int osal_socket_descriptor(const osal_socket_t* sock)
+int osal_socket_descriptor(const osal_socket_t* const sock)
 {
     FSW_ASSERT(sock != NULL);
     return sock->descriptor;
 }
 
-bool osal_socket_is_open(const osal_socket_t* sock)
+bool osal_socket_is_open(const osal_socket_t* const sock)
 {
     FSW_ASSERT(sock != NULL);
     return sock->descriptor >= 0;
 }
 
-void osal_socket_close(osal_socket_t* sock)
+void osal_socket_close(osal_socket_t* const sock)
 {
     FSW_ASSERT(sock != NULL);
     if (sock->descriptor >= 0) {

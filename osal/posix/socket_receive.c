@@ -7,7 +7,7 @@
 #include <sys/socket.h>
 #include <sys/types.h>
 
-ssize_t socket_receive(osal_socket_t* sock, struct msghdr* message)
+ssize_t socket_receive(osal_socket_t* const sock, struct msghdr* const message)
 {
     uint8_t octet = 0U;
     while (sock->is_held) { // The error refers to a datagram sent earlier; this one is unchanged.

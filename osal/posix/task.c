@@ -21,14 +21,14 @@
 
 typedef char handle_holds_a_thread[(sizeof(pthread_t) <= sizeof(uint64_t)) ? 1 : -1];
 
-static void* run(void* context)
+static void* run(void* const context)
 {
     osal_task_t* const task = context;
     task->entry(task->context);
     return NULL;
 }
 
-static int create(pthread_t* out_thread, osal_task_t* task, int priority)
+static int create(pthread_t* const out_thread, osal_task_t* const task, const int priority)
 {
     pthread_attr_t attributes;
     int error = pthread_attr_init(&attributes);
@@ -49,7 +49,8 @@ static int create(pthread_t* out_thread, osal_task_t* task, int priority)
     return error;
 }
 
-status_t osal_task_start(osal_task_t* task, void (*entry)(void* context), void* context, int priority)
+status_t osal_task_start(osal_task_t* const task, void (*entry)(void* context), void* const context,
+                         const int priority)
 {
     FSW_ASSERT((task != NULL) && (entry != NULL) && (priority >= 0) && (priority <= PRIORITY_MAX));
     *task = (osal_task_t){.entry = entry, .context = context};
@@ -72,7 +73,7 @@ status_t osal_task_start(osal_task_t* task, void (*entry)(void* context), void* 
     return STATUS_OK;
 }
 
-void osal_task_join(osal_task_t* task)
+void osal_task_join(osal_task_t* const task)
 {
     FSW_ASSERT(task != NULL);
     if (task->is_running) {
@@ -83,7 +84,7 @@ void osal_task_join(osal_task_t* task)
     }
 }
 
-status_t osal_task_set_priority(int priority)
+status_t osal_task_set_priority(const int priority)
 {
     FSW_ASSERT((priority >= 0) && (priority <= PRIORITY_MAX));
     const struct sched_param parameters = {.sched_priority = priority};

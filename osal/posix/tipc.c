@@ -13,7 +13,7 @@
 
 #define CONTROL_OCTETS 64U ///< Of a returned message only the error counts, which comes first.
 
-static struct sockaddr_tipc native(osal_tipc_name_t name)
+static struct sockaddr_tipc native(const osal_tipc_name_t name)
 {
     struct sockaddr_tipc address;
     (void)memset(&address, 0, sizeof(address));
@@ -24,18 +24,18 @@ static struct sockaddr_tipc native(osal_tipc_name_t name)
     return address;
 }
 
-static uint64_t identity_of(const struct sockaddr_tipc* address)
+static uint64_t identity_of(const struct sockaddr_tipc* const address)
 {
     return ((uint64_t)address->addr.id.node << 32U) | address->addr.id.ref;
 }
 
 /// The kernel's call takes any kind of address behind this type.
-static const struct sockaddr* generic(const struct sockaddr_tipc* address)
+static const struct sockaddr* generic(const struct sockaddr_tipc* const address)
 {
     return (const struct sockaddr*)(const void*)address;
 }
 
-static status_t status_of_open(int error)
+static status_t status_of_open(const int error)
 {
     switch (error) {
     case EAFNOSUPPORT:
@@ -55,7 +55,7 @@ static status_t status_of_open(int error)
     }
 }
 
-static status_t status_of_send(int error)
+static status_t status_of_send(const int error)
 {
     switch (error) {
     case EAGAIN:
@@ -75,12 +75,12 @@ static status_t status_of_send(int error)
     }
 }
 
-static int open_descriptor(int type)
+static int open_descriptor(const int type)
 {
     return socket(AF_TIPC, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
 }
 
-static bool bind_name(int descriptor, osal_tipc_name_t name, osal_tipc_scope_t scope)
+static bool bind_name(const int descriptor, const osal_tipc_name_t name, const osal_tipc_scope_t scope)
 {
     struct sockaddr_tipc address;
     (void)memset(&address, 0, sizeof(address));
@@ -93,13 +93,13 @@ static bool bind_name(int descriptor, osal_tipc_name_t name, osal_tipc_scope_t s
     return bind(descriptor, generic(&address), (socklen_t)sizeof(address)) == 0;
 }
 
-static bool set_option(int descriptor, int option, uint32_t value)
+static bool set_option(const int descriptor, const int option, const uint32_t value)
 {
     return setsockopt(descriptor, SOL_TIPC, option, &value, (socklen_t)sizeof(value)) == 0;
 }
 
-status_t osal_tipc_open(osal_socket_t* sock, osal_tipc_kind_t kind, const osal_tipc_name_t* name,
-                        osal_tipc_scope_t scope)
+status_t osal_tipc_open(osal_socket_t* const sock, const osal_tipc_kind_t kind,
+                        const osal_tipc_name_t* const name, const osal_tipc_scope_t scope)
 {
     FSW_ASSERT((sock != NULL) && ((name == NULL) || (name->type >= OSAL_TIPC_TYPE_MIN)));
     const bool is_message = (kind == OSAL_TIPC_MESSAGE);
@@ -121,7 +121,8 @@ status_t osal_tipc_open(osal_socket_t* sock, osal_tipc_kind_t kind, const osal_t
     return STATUS_OK;
 }
 
-status_t osal_tipc_send(osal_socket_t* sock, osal_tipc_name_t to, const uint8_t* octets, size_t size)
+status_t osal_tipc_send(osal_socket_t* const sock, const osal_tipc_name_t to, const uint8_t* const octets,
+                        const size_t size)
 {
     FSW_ASSERT((sock != NULL) && (octets != NULL) && (size > 0U));
     const struct sockaddr_tipc address = native(to);
@@ -134,7 +135,7 @@ status_t osal_tipc_send(osal_socket_t* sock, osal_tipc_name_t to, const uint8_t*
 }
 
 /// True if the message was sent by this socket and returned.
-static bool is_returned(struct msghdr* message)
+static bool is_returned(struct msghdr* const message)
 {
     for (struct cmsghdr* part = CMSG_FIRSTHDR(message); part != NULL; part = CMSG_NXTHDR(message, part)) {
         if ((part->cmsg_level == SOL_TIPC) && (part->cmsg_type == TIPC_ERRINFO)) {
@@ -144,8 +145,8 @@ static bool is_returned(struct msghdr* message)
     return false;
 }
 
-status_t osal_tipc_receive(osal_socket_t* sock, uint64_t* out_from, uint8_t* octets, size_t capacity,
-                           size_t* out_size)
+status_t osal_tipc_receive(osal_socket_t* const sock, uint64_t* const out_from, uint8_t* const octets,
+                           const size_t capacity, size_t* const out_size)
 {
     FSW_ASSERT((sock != NULL) && (out_from != NULL) && (octets != NULL) && (out_size != NULL));
     struct sockaddr_tipc from;
@@ -180,7 +181,7 @@ status_t osal_tipc_receive(osal_socket_t* sock, uint64_t* out_from, uint8_t* oct
     return STATUS_OK;
 }
 
-status_t osal_tipc_identity(const osal_socket_t* sock, uint64_t* out_identity)
+status_t osal_tipc_identity(const osal_socket_t* const sock, uint64_t* const out_identity)
 {
     FSW_ASSERT((sock != NULL) && (out_identity != NULL));
     struct sockaddr_tipc address;
@@ -193,7 +194,7 @@ status_t osal_tipc_identity(const osal_socket_t* sock, uint64_t* out_identity)
     return STATUS_OK;
 }
 
-status_t osal_tipc_watch_open(osal_socket_t* sock, uint32_t type)
+status_t osal_tipc_watch_open(osal_socket_t* const sock, const uint32_t type)
 {
     FSW_ASSERT((sock != NULL) && (type >= OSAL_TIPC_TYPE_MIN));
     struct tipc_subscr subscription;
@@ -219,7 +220,7 @@ status_t osal_tipc_watch_open(osal_socket_t* sock, uint32_t type)
     return STATUS_OK;
 }
 
-status_t osal_tipc_watch_next(osal_socket_t* sock, osal_tipc_event_t* out_event)
+status_t osal_tipc_watch_next(osal_socket_t* const sock, osal_tipc_event_t* const out_event)
 {
     FSW_ASSERT((sock != NULL) && (out_event != NULL));
     struct tipc_event event;

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-bool argument_refuse(const char* option, const char* value, const char* expected)
+bool argument_refuse(const char* const option, const char* const value, const char* const expected)
 {
     char line[256];
     (void)snprintf(line, sizeof line, "simulator: --%.40s '%.80s': expected %.80s (see --help)", option,
@@ -16,7 +16,8 @@ bool argument_refuse(const char* option, const char* value, const char* expected
     return false;
 }
 
-bool argument_count(const char* option, const char* text, uint64_t limit, uint64_t* out_value)
+bool argument_count(const char* const option, const char* const text, const uint64_t limit,
+                    uint64_t* const out_value)
 {
     char* end                      = NULL;
     errno                          = 0;
@@ -31,7 +32,8 @@ bool argument_count(const char* option, const char* text, uint64_t limit, uint64
     return true;
 }
 
-bool argument_unsigned(const char* option, const char* text, uint64_t limit, unsigned* out_value)
+bool argument_unsigned(const char* const option, const char* const text, const uint64_t limit,
+                       unsigned* const out_value)
 {
     uint64_t value  = 0U;
     const bool good = argument_count(option, text, limit, &value);
@@ -39,7 +41,7 @@ bool argument_unsigned(const char* option, const char* text, uint64_t limit, uns
     return good;
 }
 
-bool argument_seconds(const char* option, const char* text, uint64_t* out_ns)
+bool argument_seconds(const char* const option, const char* const text, uint64_t* const out_ns)
 {
     char* end          = NULL;
     const double value = strtod(text, &end);

@@ -40,7 +40,7 @@ typedef struct {
 
 // ---- Inputs and outputs of devices ----
 
-static void look(void* context, drive_truth_t* out_truth)
+static void look(void* const context, drive_truth_t* const out_truth)
 {
     const item_t* item              = context;
     out_truth->motor_position_rad   = item->bench.rotor.position_rad;
@@ -48,7 +48,7 @@ static void look(void* context, drive_truth_t* out_truth)
     out_truth->joint_torque_nm      = item->bench.output_torque_nm;
 }
 
-static void tell(const item_t* item, uint64_t now_ns, uint16_t statusword, bool brake)
+static void tell(const item_t* const item, const uint64_t now_ns, const uint16_t statusword, const bool brake)
 {
     const bench_devices_config_t* config = &item->bench_devices->config;
     const truth_drive_t drive            = {.bus           = config->segments[item->segment].name,
@@ -59,8 +59,8 @@ static void tell(const item_t* item, uint64_t now_ns, uint16_t statusword, bool 
     config->changed(config->context, now_ns, &drive);
 }
 
-static void on_axis(void* context, uint8_t node, unsigned axis, uint16_t statusword, bool brake,
-                    uint64_t now_ns)
+static void on_axis(void* const context, const uint8_t node, const unsigned axis, const uint16_t statusword,
+                    const bool brake, const uint64_t now_ns)
 {
     (void)node;
     (void)axis;
@@ -69,7 +69,7 @@ static void on_axis(void* context, uint8_t node, unsigned axis, uint16_t statusw
 
 // ---- The file ----
 
-static status_t refuse(const line_t* line, size_t index, const char* expected)
+static status_t refuse(const line_t* const line, const size_t index, const char* const expected)
 {
     (void)snprintf(line->error, SIMULATOR_ERROR_MAX, "simulator: %s:%u: found '%s', expected %s", line->path,
                    line->number, (index < line->word_count) ? line->word[index] : "the end of the line",
@@ -77,7 +77,8 @@ static status_t refuse(const line_t* line, size_t index, const char* expected)
     return STATUS_INVALID;
 }
 
-static bool take_real(const line_t* line, size_t index, double low, double high, double* out_value)
+static bool take_real(const line_t* const line, const size_t index, const double low, const double high,
+                      double* const out_value)
 {
     char* end  = NULL;
     *out_value = strtod(line->word[index], &end);
@@ -85,7 +86,7 @@ static bool take_real(const line_t* line, size_t index, double low, double high,
 }
 
 /// Index of the bus that a line names; segment_count if there is none.
-static unsigned find_segment(const bench_devices_config_t* config, const char* name)
+static unsigned find_segment(const bench_devices_config_t* const config, const char* const name)
 {
     unsigned index = 0U;
     while ((index < config->segment_count) && (strcmp(config->segments[index].name, name) != 0)) {
@@ -94,7 +95,7 @@ static unsigned find_segment(const bench_devices_config_t* config, const char* n
     return index;
 }
 
-static status_t refuse_bus(const bench_devices_config_t* config, const line_t* line)
+static status_t refuse_bus(const bench_devices_config_t* const config, const line_t* const line)
 {
     char expected[128] = "a bus of the mission:";
     for (size_t i = 0U; i < config->segment_count; i++) {
@@ -104,7 +105,8 @@ static status_t refuse_bus(const bench_devices_config_t* config, const line_t* l
     return refuse(line, 0U, expected);
 }
 
-static bool is_taken(const bench_devices_t* bench_devices, unsigned segment, unsigned long node)
+static bool is_taken(const bench_devices_t* const bench_devices, const unsigned segment,
+                     const unsigned long node)
 {
     for (size_t i = 0U; i < bench_devices->count; i++) {
         if ((bench_devices->item[i].segment == segment) && (bench_devices->item[i].node == node)) {
@@ -114,7 +116,7 @@ static bool is_taken(const bench_devices_t* bench_devices, unsigned segment, uns
     return false;
 }
 
-static status_t create_drive(item_t* item, char error[SIMULATOR_ERROR_MAX])
+static status_t create_drive(item_t* const item, char error[SIMULATOR_ERROR_MAX])
 {
     const bench_devices_config_t* config = &item->bench_devices->config;
     char path[PATH_OCTETS];
@@ -146,7 +148,7 @@ static status_t create_drive(item_t* item, char error[SIMULATOR_ERROR_MAX])
     return STATUS_OK;
 }
 
-static status_t take_device(bench_devices_t* bench_devices, const line_t* line)
+static status_t take_device(bench_devices_t* const bench_devices, const line_t* const line)
 {
     char* end              = NULL;
     double contact_rad     = 0.0;
@@ -185,7 +187,7 @@ static status_t take_device(bench_devices_t* bench_devices, const line_t* line)
 }
 
 /// Words of a line; more than WORDS count, but are not kept.
-static void split(line_t* line, char* text)
+static void split(line_t* const line, char* const text)
 {
     char* rest               = NULL;
     line->word_count         = 0U;
@@ -199,7 +201,7 @@ static void split(line_t* line, char* text)
     }
 }
 
-static status_t read_file(bench_devices_t* bench_devices, char error[SIMULATOR_ERROR_MAX])
+static status_t read_file(bench_devices_t* const bench_devices, char error[SIMULATOR_ERROR_MAX])
 {
     char text[LINE_OCTETS];
     line_t line     = {.path = bench_devices->config.path, .error = error};
@@ -227,8 +229,8 @@ static status_t read_file(bench_devices_t* bench_devices, char error[SIMULATOR_E
 
 // ---- Opening, closing, one step ----
 
-status_t bench_devices_open(const bench_devices_config_t* config, bench_devices_t** out_bench_devices,
-                            char error[SIMULATOR_ERROR_MAX])
+status_t bench_devices_open(const bench_devices_config_t* const config,
+                            bench_devices_t** const out_bench_devices, char error[SIMULATOR_ERROR_MAX])
 {
     *out_bench_devices             = NULL;
     bench_devices_t* bench_devices = calloc(1U, sizeof *bench_devices);
@@ -246,7 +248,7 @@ status_t bench_devices_open(const bench_devices_config_t* config, bench_devices_
     return STATUS_OK;
 }
 
-void bench_devices_close(bench_devices_t* bench_devices)
+void bench_devices_close(bench_devices_t* const bench_devices)
 {
     for (size_t i = 0U; (bench_devices != NULL) && (i < bench_devices->count); i++) {
         drive_destroy(bench_devices->item[i].drive);
@@ -254,14 +256,14 @@ void bench_devices_close(bench_devices_t* bench_devices)
     free(bench_devices);
 }
 
-void bench_devices_power_on(bench_devices_t* bench_devices)
+void bench_devices_power_on(bench_devices_t* const bench_devices)
 {
     for (size_t i = 0U; (bench_devices != NULL) && (i < bench_devices->count); i++) {
         node_power_on(drive_node(bench_devices->item[i].drive));
     }
 }
 
-void bench_devices_tell(bench_devices_t* bench_devices, uint64_t now_ns)
+void bench_devices_tell(bench_devices_t* const bench_devices, const uint64_t now_ns)
 {
     for (size_t i = 0U; (bench_devices != NULL) && (i < bench_devices->count); i++) {
         const item_t* item = &bench_devices->item[i];
@@ -269,7 +271,7 @@ void bench_devices_tell(bench_devices_t* bench_devices, uint64_t now_ns)
     }
 }
 
-void bench_devices_move(bench_devices_t* bench_devices, uint64_t now_ns, uint64_t end_ns)
+void bench_devices_move(bench_devices_t* const bench_devices, const uint64_t now_ns, const uint64_t end_ns)
 {
     const double h_s = (double)(end_ns - now_ns) * 1.0e-9 / (double)PLANT_SUBSTEPS;
     for (size_t i = 0U; (bench_devices != NULL) && (i < bench_devices->count); i++) {

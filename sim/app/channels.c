@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static unsigned find_segment(const segment_t* segments, unsigned count, const char* name)
+static unsigned find_segment(const segment_t* const segments, const unsigned count, const char* const name)
 {
     unsigned index = 0U;
     while ((index < count) && (strcmp(segments[index].name, name) != 0)) {
@@ -13,8 +13,9 @@ static unsigned find_segment(const segment_t* segments, unsigned count, const ch
     return index;
 }
 
-status_t channels_pair(const segment_t* segments, unsigned count, const simulator_config_t* config,
-                       bus_t** out_channel_b, char error[SIMULATOR_ERROR_MAX])
+status_t channels_pair(const segment_t* const segments, const unsigned count,
+                       const simulator_config_t* const config, bus_t** const out_channel_b,
+                       char error[SIMULATOR_ERROR_MAX])
 {
     for (size_t i = 0U; i < config->bus_count; i++) {
         const simulator_bus_t* bus = &config->bus[i];

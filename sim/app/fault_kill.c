@@ -19,7 +19,7 @@
 
 /// Beginning of a /proc file of a process, with a NUL at its end. Returns its octets; 0: the process has
 /// ended.
-static size_t read_of(const char* id, const char* file, char out_text[TEXT_OCTETS])
+static size_t read_of(const char* const id, const char* const file, char out_text[TEXT_OCTETS])
 {
     char path[64];
     (void)snprintf(path, sizeof path, "/proc/%.20s/%.20s", id, file);
@@ -34,7 +34,7 @@ static size_t read_of(const char* id, const char* file, char out_text[TEXT_OCTET
 }
 
 /// "id (program) state parent ..."; the name of a program may contain any character.
-static bool is_sibling(const char* id)
+static bool is_sibling(const char* const id)
 {
     char text[TEXT_OCTETS];
     const size_t octets = read_of(id, "stat", text);
@@ -43,7 +43,7 @@ static bool is_sibling(const char* id)
     return is_whole && (strtol(&after[4], NULL, 10) == (long)getppid());
 }
 
-static bool has_name(const char* id, const char* process)
+static bool has_name(const char* const id, const char* const process)
 {
     char text[TEXT_OCTETS];
     const size_t octets = read_of(id, "cmdline", text);
@@ -58,7 +58,7 @@ static bool has_name(const char* id, const char* process)
     return (octets > 0U) && (strcmp((slash != NULL) ? &slash[1] : text, process) == 0);
 }
 
-static void signal_process(const char* process, const char* verb, int signal_number)
+static void signal_process(const char* const process, const char* const verb, const int signal_number)
 {
     if (strcmp(process, "launcher") == 0) {
         (void)kill(getppid(), signal_number);
@@ -85,17 +85,17 @@ static void signal_process(const char* process, const char* verb, int signal_num
     }
 }
 
-void fault_kill(const char* process)
+void fault_kill(const char* const process)
 {
     signal_process(process, "kill", SIGKILL);
 }
 
-void fault_suspend(const char* process)
+void fault_suspend(const char* const process)
 {
     signal_process(process, "hang", SIGSTOP);
 }
 
-void fault_resume(const char* process)
+void fault_resume(const char* const process)
 {
     signal_process(process, "resume", SIGCONT);
 }

@@ -51,12 +51,12 @@ static const char* const verbs_expected =
     "babble, sync, stuck, overflow, bus-off, restart, arbitration, reset, "
     "error, torque-offset, temperature, kill, hang or resume";
 
-const char* fault_word(fault_kind_t kind)
+const char* fault_word(const fault_kind_t kind)
 {
     return grammar[kind].word;
 }
 
-bool fault_is_onset(const fault_t* fault)
+bool fault_is_onset(const fault_t* const fault)
 {
     static const enum {
         BY_VALUE,
@@ -95,7 +95,7 @@ static const node_word_t node_words[] = {{"JOINT1", 0U, 0x11U, FAULT_NODE_JOINT1
 #define NODE_WORDS (sizeof node_words / sizeof node_words[0])
 
 /// A node by its name or id. It must be on the fault's bus.
-static bool parse_node(const char* word, unsigned bus, fault_node_t* out_node)
+static bool parse_node(const char* const word, const unsigned bus, fault_node_t* const out_node)
 {
     char* end              = NULL;
     const unsigned long id = strtoul(word, &end, 0);
@@ -116,7 +116,7 @@ static bool parse_node(const char* word, unsigned bus, fault_node_t* out_node)
 }
 
 /// A bus by its name, or channel B of one where that is allowed.
-static bool parse_bus(const char* word, bool may_be_b, fault_t* fault)
+static bool parse_bus(const char* const word, const bool may_be_b, fault_t* const fault)
 {
     for (unsigned channel = 0U; channel < (may_be_b ? NODE_CHANNELS : 1U); channel++) {
         for (unsigned i = 0U; i < FAULT_BUSES; i++) {
@@ -130,8 +130,8 @@ static bool parse_bus(const char* word, bool may_be_b, fault_t* fault)
     return false;
 }
 
-static status_t take_number(const scenario_line_t* line, size_t index, char kind, fault_t* fault,
-                            char error[SCENARIO_ERROR_MAX])
+static status_t take_number(const scenario_line_t* const line, const size_t index, const char kind,
+                            fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
     switch (kind) {
     case 'p':
@@ -150,7 +150,7 @@ static status_t take_number(const scenario_line_t* line, size_t index, char kind
     }
 }
 
-static status_t take_switch(const scenario_line_t* line, size_t index, fault_t* fault,
+static status_t take_switch(const scenario_line_t* const line, const size_t index, fault_t* const fault,
                             char error[SCENARIO_ERROR_MAX])
 {
     const bool is_on = strcmp(line->word[index], "on") == 0;
@@ -161,7 +161,7 @@ static status_t take_switch(const scenario_line_t* line, size_t index, fault_t* 
     return STATUS_OK;
 }
 
-static status_t take_restart(const scenario_line_t* line, size_t index, fault_t* fault,
+static status_t take_restart(const scenario_line_t* const line, const size_t index, fault_t* const fault,
                              char error[SCENARIO_ERROR_MAX])
 {
     static const char* const words[] = {
@@ -175,7 +175,7 @@ static status_t take_restart(const scenario_line_t* line, size_t index, fault_t*
     return scenario_error(line, line->word[index], "auto, order or now", error);
 }
 
-static status_t take_code(const scenario_line_t* line, size_t index, fault_t* fault,
+static status_t take_code(const scenario_line_t* const line, const size_t index, fault_t* const fault,
                           char error[SCENARIO_ERROR_MAX])
 {
     const char* word         = line->word[index];
@@ -186,8 +186,8 @@ static status_t take_code(const scenario_line_t* line, size_t index, fault_t* fa
     return is_code ? STATUS_OK : scenario_error(line, word, "an emergency code 0x0001..0xFFFF", error);
 }
 
-static status_t take_bus(const scenario_line_t* line, size_t index, bool with_redundant, fault_t* fault,
-                         char error[SCENARIO_ERROR_MAX])
+static status_t take_bus(const scenario_line_t* const line, const size_t index, const bool with_redundant,
+                         fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
     const char* word     = line->word[index];
     const char* expected = with_redundant ? "robot, joystick, robot-b or joystick-b" : "robot or joystick";
@@ -195,8 +195,8 @@ static status_t take_bus(const scenario_line_t* line, size_t index, bool with_re
 }
 
 /// A joint of the robot bus, or any node of the bus named in the argument before it.
-static status_t take_node(const scenario_line_t* line, size_t index, bool is_joint, fault_t* fault,
-                          char error[SCENARIO_ERROR_MAX])
+static status_t take_node(const scenario_line_t* const line, const size_t index, const bool is_joint,
+                          fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
     const char* word = line->word[index];
     const char* expected =
@@ -206,8 +206,8 @@ static status_t take_node(const scenario_line_t* line, size_t index, bool is_joi
     return is_node ? STATUS_OK : scenario_error(line, word, expected, error);
 }
 
-static status_t take_argument(const scenario_line_t* line, size_t index, char kind, fault_t* fault,
-                              char error[SCENARIO_ERROR_MAX])
+static status_t take_argument(const scenario_line_t* const line, const size_t index, const char kind,
+                              fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
     switch (kind) {
     case 'B':
@@ -233,7 +233,7 @@ static status_t take_argument(const scenario_line_t* line, size_t index, char ki
 }
 
 /// "robot 0x11"-like text for logs: the arguments that name the target.
-static void name_target(const scenario_line_t* line, const char* arguments, fault_t* fault)
+static void name_target(const scenario_line_t* const line, const char* const arguments, fault_t* const fault)
 {
     size_t used = 0U;
     for (size_t i = 1U; (i < line->word_count) && (strchr("Bbnmjx", arguments[i - 1U]) != NULL); i++) {
@@ -246,7 +246,8 @@ static void name_target(const scenario_line_t* line, const char* arguments, faul
     }
 }
 
-static status_t take_line(void* context, const scenario_line_t* line, char error[SCENARIO_ERROR_MAX])
+static status_t take_line(void* const context, const scenario_line_t* const line,
+                          char error[SCENARIO_ERROR_MAX])
 {
     faults_t* faults = context;
     size_t kind      = 0U;
@@ -277,7 +278,7 @@ static status_t take_line(void* context, const scenario_line_t* line, char error
     return status;
 }
 
-status_t faults_load(faults_t* faults, const char* scenario_path, char error[SCENARIO_ERROR_MAX])
+status_t faults_load(faults_t* const faults, const char* const scenario_path, char error[SCENARIO_ERROR_MAX])
 {
     faults->count = 0U;
     faults->next  = 0U;
@@ -287,13 +288,13 @@ status_t faults_load(faults_t* faults, const char* scenario_path, char error[SCE
     return scenario_read(scenario_path, "fault", take_line, faults, error);
 }
 
-uint64_t faults_next_ns(const faults_t* faults)
+uint64_t faults_next_ns(const faults_t* const faults)
 {
     return (faults->next < faults->count) ? faults->fault[faults->next].time_ns : UINT64_MAX;
 }
 
 /// Node of a device, or null for flight's controller.
-static node_t* device_node(const fault_world_t* world, fault_node_t node)
+static node_t* device_node(const fault_world_t* const world, const fault_node_t node)
 {
     switch (node) {
     case FAULT_NODE_JOINT1:
@@ -309,7 +310,7 @@ static node_t* device_node(const fault_world_t* world, fault_node_t node)
     return NULL;
 }
 
-static void switch_flight(const fault_channel_t* channel, bool connects)
+static void switch_flight(const fault_channel_t* const channel, const bool connects)
 {
     if ((channel->bus == NULL) || (channel->flight_node >= BUS_NODES_MAX)) {
         return;
@@ -321,7 +322,7 @@ static void switch_flight(const fault_channel_t* channel, bool connects)
     }
 }
 
-static void switch_device(node_t* node, const fault_t* fault)
+static void switch_device(node_t* const node, const fault_t* const fault)
 {
     if (fault->kind == FAULT_CUT) {
         node_cut(node, fault->channel, true);
@@ -337,7 +338,7 @@ static void switch_device(node_t* node, const fault_t* fault)
 }
 
 /// Unplugging concerns both channels, a cut one of them.
-static void switch_node(const fault_world_t* world, const fault_t* fault)
+static void switch_node(const fault_world_t* const world, const fault_t* const fault)
 {
     const bool connects    = (fault->kind == FAULT_PLUG) || (fault->kind == FAULT_MEND);
     const bool is_one_only = (fault->kind == FAULT_CUT) || (fault->kind == FAULT_MEND);
@@ -356,14 +357,14 @@ static void switch_node(const fault_world_t* world, const fault_t* fault)
 }
 
 /// Index on its bus of the node a fault names; BUS_NODES_MAX: absent.
-static unsigned bus_node(const fault_world_t* world, const fault_t* fault)
+static unsigned bus_node(const fault_world_t* const world, const fault_t* const fault)
 {
     const node_t* node = device_node(world, fault->node);
     return (node != NULL) ? node_bus_index(node, fault->channel)
                           : world->channel[fault->bus][fault->channel].flight_node;
 }
 
-static void set_error(const fault_world_t* world, const fault_t* fault)
+static void set_error(const fault_world_t* const world, const fault_t* const fault)
 {
     const bool is_on = fault->value != 0.0;
     if (fault->node == FAULT_NODE_STICK) {
@@ -373,7 +374,7 @@ static void set_error(const fault_world_t* world, const fault_t* fault)
     }
 }
 
-static void order_restart(bus_t* bus, unsigned node, const fault_t* fault)
+static void order_restart(bus_t* const bus, const unsigned node, const fault_t* const fault)
 {
     if (fault->value == (double)FAULT_RESTART_NOW) {
         bus_restart(bus, node);
@@ -383,7 +384,7 @@ static void order_restart(bus_t* bus, unsigned node, const fault_t* fault)
 }
 
 /// SYNC of a node that is not the master: all devices of the bus act on it.
-static void send_syncs(bus_t* bus, unsigned node, const fault_t* fault)
+static void send_syncs(bus_t* const bus, const unsigned node, const fault_t* const fault)
 {
     const osal_can_frame_t sync = {.id = SYNC_ID};
     for (unsigned i = 0U; i < (unsigned)fault->value; i++) {
@@ -392,7 +393,7 @@ static void send_syncs(bus_t* bus, unsigned node, const fault_t* fault)
 }
 
 /// Faults of one controller.
-static void apply_to_controller(const fault_world_t* world, const fault_t* fault)
+static void apply_to_controller(const fault_world_t* const world, const fault_t* const fault)
 {
     bus_t* bus          = world->channel[fault->bus][fault->channel].bus;
     const unsigned node = bus_node(world, fault);
@@ -417,7 +418,7 @@ static void apply_to_controller(const fault_world_t* world, const fault_t* fault
 }
 
 /// Faults of the wire of one channel.
-static void apply_to_wire(const fault_world_t* world, const fault_t* fault)
+static void apply_to_wire(const fault_world_t* const world, const fault_t* const fault)
 {
     bus_t* bus = world->channel[fault->bus][fault->channel].bus;
     if (bus == NULL) {
@@ -434,31 +435,31 @@ static void apply_to_wire(const fault_world_t* world, const fault_t* fault)
     }
 }
 
-static void reset_node(const fault_world_t* world, const fault_t* fault)
+static void reset_node(const fault_world_t* const world, const fault_t* const fault)
 {
     if (device_node(world, fault->node) != NULL) {
         node_power_on(device_node(world, fault->node));
     }
 }
 
-static void offset_torque(const fault_world_t* world, const fault_t* fault)
+static void offset_torque(const fault_world_t* const world, const fault_t* const fault)
 {
     drive_set_torque_offset(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value);
 }
 
-static void set_temperature(const fault_world_t* world, const fault_t* fault)
+static void set_temperature(const fault_world_t* const world, const fault_t* const fault)
 {
     drive_set_temperature(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value, fault->time_ns);
 }
 
-static void act_on_process(const fault_world_t* world, const fault_t* fault)
+static void act_on_process(const fault_world_t* const world, const fault_t* const fault)
 {
     if (world->process != NULL) {
         world->process(world->process_context, fault->kind, fault->target);
     }
 }
 
-const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world)
+const fault_t* faults_apply_next(faults_t* const faults, const fault_world_t* const world)
 {
     static void (*const apply[FAULT_KIND_COUNT])(const fault_world_t* world, const fault_t* fault) = {
         [FAULT_UNPLUG]        = switch_node,

@@ -19,8 +19,8 @@ struct gateway {
     gateway_counters_t counters;
 };
 
-status_t gateway_open(const char* address, bus_t* bus, gateway_report_t report, void* context,
-                      gateway_t** out_gateway)
+status_t gateway_open(const char* const address, bus_t* const bus, const gateway_report_t report,
+                      void* const context, gateway_t** const out_gateway)
 {
     *out_gateway       = NULL;
     gateway_t* gateway = calloc(1U, sizeof *gateway);
@@ -41,7 +41,7 @@ status_t gateway_open(const char* address, bus_t* bus, gateway_report_t report, 
     return STATUS_OK;
 }
 
-void gateway_close(gateway_t* gateway)
+void gateway_close(gateway_t* const gateway)
 {
     if (gateway != NULL) {
         osal_can_close(&gateway->can);
@@ -49,13 +49,13 @@ void gateway_close(gateway_t* gateway)
     }
 }
 
-static void lose(gateway_t* gateway)
+static void lose(gateway_t* const gateway)
 {
     osal_can_close(&gateway->can);
     gateway->is_lost = true;
 }
 
-void gateway_show(gateway_t* gateway, uint32_t senders, const osal_can_frame_t* frame)
+void gateway_show(gateway_t* const gateway, const uint32_t senders, const osal_can_frame_t* const frame)
 {
     if ((gateway->node != BUS_NODES_MAX) && (senders == ((uint32_t)1U << gateway->node))) {
         return;
@@ -71,7 +71,7 @@ void gateway_show(gateway_t* gateway, uint32_t senders, const osal_can_frame_t* 
     }
 }
 
-static void reopen(gateway_t* gateway, uint64_t now_ns)
+static void reopen(gateway_t* const gateway, const uint64_t now_ns)
 {
     if (now_ns < gateway->retry_ns) {
         return;
@@ -80,7 +80,7 @@ static void reopen(gateway_t* gateway, uint64_t now_ns)
     gateway->is_lost  = osal_can_open(&gateway->can, gateway->address, OSAL_CAN_NODE) != STATUS_OK;
 }
 
-static void submit(gateway_t* gateway, const osal_can_frame_t* frame, uint64_t now_ns)
+static void submit(gateway_t* const gateway, const osal_can_frame_t* const frame, const uint64_t now_ns)
 {
     const bus_callbacks_t deaf = {.on_frame = NULL}; // Tools receive frames as the gateway publishes them.
     status_t status            = STATUS_OK;
@@ -98,7 +98,7 @@ static void submit(gateway_t* gateway, const osal_can_frame_t* frame, uint64_t n
     gateway->counters.refused += (status != STATUS_OK) ? 1U : 0U;
 }
 
-void gateway_take(gateway_t* gateway, uint64_t now_ns)
+void gateway_take(gateway_t* const gateway, const uint64_t now_ns)
 {
     osal_can_frame_t frame;
     if (gateway->is_lost) {
@@ -118,7 +118,7 @@ void gateway_take(gateway_t* gateway, uint64_t now_ns)
     }
 }
 
-const gateway_counters_t* gateway_counters(const gateway_t* gateway)
+const gateway_counters_t* gateway_counters(const gateway_t* const gateway)
 {
     return &gateway->counters;
 }

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant)
+bool process_faults_name(process_faults_t* const faults, const char* const name, const unsigned participant)
 {
     if (faults->count == PROCESS_FAULTS_NAMES_MAX) {
         return false;
@@ -16,7 +16,8 @@ bool process_faults_name(process_faults_t* faults, const char* name, unsigned pa
     return true;
 }
 
-static void act_in_scheduler(osal_lockstep_t* scheduler, unsigned participant, fault_kind_t kind)
+static void act_in_scheduler(osal_lockstep_t* const scheduler, const unsigned participant,
+                             const fault_kind_t kind)
 {
     if (kind == FAULT_KILL) {
         osal_lockstep_kill(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE);
@@ -27,7 +28,7 @@ static void act_in_scheduler(osal_lockstep_t* scheduler, unsigned participant, f
     }
 }
 
-void process_faults_act(void* context, fault_kind_t kind, const char* process)
+void process_faults_act(void* const context, const fault_kind_t kind, const char* const process)
 {
     const process_faults_t* faults = context;
     for (size_t i = 0U; (faults->scheduler != NULL) && (i < faults->count); i++) {

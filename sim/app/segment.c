@@ -9,7 +9,7 @@
 // Time after which the driver of flight's controller takes a frame for stuck.
 #define TRANSMIT_TIMEOUT_NS 100000000U
 
-static void pass_to_flight(void* context, const osal_can_frame_t* frame)
+static void pass_to_flight(void* const context, const osal_can_frame_t* const frame)
 {
     segment_t* segment = context;
     if (segment->is_lost) {
@@ -22,7 +22,7 @@ static void pass_to_flight(void* context, const osal_can_frame_t* frame)
     }
 }
 
-static void tap(void* context, uint32_t senders, const osal_can_frame_t* frame)
+static void tap(void* const context, const uint32_t senders, const osal_can_frame_t* const frame)
 {
     segment_t* segment = context;
     if (segment->log != NULL) {
@@ -37,7 +37,7 @@ static void tap(void* context, uint32_t senders, const osal_can_frame_t* frame)
 }
 
 /// An error frame of a tool: flight's controller reports it, as if it had seen it.
-static void report_of_tool(void* context, const osal_can_frame_t* frame)
+static void report_of_tool(void* const context, const osal_can_frame_t* const frame)
 {
     segment_t* segment = context;
     if (segment->has_flight) {
@@ -48,7 +48,8 @@ static void report_of_tool(void* context, const osal_can_frame_t* frame)
     }
 }
 
-static status_t open_controller(segment_t* segment, const char* address, char error[SIMULATOR_ERROR_MAX])
+static status_t open_controller(segment_t* const segment, const char* const address,
+                                char error[SIMULATOR_ERROR_MAX])
 {
     const bus_callbacks_t to_flight = {
         .on_frame = pass_to_flight, .on_error = pass_to_flight, .context = segment};
@@ -69,7 +70,7 @@ static status_t open_controller(segment_t* segment, const char* address, char er
     return status;
 }
 
-static status_t open_log(segment_t* segment, const char* folder, char error[SIMULATOR_ERROR_MAX])
+static status_t open_log(segment_t* const segment, const char* const folder, char error[SIMULATOR_ERROR_MAX])
 {
     const status_t status = frame_log_open(folder, segment->name, &segment->log);
     if (status != STATUS_OK) {
@@ -81,7 +82,8 @@ static status_t open_log(segment_t* segment, const char* folder, char error[SIMU
     return STATUS_OK;
 }
 
-static status_t open_gateway(segment_t* segment, const char* address, char error[SIMULATOR_ERROR_MAX])
+static status_t open_gateway(segment_t* const segment, const char* const address,
+                             char error[SIMULATOR_ERROR_MAX])
 {
     const status_t status = gateway_open(address, segment->bus, report_of_tool, segment, &segment->gateway);
     if (status != STATUS_OK) {
@@ -92,12 +94,13 @@ static status_t open_gateway(segment_t* segment, const char* address, char error
     return status;
 }
 
-static bool is_given(const char* address)
+static bool is_given(const char* const address)
 {
     return (address != NULL) && (address[0] != '\0');
 }
 
-status_t segment_open(segment_t* segment, const segment_config_t* config, char error[SIMULATOR_ERROR_MAX])
+status_t segment_open(segment_t* const segment, const segment_config_t* const config,
+                      char error[SIMULATOR_ERROR_MAX])
 {
     const bus_config_t bus = {.nominal_bit_rate = NOMINAL_BIT_RATE,
                               .data_bit_rate    = config->is_classic ? 0U : DATA_BIT_RATE,
@@ -123,7 +126,7 @@ status_t segment_open(segment_t* segment, const segment_config_t* config, char e
     return status;
 }
 
-status_t segment_close(segment_t* segment)
+status_t segment_close(segment_t* const segment)
 {
     const status_t status = frame_log_close(segment->log);
     gateway_close(segment->gateway);
@@ -134,7 +137,7 @@ status_t segment_close(segment_t* segment)
     return status;
 }
 
-static void reopen(segment_t* segment, uint64_t now_ns)
+static void reopen(segment_t* const segment, const uint64_t now_ns)
 {
     if (now_ns >= segment->retry_ns) {
         segment->retry_ns = now_ns + REOPEN_NS;
@@ -142,7 +145,7 @@ static void reopen(segment_t* segment, uint64_t now_ns)
     }
 }
 
-static void take_from_flight(segment_t* segment, uint64_t now_ns)
+static void take_from_flight(segment_t* const segment, const uint64_t now_ns)
 {
     osal_can_frame_t frame;
     while (!segment->is_lost && (bus_queued(segment->bus, segment->flight_node) < BUS_QUEUE_FRAMES)) {
@@ -162,7 +165,7 @@ static void take_from_flight(segment_t* segment, uint64_t now_ns)
     }
 }
 
-void segment_take(segment_t* segment, uint64_t now_ns)
+void segment_take(segment_t* const segment, const uint64_t now_ns)
 {
     if (segment->has_flight && segment->is_lost) {
         reopen(segment, now_ns);

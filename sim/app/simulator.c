@@ -21,7 +21,6 @@
 #define ROBOT 0U
 #define JOYSTICK 1U
 #define DRIVES PLANT_JOINTS
-
 #define JOINT1_ID 0x11U
 #define STICK_ID 0x21U
 #define DEFAULT_QUANTUM_NS 5000000U
@@ -63,12 +62,12 @@ struct simulator {
 
 // ---- Truth ----
 
-static void note(simulator_t* simulator, status_t status)
+static void note(simulator_t* const simulator, const status_t status)
 {
     simulator->is_truth_broken = simulator->is_truth_broken || (status != STATUS_OK);
 }
 
-static void log_change(void* context, uint64_t now_ns, const truth_drive_t* event)
+static void log_change(void* const context, const uint64_t now_ns, const truth_drive_t* const event)
 {
     simulator_t* simulator = context;
     if (simulator->truth_log != NULL) {
@@ -76,8 +75,8 @@ static void log_change(void* context, uint64_t now_ns, const truth_drive_t* even
     }
 }
 
-static void log_drive(simulator_t* simulator, uint64_t now_ns, uint8_t node, unsigned axis,
-                      uint16_t statusword, bool brake, bool is_plugged)
+static void log_drive(simulator_t* const simulator, const uint64_t now_ns, const uint8_t node,
+                      const unsigned axis, const uint16_t statusword, const bool brake, const bool is_plugged)
 {
     const truth_drive_t event = {.bus           = bus_names[(node == STICK_ID) ? JOYSTICK : ROBOT],
                                  .node          = node,
@@ -88,14 +87,14 @@ static void log_drive(simulator_t* simulator, uint64_t now_ns, uint8_t node, uns
     log_change(simulator, now_ns, &event);
 }
 
-static node_t* device_by_id(simulator_t* simulator, uint8_t id)
+static node_t* device_by_id(simulator_t* const simulator, const uint8_t id)
 {
     return (id == STICK_ID) ? joystick_node(simulator->joystick)
                             : drive_node(simulator->drive[id - JOINT1_ID]);
 }
 
-static void on_axis(void* context, uint8_t node, unsigned axis, uint16_t statusword, bool brake,
-                    uint64_t now_ns)
+static void on_axis(void* const context, const uint8_t node, const unsigned axis, const uint16_t statusword,
+                    const bool brake, const uint64_t now_ns)
 {
     simulator_t* simulator = context;
     const bool is_plugged  = node_is_plugged(device_by_id(simulator, node));
@@ -103,7 +102,7 @@ static void on_axis(void* context, uint8_t node, unsigned axis, uint16_t statusw
 }
 
 /// Report the state of every device: at the start, and after one was plugged or unplugged.
-static void log_devices(simulator_t* simulator, uint64_t now_ns)
+static void log_devices(simulator_t* const simulator, const uint64_t now_ns)
 {
     for (unsigned i = 0U; i < DRIVES; i++) {
         drive_t* drive = simulator->drive[i];
@@ -117,7 +116,7 @@ static void log_devices(simulator_t* simulator, uint64_t now_ns)
     bench_devices_tell(simulator->bench_devices, now_ns);
 }
 
-static void log_arm(simulator_t* simulator, uint64_t now_ns)
+static void log_arm(simulator_t* const simulator, const uint64_t now_ns)
 {
     const plant_truth_t* truth = simulator->truth;
     truth_joints_t joints;
@@ -140,7 +139,7 @@ static void log_arm(simulator_t* simulator, uint64_t now_ns)
     note(simulator, truth_contact(simulator->truth_log, now_ns, &contact));
 }
 
-static void log_operator(simulator_t* simulator, uint64_t now_ns)
+static void log_operator(simulator_t* const simulator, const uint64_t now_ns)
 {
     const plant_truth_t* truth  = simulator->truth;
     const hand_intent_t* intent = hand_intent(simulator->hand);
@@ -161,7 +160,7 @@ static void log_operator(simulator_t* simulator, uint64_t now_ns)
 
 // ---- Devices: inputs and outputs ----
 
-static void look_at_joint(void* context, drive_truth_t* out_truth)
+static void look_at_joint(void* const context, drive_truth_t* const out_truth)
 {
     const joint_t* joint            = context;
     const plant_truth_t* truth      = joint->simulator->truth;
@@ -170,7 +169,7 @@ static void look_at_joint(void* context, drive_truth_t* out_truth)
     out_truth->joint_torque_nm      = truth->joint_torque_nm[joint->number];
 }
 
-static void look_at_stick(void* context, joystick_truth_t* out_truth)
+static void look_at_stick(void* const context, joystick_truth_t* const out_truth)
 {
     const simulator_t* simulator = context;
     out_truth->buttons           = 0U;
@@ -179,7 +178,7 @@ static void look_at_stick(void* context, joystick_truth_t* out_truth)
            sizeof out_truth->velocity_rad_s);
 }
 
-static void drive_motors(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
+static void drive_motors(void* const context, const unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
                          double out_torque_nm[PLANT_JOINTS])
 {
     simulator_t* simulator = context;
@@ -192,14 +191,14 @@ static void drive_motors(void* context, unsigned substep, const plant_rotor_t mo
 
 // ---- One step ----
 
-static void run_buses(simulator_t* simulator, uint64_t until_ns)
+static void run_buses(simulator_t* const simulator, const uint64_t until_ns)
 {
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
         bus_run_until(simulator->segment[i].bus, until_ns);
     }
 }
 
-static void run_faults(simulator_t* simulator, uint64_t until_ns)
+static void run_faults(simulator_t* const simulator, const uint64_t until_ns)
 {
     while (faults_next_ns(&simulator->faults) < until_ns) {
         run_buses(simulator, faults_next_ns(&simulator->faults));
@@ -216,7 +215,7 @@ static void run_faults(simulator_t* simulator, uint64_t until_ns)
     }
 }
 
-static void run_tools(simulator_t* simulator)
+static void run_tools(simulator_t* const simulator)
 {
     const unsigned submitted = socketcand_receive(simulator->tools);
     const uint64_t bought_ns = submitted * simulator->tool_quantum_ns;
@@ -227,7 +226,7 @@ static void run_tools(simulator_t* simulator)
     }
 }
 
-static void move_plant(simulator_t* simulator, uint64_t end_ns)
+static void move_plant(simulator_t* const simulator, const uint64_t end_ns)
 {
     for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
         simulator->input.brake_engaged[i] = drive_brake_is_engaged(simulator->drive[i]);
@@ -242,7 +241,7 @@ static void move_plant(simulator_t* simulator, uint64_t end_ns)
     bench_devices_move(simulator->bench_devices, simulator->time_ns, end_ns);
 }
 
-static void run_step(simulator_t* simulator, uint64_t end_ns)
+static void run_step(simulator_t* const simulator, const uint64_t end_ns)
 {
     if ((simulator->tools != NULL) && !simulator->tools_in_step) {
         run_tools(simulator);
@@ -265,7 +264,7 @@ static void run_step(simulator_t* simulator, uint64_t end_ns)
     }
 }
 
-uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns)
+uint64_t simulator_step(simulator_t* const simulator, const uint64_t now_ns)
 {
     while ((simulator->time_ns + ROKVISS_STEP_NS) <= now_ns) {
         run_step(simulator, simulator->time_ns + ROKVISS_STEP_NS);
@@ -273,7 +272,7 @@ uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns)
     return simulator->time_ns + ROKVISS_STEP_NS;
 }
 
-bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms)
+bool simulator_may_step(simulator_t* const simulator, const uint32_t timeout_ms)
 {
     if (!simulator->tools_in_step) {
         return true;
@@ -290,7 +289,7 @@ bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms)
 // ---- Opening and closing ----
 
 /// Name of bus `index`: the arm's and the joystick's, then the others as they are given.
-static const char* bus_name(const simulator_config_t* config, unsigned index)
+static const char* bus_name(const simulator_config_t* const config, const unsigned index)
 {
     unsigned others = BUSES;
     if (index < BUSES) {
@@ -308,8 +307,8 @@ static const char* bus_name(const simulator_config_t* config, unsigned index)
     return NULL;
 }
 
-static status_t open_segment(simulator_t* simulator, const simulator_config_t* config, const char* name,
-                             char error[SIMULATOR_ERROR_MAX])
+static status_t open_segment(simulator_t* const simulator, const simulator_config_t* const config,
+                             const char* const name, char error[SIMULATOR_ERROR_MAX])
 {
     const unsigned index    = simulator->bus_count;
     segment_config_t wanted = {.name        = name,
@@ -327,7 +326,7 @@ static status_t open_segment(simulator_t* simulator, const simulator_config_t* c
     return segment_open(&simulator->segment[index], &wanted, error);
 }
 
-static status_t open_segments(simulator_t* simulator, const simulator_config_t* config,
+static status_t open_segments(simulator_t* const simulator, const simulator_config_t* const config,
                               char error[SIMULATOR_ERROR_MAX])
 {
     status_t status = STATUS_OK;
@@ -341,7 +340,7 @@ static status_t open_segments(simulator_t* simulator, const simulator_config_t* 
     return status;
 }
 
-static status_t add_channel(const simulator_t* simulator, unsigned bus, node_t* node,
+static status_t add_channel(const simulator_t* const simulator, const unsigned bus, node_t* const node,
                             char error[SIMULATOR_ERROR_MAX])
 {
     const status_t status =
@@ -354,8 +353,8 @@ static status_t add_channel(const simulator_t* simulator, unsigned bus, node_t* 
     return status;
 }
 
-static status_t open_bench_devices(simulator_t* simulator, const simulator_config_t* config,
-                                   const char* folder, char error[SIMULATOR_ERROR_MAX])
+static status_t open_bench_devices(simulator_t* const simulator, const simulator_config_t* const config,
+                                   const char* const folder, char error[SIMULATOR_ERROR_MAX])
 {
     const bench_devices_config_t wanted = {.path          = config->bench_path,
                                            .devices_path  = folder,
@@ -369,8 +368,9 @@ static status_t open_bench_devices(simulator_t* simulator, const simulator_confi
                                         : STATUS_OK;
 }
 
-static status_t open_drive(simulator_t* simulator, unsigned number, const simulator_config_t* config,
-                           const char* folder, char error[SIMULATOR_ERROR_MAX])
+static status_t open_drive(simulator_t* const simulator, const unsigned number,
+                           const simulator_config_t* const config, const char* const folder,
+                           char error[SIMULATOR_ERROR_MAX])
 {
     char path[PATH_OCTETS];
     char reason[EDS_ERROR_MAX];
@@ -397,7 +397,7 @@ static status_t open_drive(simulator_t* simulator, unsigned number, const simula
     return add_channel(simulator, ROBOT, drive_node(simulator->drive[number]), error);
 }
 
-static status_t open_devices(simulator_t* simulator, const simulator_config_t* config,
+static status_t open_devices(simulator_t* const simulator, const simulator_config_t* const config,
                              char error[SIMULATOR_ERROR_MAX])
 {
     char path[PATH_OCTETS];
@@ -426,7 +426,7 @@ static status_t open_devices(simulator_t* simulator, const simulator_config_t* c
     return (status == STATUS_OK) ? open_bench_devices(simulator, config, folder, error) : status;
 }
 
-static status_t open_world(simulator_t* simulator, const simulator_config_t* config,
+static status_t open_world(simulator_t* const simulator, const simulator_config_t* const config,
                            char error[SIMULATOR_ERROR_MAX])
 {
     char reason[SCENARIO_ERROR_MAX];
@@ -450,7 +450,7 @@ static status_t open_world(simulator_t* simulator, const simulator_config_t* con
     return status;
 }
 
-static status_t open_truth(simulator_t* simulator, const simulator_config_t* config,
+static status_t open_truth(simulator_t* const simulator, const simulator_config_t* const config,
                            char error[SIMULATOR_ERROR_MAX])
 {
     char path[PATH_OCTETS];
@@ -467,7 +467,7 @@ static status_t open_truth(simulator_t* simulator, const simulator_config_t* con
     return status;
 }
 
-static status_t open_tools(simulator_t* simulator, const simulator_config_t* config,
+static status_t open_tools(simulator_t* const simulator, const simulator_config_t* const config,
                            char error[SIMULATOR_ERROR_MAX])
 {
     socketcand_bus_t buses[SIMULATOR_BUSES_MAX];
@@ -491,7 +491,7 @@ static status_t open_tools(simulator_t* simulator, const simulator_config_t* con
     return status;
 }
 
-static void power_on(simulator_t* simulator)
+static void power_on(simulator_t* const simulator)
 {
     simulator->world.joystick = simulator->joystick;
     for (unsigned i = 0U; i < BUSES; i++) {
@@ -515,7 +515,7 @@ static void power_on(simulator_t* simulator)
     bench_devices_power_on(simulator->bench_devices);
 }
 
-status_t simulator_open(const simulator_config_t* config, simulator_t** out_simulator,
+status_t simulator_open(const simulator_config_t* const config, simulator_t** const out_simulator,
                         char error[SIMULATOR_ERROR_MAX])
 {
     *out_simulator         = NULL;
@@ -543,7 +543,7 @@ status_t simulator_open(const simulator_config_t* config, simulator_t** out_simu
     return STATUS_OK;
 }
 
-status_t simulator_close(simulator_t* simulator)
+status_t simulator_close(simulator_t* const simulator)
 {
     if (simulator == NULL) {
         return STATUS_OK;
@@ -564,12 +564,12 @@ status_t simulator_close(simulator_t* simulator)
     return is_complete ? STATUS_OK : STATUS_IO;
 }
 
-uint16_t simulator_tool_port(const simulator_t* simulator)
+uint16_t simulator_tool_port(const simulator_t* const simulator)
 {
     return (simulator->tools != NULL) ? socketcand_port(simulator->tools) : 0U;
 }
 
-void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* out_statistics)
+void simulator_statistics(const simulator_t* const simulator, simulator_statistics_t* const out_statistics)
 {
     const bus_statistics_t* robot    = bus_statistics(simulator->segment[ROBOT].bus);
     const bus_statistics_t* joystick = bus_statistics(simulator->segment[JOYSTICK].bus);
@@ -590,7 +590,7 @@ void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* 
     }
 }
 
-void simulator_flush(simulator_t* simulator)
+void simulator_flush(simulator_t* const simulator)
 {
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
         if (simulator->segment[i].log != NULL) {

@@ -152,7 +152,7 @@ static const struct option long_options[] = {
 // ---- Command line ----
 
 /// The bus of that name, added if it is new; null if there are too many.
-static simulator_bus_t* bus_of(options_t* options, const char* name)
+static simulator_bus_t* bus_of(options_t* const options, const char* const name)
 {
     simulator_config_t* config = &options->simulator;
     for (size_t i = 0U; i < config->bus_count; i++) {
@@ -170,7 +170,7 @@ static simulator_bus_t* bus_of(options_t* options, const char* name)
 
 /// "NAME=ADDRESS" of flight's controller, or of the interface that publishes the bus; the name is cut off in
 /// place.
-static bool take_bus(options_t* options, const char* option, char* text)
+static bool take_bus(options_t* const options, const char* const option, char* const text)
 {
     char* equals = strchr(text, '=');
     if ((equals == NULL) || (equals == text) || (equals[1] == '\0')) {
@@ -189,7 +189,7 @@ static bool take_bus(options_t* options, const char* option, char* text)
     return true;
 }
 
-static bool take_process(options_t* options, char* text)
+static bool take_process(options_t* const options, char* const text)
 {
     char* equals         = strchr(text, '=');
     unsigned participant = 0U;
@@ -202,7 +202,7 @@ static bool take_process(options_t* options, char* text)
             argument_refuse("process", text, "at most two names for each participant"));
 }
 
-static bool take_classic_bus(options_t* options, const char* name)
+static bool take_classic_bus(options_t* const options, const char* const name)
 {
     simulator_bus_t* bus = bus_of(options, name);
     if (bus == NULL) {
@@ -213,7 +213,7 @@ static bool take_classic_bus(options_t* options, const char* name)
 }
 
 /// "NAME=OF" for a bus that was given before; the name is cut off in place.
-static bool take_redundant(options_t* options, char* text)
+static bool take_redundant(options_t* const options, char* const text)
 {
     simulator_config_t* config = &options->simulator;
     char* equals               = strchr(text, '=');
@@ -229,7 +229,7 @@ static bool take_redundant(options_t* options, char* text)
     return argument_refuse("redundant", text, "NAME=OF with a NAME that --bus has named before");
 }
 
-static bool take_tools(options_t* options, const char* text)
+static bool take_tools(options_t* const options, const char* const text)
 {
     unsigned port                  = 0U;
     options->simulator.serve_tools = strcmp(text, "off") != 0;
@@ -240,7 +240,7 @@ static bool take_tools(options_t* options, const char* text)
     return true;
 }
 
-static bool take_tool_option(options_t* options, int option, const char* text)
+static bool take_tool_option(options_t* const options, const int option, const char* const text)
 {
     uint64_t quantum_us = 0U;
     switch (option) {
@@ -270,7 +270,7 @@ static bool take_tool_option(options_t* options, int option, const char* text)
     }
 }
 
-static bool take_time_option(options_t* options, int option, const char* text)
+static bool take_time_option(options_t* const options, const int option, const char* const text)
 {
     switch (option) {
     case OPTION_SCHEDULER:
@@ -294,7 +294,7 @@ static bool take_time_option(options_t* options, int option, const char* text)
     }
 }
 
-static bool take_option(options_t* options, int option, char* text)
+static bool take_option(options_t* const options, const int option, char* const text)
 {
     switch (option) {
     case OPTION_BUS:
@@ -331,7 +331,7 @@ static bool take_option(options_t* options, int option, char* text)
     }
 }
 
-static bool check_options(options_t* options)
+static bool check_options(options_t* const options)
 {
     if (options->is_free) {
         options->pace = options->is_stepped ? PACE_NONE : PACE_REAL;
@@ -363,7 +363,7 @@ static bool check_options(options_t* options)
 }
 
 /// Returns 0 to continue, else the exit code + 1.
-static int parse(options_t* options, int count, char* arguments[])
+static int parse(options_t* const options, const int count, char* arguments[])
 {
     opterr = 0;
     for (;;) {
@@ -393,7 +393,7 @@ static int parse(options_t* options, int count, char* arguments[])
 // ---- The run ----
 
 /// A simulator that crashes writes the buffered log records.
-static void save_logs(int signal_number)
+static void save_logs(const int signal_number)
 {
     if (dying_simulator != NULL) {
         // NOLINTNEXTLINE(bugprone-signal-handler,cert-sig30-c): the program ends anyway.
@@ -403,7 +403,7 @@ static void save_logs(int signal_number)
     (void)raise(signal_number);
 }
 
-static void serve_cosimulation(void* context)
+static void serve_cosimulation(void* const context)
 {
     port_server_t* server = context;
     status_t status       = STATUS_OK;
@@ -413,7 +413,8 @@ static void serve_cosimulation(void* context)
     }
 }
 
-static bool open_cosimulation(port_server_t* server, const options_t* options, osal_lockstep_t* scheduler)
+static bool open_cosimulation(port_server_t* const server, const options_t* const options,
+                              osal_lockstep_t* const scheduler)
 {
     if (options->cosimulation_path == NULL) {
         return true;
@@ -433,7 +434,7 @@ static bool open_cosimulation(port_server_t* server, const options_t* options, o
            argument_refuse("cosimulation", options->cosimulation_path, "room for one more thread");
 }
 
-static void close_cosimulation(port_server_t* server, osal_lockstep_t* scheduler)
+static void close_cosimulation(port_server_t* const server, osal_lockstep_t* const scheduler)
 {
     if (server->is_running) {
         if (!osal_lockstep_is_closed(scheduler)) {
@@ -446,7 +447,7 @@ static void close_cosimulation(port_server_t* server, osal_lockstep_t* scheduler
 
 /// Wait until the wall clock has reached `now_ns`. A run that is very late does not catch up: its time
 /// continues from here.
-static void hold_back(osal_clock_t* wall, uint64_t now_ns)
+static void hold_back(osal_clock_t* const wall, const uint64_t now_ns)
 {
     const uint64_t wall_ns = osal_clock_now_ns(wall);
     if (wall_ns > (now_ns + LAG_MAX_NS)) {
@@ -459,7 +460,7 @@ static void hold_back(osal_clock_t* wall, uint64_t now_ns)
 }
 
 /// Step until the run is over.
-static void run(simulator_t* simulator, const options_t* options, osal_clock_t* clock)
+static void run(simulator_t* const simulator, const options_t* const options, osal_clock_t* const clock)
 {
     uint64_t now_ns    = 0U;
     uint64_t wake_ns   = 0U;
@@ -491,7 +492,7 @@ static void run(simulator_t* simulator, const options_t* options, osal_clock_t* 
     }
 }
 
-static void announce(const simulator_t* simulator)
+static void announce(const simulator_t* const simulator)
 {
     char line[128];
     if (simulator_tool_port(simulator) != 0U) {
@@ -501,7 +502,7 @@ static void announce(const simulator_t* simulator)
     }
 }
 
-static void complain_of_tools(const simulator_t* simulator)
+static void complain_of_tools(const simulator_t* const simulator)
 {
     simulator_statistics_t statistics;
     simulator_statistics(simulator, &statistics);
@@ -511,7 +512,7 @@ static void complain_of_tools(const simulator_t* simulator)
     }
 }
 
-static int fly(options_t* options, osal_lockstep_t* scheduler)
+static int fly(options_t* const options, osal_lockstep_t* const scheduler)
 {
     static port_server_t server;
     char error[SIMULATOR_ERROR_MAX];
@@ -555,7 +556,7 @@ static int fly(options_t* options, osal_lockstep_t* scheduler)
     return code;
 }
 
-int main(int count, char* arguments[])
+int main(const int count, char* arguments[])
 {
     options_t options = {
         .simulator = {.seed = 1U}, .is_stepped = true, .end_ns = NO_LIMIT, .cosimulation_name = "operator"};

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/app/supply.h"
 
-static void hear(void* context, const osal_can_frame_t* frame)
+static void hear(void* const context, const osal_can_frame_t* const frame)
 {
     power_unit_hear(context, frame);
 }
 
-void supply_open(power_unit_t* unit, segment_t* segments, unsigned segment_count, unsigned arm,
-                 const bus_t* channel_b, drive_t* const* drives, unsigned drive_count)
+void supply_open(power_unit_t* const unit, segment_t* const segments, const unsigned segment_count,
+                 const unsigned arm, const bus_t* const channel_b, drive_t* const* const drives,
+                 const unsigned drive_count)
 {
     power_unit_init(unit, SUPPLY_NODE);
     for (unsigned i = 0U; i < segment_count; i++) {

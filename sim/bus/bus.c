@@ -16,7 +16,7 @@
 #define STUCK_TICKS 600U // Octets of dominant bits after which every counter has its final value.
 
 /// Copy the significant part of a frame.
-static void copy_frame(osal_can_frame_t* to, const osal_can_frame_t* from)
+static void copy_frame(osal_can_frame_t* const to, const osal_can_frame_t* const from)
 {
     const size_t head = offsetof(osal_can_frame_t, data);
     if (from->length <= 8U) { // The usual frame: a copy of constant size.
@@ -28,7 +28,7 @@ static void copy_frame(osal_can_frame_t* to, const osal_can_frame_t* from)
 
 static const osal_can_frame_t babble = {.id = 0U, .length = 8U};
 
-bus_t* bus_create(const bus_config_t* config)
+bus_t* bus_create(const bus_config_t* const config)
 {
     const uint32_t nominal = config->nominal_bit_rate;
     const uint32_t data    = config->data_bit_rate;
@@ -48,12 +48,12 @@ bus_t* bus_create(const bus_config_t* config)
     return bus;
 }
 
-void bus_destroy(bus_t* bus)
+void bus_destroy(bus_t* const bus)
 {
     free(bus);
 }
 
-void bus_find_next_wake(bus_t* bus)
+void bus_find_next_wake(bus_t* const bus)
 {
     uint64_t next = bus->stuck_tick_ns;
     for (unsigned i = 0U; i < bus->node_count; i++) {
@@ -65,7 +65,7 @@ void bus_find_next_wake(bus_t* bus)
     bus->next_wake_ns = next;
 }
 
-status_t bus_add_node(bus_t* bus, const bus_callbacks_t* callbacks, unsigned* out_node)
+status_t bus_add_node(bus_t* const bus, const bus_callbacks_t* const callbacks, unsigned* const out_node)
 {
     unsigned index = 0U;
     while ((index < bus->node_count) && bus->node[index].is_used) {
@@ -90,7 +90,7 @@ status_t bus_add_node(bus_t* bus, const bus_callbacks_t* callbacks, unsigned* ou
     return STATUS_OK;
 }
 
-void bus_remove_node(bus_t* bus, unsigned node)
+void bus_remove_node(bus_t* const bus, const unsigned node)
 {
     bus_unplug(bus, node);
     bus->node[node].is_used = false;
@@ -98,13 +98,13 @@ void bus_remove_node(bus_t* bus, unsigned node)
     bus_find_next_wake(bus);
 }
 
-static bool is_on_bus(const bus_node_t* node)
+static bool is_on_bus(const bus_node_t* const node)
 {
     return node->is_plugged && (node->controller.state != CONTROLLER_STATE_BUS_OFF);
 }
 
 /// Arbitration field, most significant bit first: 11 bits, RTR or SRR, IDE, 18 bits, RTR.
-static uint32_t arbitration_key(const osal_can_frame_t* frame)
+static uint32_t arbitration_key(const osal_can_frame_t* const frame)
 {
     const uint32_t id     = frame->id & OSAL_CAN_ID_MASK;
     const uint32_t remote = ((frame->id & OSAL_CAN_REMOTE) != 0U) ? 1U : 0U;
@@ -114,7 +114,7 @@ static uint32_t arbitration_key(const osal_can_frame_t* frame)
     return ((id >> 18) << 21) | (3U << 19) | ((id & 0x3FFFFU) << 1) | remote;
 }
 
-static bool is_valid(const bus_t* bus, const osal_can_frame_t* frame)
+static bool is_valid(const bus_t* const bus, const osal_can_frame_t* const frame)
 {
     if ((frame->id & OSAL_CAN_ERROR) != 0U) {
         return false;
@@ -126,7 +126,8 @@ static bool is_valid(const bus_t* bus, const osal_can_frame_t* frame)
            (frame->length <= OSAL_CAN_DATA_MAX) && (frame->length == frame_fd_length(frame->length));
 }
 
-status_t bus_submit(bus_t* bus, unsigned index, const osal_can_frame_t* frame, uint64_t time_ns)
+status_t bus_submit(bus_t* const bus, const unsigned index, const osal_can_frame_t* const frame,
+                    const uint64_t time_ns)
 {
     bus_node_t* node = &bus->node[index];
     if (!is_valid(bus, frame)) {
@@ -152,31 +153,31 @@ status_t bus_submit(bus_t* bus, unsigned index, const osal_can_frame_t* frame, u
     return STATUS_OK;
 }
 
-unsigned bus_queued(const bus_t* bus, unsigned node)
+unsigned bus_queued(const bus_t* const bus, const unsigned node)
 {
     return bus->node[node].count;
 }
 
-void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns)
+void bus_set_wake(bus_t* const bus, const unsigned node, const uint64_t time_ns)
 {
     bus->node[node].wake_ns = time_ns;
     bus_find_next_wake(bus);
 }
 
-static void pop(bus_node_t* node)
+static void pop(bus_node_t* const node)
 {
     node->head = (node->head + 1U) % BUS_QUEUE_FRAMES;
     node->count--;
 }
 
-void bus_drop_queue(bus_t* bus, unsigned index)
+void bus_drop_queue(bus_t* const bus, const unsigned index)
 {
     bus_node_t* node = &bus->node[index];
     node->head       = 0U;
     node->count      = 0U;
 }
 
-void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report)
+void bus_report(bus_t* const bus, const unsigned index, osal_can_frame_t* const report)
 {
     const bus_node_t* node = &bus->node[index];
     report->time_ns        = bus->now_ns;
@@ -189,7 +190,8 @@ void bus_report(bus_t* bus, unsigned index, osal_can_frame_t* report)
 }
 
 /// Report an event that does not change the controller's state.
-static void tell(bus_t* bus, unsigned index, uint32_t class, uint8_t place, uint8_t detail)
+static void tell(bus_t* const bus, const unsigned index, const uint32_t class, const uint8_t place,
+                 const uint8_t detail)
 {
     osal_can_frame_t report = controller_report(&bus->node[index].controller, class);
     report.data[0]          = place;
@@ -197,7 +199,7 @@ static void tell(bus_t* bus, unsigned index, uint32_t class, uint8_t place, uint
     bus_report(bus, index, &report);
 }
 
-void bus_account(bus_t* bus, unsigned index, controller_event_t event)
+void bus_account(bus_t* const bus, const unsigned index, const controller_event_t event)
 {
     bus_node_t* node = &bus->node[index];
     osal_can_frame_t report;
@@ -214,7 +216,8 @@ void bus_account(bus_t* bus, unsigned index, controller_event_t event)
     bus_report(bus, index, &report);
 }
 
-static void account_all(bus_t* bus, controller_event_t sender_event, controller_event_t receiver_event)
+static void account_all(bus_t* const bus, const controller_event_t sender_event,
+                        const controller_event_t receiver_event)
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
         if (bus->node[i].is_used && is_on_bus(&bus->node[i])) {
@@ -224,7 +227,7 @@ static void account_all(bus_t* bus, controller_event_t sender_event, controller_
 }
 
 /// When the node's next frame is ready to start; BUS_NEVER if it has none.
-static uint64_t ready_ns(const bus_node_t* node, uint64_t idle_ns)
+static uint64_t ready_ns(const bus_node_t* const node, const uint64_t idle_ns)
 {
     if (!is_on_bus(node) || (!node->is_babbling && (node->count == 0U))) {
         return BUS_NEVER;
@@ -233,7 +236,7 @@ static uint64_t ready_ns(const bus_node_t* node, uint64_t idle_ns)
     return (ready > node->suspend_ns) ? ready : node->suspend_ns;
 }
 
-static uint64_t next_start_ns(const bus_t* bus)
+static uint64_t next_start_ns(const bus_t* const bus)
 {
     uint64_t earliest = BUS_NEVER;
     for (unsigned i = 0U; i < bus->node_count; i++) {
@@ -243,12 +246,12 @@ static uint64_t next_start_ns(const bus_t* bus)
     return (earliest > bus->idle_ns) ? earliest : bus->idle_ns;
 }
 
-static const osal_can_frame_t* head_frame(const bus_node_t* node)
+static const osal_can_frame_t* head_frame(const bus_node_t* const node)
 {
     return node->is_babbling ? &babble : &node->queue[node->head].frame;
 }
 
-static bool is_equal(const osal_can_frame_t* a, const osal_can_frame_t* b)
+static bool is_equal(const osal_can_frame_t* const a, const osal_can_frame_t* const b)
 {
     return (a->id == b->id) && (a->length == b->length) && (a->flags == b->flags) &&
            (memcmp(a->data, b->data, a->length) == 0);
@@ -256,7 +259,7 @@ static bool is_equal(const osal_can_frame_t* a, const osal_can_frame_t* b)
 
 /// Find the senders: the lowest arbitration field; several if their fields are equal. Sets senders and
 /// outcome.
-static const bus_node_t* arbitrate(bus_t* bus, uint64_t start_ns)
+static const bus_node_t* arbitrate(bus_t* const bus, const uint64_t start_ns)
 {
     const bus_node_t* winner = NULL;
     uint32_t lowest          = UINT32_MAX;
@@ -283,7 +286,7 @@ static const bus_node_t* arbitrate(bus_t* bus, uint64_t start_ns)
     return winner;
 }
 
-static bool has_receiver(const bus_t* bus)
+static bool has_receiver(const bus_t* const bus)
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
         if (((bus->senders & (1U << i)) == 0U) && bus->node[i].is_used && is_on_bus(&bus->node[i])) {
@@ -294,7 +297,7 @@ static bool has_receiver(const bus_t* bus)
 }
 
 /// Nodes that had a frame ready and stopped at the first bit that differs from the winner's.
-static void tell_losers(bus_t* bus, uint64_t start_ns, uint32_t winning_key)
+static void tell_losers(bus_t* const bus, const uint64_t start_ns, const uint32_t winning_key)
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
         const bus_node_t* node = &bus->node[i];
@@ -310,7 +313,7 @@ static void tell_losers(bus_t* bus, uint64_t start_ns, uint32_t winning_key)
     }
 }
 
-static void start_frame(bus_t* bus, uint64_t start_ns)
+static void start_frame(bus_t* const bus, const uint64_t start_ns)
 {
     const bus_node_t* winner     = arbitrate(bus, start_ns);
     const osal_can_frame_t* head = head_frame(winner);
@@ -340,7 +343,7 @@ static void start_frame(bus_t* bus, uint64_t start_ns)
 }
 
 /// The wire is free `bits` after now; passive senders wait longer.
-static void end_frame(bus_t* bus, uint64_t bits)
+static void end_frame(bus_t* const bus, const uint64_t bits)
 {
     bus->is_sending = false;
     bus->idle_ns    = bus->now_ns + (bits * bus->nominal_ns);
@@ -353,14 +356,14 @@ static void end_frame(bus_t* bus, uint64_t bits)
     }
 }
 
-void bus_break_frame(bus_t* bus, controller_event_t sender_event)
+void bus_break_frame(bus_t* const bus, const controller_event_t sender_event)
 {
     bus->statistics.errors++;
     account_all(bus, sender_event, CONTROLLER_RECEIVE_ERROR);
     end_frame(bus, ERROR_FLAG_BITS + ERROR_DELIMITER_BITS + CAN_INTERMISSION_BITS);
 }
 
-static void deliver(bus_t* bus, unsigned index)
+static void deliver(bus_t* const bus, const unsigned index)
 {
     bus_node_t* node = &bus->node[index];
     if (bus_random_chance(&bus->random, bus->loss)) {
@@ -380,7 +383,7 @@ static void deliver(bus_t* bus, unsigned index)
     }
 }
 
-static void deliver_frame(bus_t* bus)
+static void deliver_frame(bus_t* const bus)
 {
     bus->wire.time_ns = bus->now_ns;
     bus->statistics.frames++;
@@ -407,7 +410,7 @@ static void deliver_frame(bus_t* bus)
     }
 }
 
-static void finish_frame(bus_t* bus)
+static void finish_frame(bus_t* const bus)
 {
     if (bus->outcome == OUTCOME_DESTROYED) {
         bus_break_frame(bus, CONTROLLER_TRANSMIT_ERROR);
@@ -419,7 +422,7 @@ static void finish_frame(bus_t* bus)
 }
 
 /// A dominant wire counts eight for each octet of bits, in senders and receivers.
-static void tick_stuck(bus_t* bus)
+static void tick_stuck(bus_t* const bus)
 {
     bus->stuck_ticks++;
     bus->stuck_tick_ns =
@@ -428,7 +431,7 @@ static void tick_stuck(bus_t* bus)
 }
 
 /// The oldest frame has waited too long, or is another one by now.
-static void watch_queue(bus_t* bus, unsigned index, uint64_t now_ns)
+static void watch_queue(bus_t* const bus, const unsigned index, const uint64_t now_ns)
 {
     bus_node_t* node = &bus->node[index];
     node->watch_ns   = BUS_NEVER;
@@ -443,7 +446,7 @@ static void watch_queue(bus_t* bus, unsigned index, uint64_t now_ns)
     }
 }
 
-static void wake_node(bus_t* bus, unsigned index, uint64_t now_ns)
+static void wake_node(bus_t* const bus, const unsigned index, const uint64_t now_ns)
 {
     bus_node_t* node = &bus->node[index];
     if (node->watch_ns <= now_ns) {
@@ -465,7 +468,7 @@ static void wake_node(bus_t* bus, unsigned index, uint64_t now_ns)
     }
 }
 
-static void wake_nodes(bus_t* bus)
+static void wake_nodes(bus_t* const bus)
 {
     const uint64_t now_ns = bus->now_ns;
     if (bus->stuck_tick_ns <= now_ns) {
@@ -477,7 +480,7 @@ static void wake_nodes(bus_t* bus)
     bus_find_next_wake(bus);
 }
 
-void bus_run_until(bus_t* bus, uint64_t time_ns)
+void bus_run_until(bus_t* const bus, const uint64_t time_ns)
 {
     for (;;) {
         uint64_t wire_ns = bus->event_ns;
@@ -500,12 +503,12 @@ void bus_run_until(bus_t* bus, uint64_t time_ns)
     bus->now_ns = (time_ns > bus->now_ns) ? time_ns : bus->now_ns;
 }
 
-uint64_t bus_now_ns(const bus_t* bus)
+uint64_t bus_now_ns(const bus_t* const bus)
 {
     return bus->now_ns;
 }
 
-bool bus_is_busy(const bus_t* bus)
+bool bus_is_busy(const bus_t* const bus)
 {
     bool is_busy = bus->is_sending;
     for (unsigned i = 0U; i < bus->node_count; i++) {
@@ -514,19 +517,19 @@ bool bus_is_busy(const bus_t* bus)
     return is_busy;
 }
 
-bool bus_is_fd(const bus_t* bus)
+bool bus_is_fd(const bus_t* const bus)
 {
     return bus->data_ns != 0U;
 }
 
-void bus_set_tap(bus_t* bus, bus_tap_t tap, void* context, unsigned reporter)
+void bus_set_tap(bus_t* const bus, const bus_tap_t tap, void* const context, const unsigned reporter)
 {
     bus->tap         = tap;
     bus->tap_context = context;
     bus->reporter    = reporter;
 }
 
-const bus_statistics_t* bus_statistics(const bus_t* bus)
+const bus_statistics_t* bus_statistics(const bus_t* const bus)
 {
     return &bus->statistics;
 }

@@ -2,7 +2,7 @@
 // Faults of a bus that a caller orders: disconnected nodes, injected faults, and the restart of a controller.
 #include "sim/bus/bus_internal.h"
 
-void bus_unplug(bus_t* bus, unsigned index)
+void bus_unplug(bus_t* const bus, const unsigned index)
 {
     bus_node_t* node    = &bus->node[index];
     const uint32_t self = 1U << index;
@@ -18,7 +18,7 @@ void bus_unplug(bus_t* bus, unsigned index)
     }
 }
 
-void bus_plug(bus_t* bus, unsigned index)
+void bus_plug(bus_t* const bus, const unsigned index)
 {
     bus_node_t* node = &bus->node[index];
     node->is_plugged = true;
@@ -26,37 +26,37 @@ void bus_plug(bus_t* bus, unsigned index)
     controller_reset(&node->controller);
 }
 
-bool bus_is_plugged(const bus_t* bus, unsigned node)
+bool bus_is_plugged(const bus_t* const bus, const unsigned node)
 {
     return bus->node[node].is_plugged;
 }
 
-const controller_t* bus_controller(const bus_t* bus, unsigned node)
+const controller_t* bus_controller(const bus_t* const bus, const unsigned node)
 {
     return &bus->node[node].controller;
 }
 
-void bus_set_loss(bus_t* bus, double probability)
+void bus_set_loss(bus_t* const bus, const double probability)
 {
     bus->loss = probability;
 }
 
-void bus_set_corruption(bus_t* bus, double probability)
+void bus_set_corruption(bus_t* const bus, const double probability)
 {
     bus->corruption = probability;
 }
 
-void bus_set_duplication(bus_t* bus, double probability)
+void bus_set_duplication(bus_t* const bus, const double probability)
 {
     bus->duplication = probability;
 }
 
-void bus_set_delay(bus_t* bus, unsigned node, uint64_t delay_ns)
+void bus_set_delay(bus_t* const bus, const unsigned node, const uint64_t delay_ns)
 {
     bus->node[node].delay_ns = delay_ns;
 }
 
-void bus_set_babbling(bus_t* bus, unsigned node, bool on)
+void bus_set_babbling(bus_t* const bus, const unsigned node, const bool on)
 {
     // The frame on the wire belongs to the queue from which it was taken: destroy it, rather than confuse
     // queues.
@@ -66,7 +66,7 @@ void bus_set_babbling(bus_t* bus, unsigned node, bool on)
     bus->node[node].is_babbling = on;
 }
 
-void bus_set_stuck(bus_t* bus, bool on)
+void bus_set_stuck(bus_t* const bus, const bool on)
 {
     if (on && !bus->is_stuck) {
         bus->stuck_ticks   = 0U;
@@ -84,12 +84,12 @@ void bus_set_stuck(bus_t* bus, bool on)
     bus_find_next_wake(bus);
 }
 
-void bus_lose_next(bus_t* bus, unsigned node, unsigned frames)
+void bus_lose_next(bus_t* const bus, const unsigned node, const unsigned frames)
 {
     bus->node[node].overflows = frames;
 }
 
-void bus_force_off(bus_t* bus, unsigned index)
+void bus_force_off(bus_t* const bus, const unsigned index)
 {
     const bus_node_t* node = &bus->node[index];
     if (bus->is_sending && ((bus->senders & (1U << index)) != 0U)) {
@@ -100,12 +100,12 @@ void bus_force_off(bus_t* bus, unsigned index)
     }
 }
 
-void bus_set_restart(bus_t* bus, unsigned index, bool is_automatic)
+void bus_set_restart(bus_t* const bus, const unsigned index, const bool is_automatic)
 {
     bus->node[index].restarts_by_order = !is_automatic;
 }
 
-void bus_restart(bus_t* bus, unsigned index)
+void bus_restart(bus_t* const bus, const unsigned index)
 {
     bus_node_t* node = &bus->node[index];
     if (node->is_plugged && (node->controller.state == CONTROLLER_STATE_BUS_OFF) &&
@@ -115,12 +115,12 @@ void bus_restart(bus_t* bus, unsigned index)
     }
 }
 
-void bus_set_arbitration_reports(bus_t* bus, unsigned node, bool on)
+void bus_set_arbitration_reports(bus_t* const bus, const unsigned node, const bool on)
 {
     bus->node[node].reports_arbitration = on;
 }
 
-void bus_set_transmit_timeout(bus_t* bus, unsigned node, uint64_t timeout_ns)
+void bus_set_transmit_timeout(bus_t* const bus, const unsigned node, const uint64_t timeout_ns)
 {
     bus->node[node].timeout_ns = timeout_ns;
 }

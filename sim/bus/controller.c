@@ -14,12 +14,12 @@
 #define REPORT_TX_PASSIVE 0x20U
 #define REPORT_ACTIVE 0x40U
 
-void controller_reset(controller_t* controller)
+void controller_reset(controller_t* const controller)
 {
     *controller = (controller_t){.state = CONTROLLER_STATE_ACTIVE};
 }
 
-static controller_state_t state_of(uint32_t errors)
+static controller_state_t state_of(const uint32_t errors)
 {
     if (errors >= CONTROLLER_BUS_OFF) {
         return CONTROLLER_STATE_BUS_OFF;
@@ -30,13 +30,13 @@ static controller_state_t state_of(uint32_t errors)
     return (errors >= CONTROLLER_WARNING) ? CONTROLLER_STATE_WARNING : CONTROLLER_STATE_ACTIVE;
 }
 
-static void add_transmit_errors(controller_t* controller)
+static void add_transmit_errors(controller_t* const controller)
 {
     const uint32_t sum          = controller->transmit_errors + TRANSMIT_STEP;
     controller->transmit_errors = (sum < CONTROLLER_BUS_OFF) ? sum : CONTROLLER_BUS_OFF;
 }
 
-static void count(controller_t* controller, controller_event_t event)
+static void count(controller_t* const controller, const controller_event_t event)
 {
     switch (event) {
     case CONTROLLER_TRANSMITTED:
@@ -68,7 +68,7 @@ static void count(controller_t* controller, controller_event_t event)
     }
 }
 
-static uint8_t state_report(const controller_t* controller)
+static uint8_t state_report(const controller_t* const controller)
 {
     const controller_state_t transmit = state_of(controller->transmit_errors);
     const controller_state_t receive  = state_of(controller->receive_errors);
@@ -91,14 +91,14 @@ static uint8_t state_report(const controller_t* controller)
     return (uint8_t)bits;
 }
 
-static controller_state_t present_state(const controller_t* controller)
+static controller_state_t present_state(const controller_t* const controller)
 {
     const controller_state_t transmit = state_of(controller->transmit_errors);
     const controller_state_t receive  = state_of(controller->receive_errors);
     return (transmit > receive) ? transmit : receive;
 }
 
-osal_can_frame_t controller_report(const controller_t* controller, uint32_t classes)
+osal_can_frame_t controller_report(const controller_t* const controller, const uint32_t classes)
 {
     const uint32_t shown = (controller->transmit_errors < 255U) ? controller->transmit_errors : 255U;
     return (osal_can_frame_t){.id     = OSAL_CAN_ERROR | classes,
@@ -106,7 +106,8 @@ osal_can_frame_t controller_report(const controller_t* controller, uint32_t clas
                               .data   = {[6] = (uint8_t)shown, [7] = (uint8_t)controller->receive_errors}};
 }
 
-bool controller_apply(controller_t* controller, controller_event_t event, osal_can_frame_t* out_report)
+bool controller_apply(controller_t* const controller, const controller_event_t event,
+                      osal_can_frame_t* const out_report)
 {
     const controller_state_t before = controller->state;
     if ((before == CONTROLLER_STATE_BUS_OFF) && (event != CONTROLLER_RECOVERED)) {

@@ -31,7 +31,7 @@ typedef struct {
 } stuffing_t;
 
 /// Send the low `count` bits of `bits`, most significant first.
-static void stuff_bits(stuffing_t* stuffing, uint64_t bits, uint32_t count)
+static void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
 {
     uint32_t state   = stuffing->state;
     uint32_t stuffed = stuffing->stuffed;
@@ -63,7 +63,7 @@ static const uint8_t* octet_steps(void)
     return steps;
 }
 
-static void stuff_octets(stuffing_t* stuffing, const uint8_t* octets, size_t size)
+static void stuff_octets(stuffing_t* const stuffing, const uint8_t* const octets, const size_t size)
 {
     const uint8_t* steps = octet_steps();
     uint32_t state       = stuffing->state;
@@ -77,7 +77,7 @@ static void stuff_octets(stuffing_t* stuffing, const uint8_t* octets, size_t siz
     stuffing->stuffed = stuffed;
 }
 
-static uint32_t crc15_bits(uint32_t crc, uint64_t bits, uint32_t count)
+static uint32_t crc15_bits(uint32_t crc, const uint64_t bits, uint32_t count)
 {
     for (; (count % 4U) != 0U; count--) {
         const uint32_t feedback = ((crc >> 14) ^ (uint32_t)(bits >> (count - 1U))) & 1U;
@@ -96,7 +96,7 @@ typedef struct {
 } header_t;
 
 /// Header of a classic frame; start of frame left out (the stuffing starts with it).
-static header_t classic_header(const osal_can_frame_t* frame)
+static header_t classic_header(const osal_can_frame_t* const frame)
 {
     const uint64_t remote = ((frame->id & OSAL_CAN_REMOTE) != 0U) ? 1U : 0U;
     if ((frame->id & OSAL_CAN_EXTENDED) == 0U) {
@@ -109,7 +109,7 @@ static header_t classic_header(const osal_can_frame_t* frame)
                       .count = 38U};
 }
 
-uint8_t frame_fd_length(uint8_t length)
+uint8_t frame_fd_length(const uint8_t length)
 {
     static const uint8_t steps[] = {12, 16, 20, 24, 32, 48, 64};
     if (length <= 8U) {
@@ -122,7 +122,7 @@ uint8_t frame_fd_length(uint8_t length)
     return steps[i];
 }
 
-static uint8_t fd_length_code(uint8_t length)
+static uint8_t fd_length_code(const uint8_t length)
 {
     uint8_t code                 = (length <= 8U) ? length : 9U;
     static const uint8_t steps[] = {12, 16, 20, 24, 32, 48, 64};
@@ -132,7 +132,7 @@ static uint8_t fd_length_code(uint8_t length)
     return code;
 }
 
-uint16_t frame_crc15(const osal_can_frame_t* frame)
+uint16_t frame_crc15(const osal_can_frame_t* const frame)
 {
     const header_t header = classic_header(frame);
     uint32_t crc          = crc15_bits(0U, header.bits, header.count);
@@ -144,7 +144,7 @@ uint16_t frame_crc15(const osal_can_frame_t* frame)
     return (uint16_t)crc;
 }
 
-static frame_length_t classic_length(const osal_can_frame_t* frame)
+static frame_length_t classic_length(const osal_can_frame_t* const frame)
 {
     const header_t header    = classic_header(frame);
     const uint32_t octets    = ((frame->id & OSAL_CAN_REMOTE) == 0U) ? frame->length : 0U;
@@ -159,7 +159,7 @@ static frame_length_t classic_length(const osal_can_frame_t* frame)
 }
 
 /// Bits after start of frame up to and with the bit rate switch.
-static header_t fd_arbitration(const osal_can_frame_t* frame)
+static header_t fd_arbitration(const osal_can_frame_t* const frame)
 {
     const uint64_t switches = ((frame->flags & OSAL_CAN_FLAG_BRS) != 0U) ? 1U : 0U;
     const uint64_t id       = frame->id & OSAL_CAN_ID_MASK;
@@ -171,7 +171,7 @@ static header_t fd_arbitration(const osal_can_frame_t* frame)
                       .count = 35U};
 }
 
-static frame_length_t fd_length(const osal_can_frame_t* frame)
+static frame_length_t fd_length(const osal_can_frame_t* const frame)
 {
     const header_t header  = fd_arbitration(frame);
     const uint64_t passive = ((frame->flags & OSAL_CAN_FLAG_ESI) != 0U) ? 16U : 0U;
@@ -196,7 +196,7 @@ static frame_length_t fd_length(const osal_can_frame_t* frame)
     return (frame_length_t){.nominal_bits = arbitration + 1U + CAN_TAIL_BITS, .data_bits = data};
 }
 
-frame_length_t frame_length(const osal_can_frame_t* frame)
+frame_length_t frame_length(const osal_can_frame_t* const frame)
 {
     if ((frame->id & OSAL_CAN_ERROR) != 0U) {
         return (frame_length_t){0};

@@ -3,12 +3,12 @@
 
 #define TWO_POWER_MINUS_53 1.1102230246251565e-16
 
-void bus_random_seed(bus_random_t* random, uint64_t seed)
+void bus_random_seed(bus_random_t* const random, const uint64_t seed)
 {
     random->state = seed;
 }
 
-uint64_t bus_random_next(bus_random_t* random)
+uint64_t bus_random_next(bus_random_t* const random)
 {
     random->state += 0x9E3779B97F4A7C15ULL;
     uint64_t mixed = random->state;
@@ -17,7 +17,7 @@ uint64_t bus_random_next(bus_random_t* random)
     return mixed ^ (mixed >> 31);
 }
 
-bool bus_random_chance(bus_random_t* random, double probability)
+bool bus_random_chance(bus_random_t* const random, const double probability)
 {
     if (probability <= 0.0) {
         return false;

@@ -16,7 +16,8 @@
 // ---- Lines ----
 
 /// Decimal number up to `max` at *text, ended by `end`; moves *text behind it.
-static bool take_number(const char** text, char end, uint64_t max, uint64_t* out_value)
+static bool take_number(const char** const text, const char end, const uint64_t max,
+                        uint64_t* const out_value)
 {
     const char* at = *text;
     uint64_t value = 0U;
@@ -35,7 +36,7 @@ static bool take_number(const char** text, char end, uint64_t max, uint64_t* out
 }
 
 /// True if *text begins with `word`; moves *text behind it.
-static bool take_word(const char** text, const char* word)
+static bool take_word(const char** const text, const char* const word)
 {
     const size_t length = strlen(word);
     if (strncmp(*text, word, length) != 0) {
@@ -45,7 +46,7 @@ static bool take_word(const char** text, const char* word)
     return true;
 }
 
-static bool parse_join(const char* line, const char* participant, uint16_t* out_port)
+static bool parse_join(const char* const line, const char* const participant, uint16_t* const out_port)
 {
     const char* at = line;
     uint64_t port  = 0U;
@@ -57,7 +58,8 @@ static bool parse_join(const char* line, const char* participant, uint16_t* out_
     return true;
 }
 
-static bool parse_done(const char* line, uint64_t* out_wake_ns, uint32_t* out_octets, uint16_t* out_port)
+static bool parse_done(const char* const line, uint64_t* const out_wake_ns, uint32_t* const out_octets,
+                       uint16_t* const out_port)
 {
     const char* at  = line;
     uint64_t octets = 0U;
@@ -82,7 +84,7 @@ static bool parse_done(const char* line, uint64_t* out_wake_ns, uint32_t* out_oc
 
 // ---- The client ----
 
-static void let_go(cosimulation_port_t* cosimulation, uint32_t* reason)
+static void let_go(cosimulation_port_t* const cosimulation, uint32_t* const reason)
 {
     (*reason)++;
     osal_socket_close(&cosimulation->client);
@@ -91,7 +93,7 @@ static void let_go(cosimulation_port_t* cosimulation, uint32_t* reason)
 }
 
 /// Move one whole line out of what was received, its end replaced by '\0'. False if there is none yet.
-static bool take_line(cosimulation_port_t* cosimulation, char* out_line)
+static bool take_line(cosimulation_port_t* const cosimulation, char* const out_line)
 {
     const char* const end = memchr(cosimulation->line, '\n', cosimulation->line_size);
     if (end == NULL) {
@@ -107,7 +109,8 @@ static bool take_line(cosimulation_port_t* cosimulation, char* out_line)
 
 /// Wait for a line. STATUS_OK, STATUS_TIMEOUT (the client is still there), STATUS_CLOSED (it was let go, or
 /// the run ended).
-static status_t wait_for_line(cosimulation_port_t* cosimulation, char* out_line, uint64_t until_ns)
+static status_t wait_for_line(cosimulation_port_t* const cosimulation, char* const out_line,
+                              const uint64_t until_ns)
 {
     while (memchr(cosimulation->line, '\n', cosimulation->line_size) == NULL) {
         size_t size = 0U;
@@ -144,7 +147,7 @@ static status_t wait_for_line(cosimulation_port_t* cosimulation, char* out_line,
 
 /// The same for as long as the co-simulation port has patience. False: the client was let go, or the run
 /// ended.
-static bool receive_line(cosimulation_port_t* cosimulation, char* out_line)
+static bool receive_line(cosimulation_port_t* const cosimulation, char* const out_line)
 {
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)cosimulation->patience_ms * NS_PER_MS);
     const status_t status   = wait_for_line(cosimulation, out_line, until_ns);
@@ -156,7 +159,7 @@ static bool receive_line(cosimulation_port_t* cosimulation, char* out_line)
 
 /// A client has connected. STATUS_OK: it has joined correctly; STATUS_TIMEOUT: it has not joined yet and has
 /// time left; STATUS_CLOSED: it was disconnected, or the run ended.
-static status_t admit(cosimulation_port_t* cosimulation, uint64_t until_ns)
+static status_t admit(cosimulation_port_t* const cosimulation, const uint64_t until_ns)
 {
     char line[COSIMULATION_PORT_LINE_BYTES];
     const uint64_t patience_ns = cosimulation->came_ns + ((uint64_t)cosimulation->patience_ms * NS_PER_MS);
@@ -177,7 +180,7 @@ static status_t admit(cosimulation_port_t* cosimulation, uint64_t until_ns)
     return STATUS_OK;
 }
 
-static uint32_t rest_ms(uint64_t until_ns)
+static uint32_t rest_ms(const uint64_t until_ns)
 {
     const uint64_t now_ns = osal_clock_monotonic_ns();
     return (until_ns > now_ns) ? (uint32_t)((until_ns - now_ns + NS_PER_MS - 1U) / NS_PER_MS) : 0U;
@@ -185,8 +188,9 @@ static uint32_t rest_ms(uint64_t until_ns)
 
 // ---- The contract ----
 
-status_t cosimulation_port_open(cosimulation_port_t* cosimulation, const char* path, const char* participant,
-                                const osal_lockstep_t* scheduler, uint32_t patience_ms)
+status_t cosimulation_port_open(cosimulation_port_t* const cosimulation, const char* const path,
+                                const char* const participant, const osal_lockstep_t* const scheduler,
+                                const uint32_t patience_ms)
 {
     *cosimulation = (cosimulation_port_t){.listener    = OSAL_SOCKET_CLOSED,
                                           .client      = OSAL_SOCKET_CLOSED,
@@ -197,7 +201,7 @@ status_t cosimulation_port_open(cosimulation_port_t* cosimulation, const char* p
     return osal_local_listen(&cosimulation->listener, path);
 }
 
-void cosimulation_port_close(cosimulation_port_t* cosimulation)
+void cosimulation_port_close(cosimulation_port_t* const cosimulation)
 {
     osal_socket_close(&cosimulation->client);
     if (osal_socket_is_open(&cosimulation->listener)) {
@@ -207,7 +211,7 @@ void cosimulation_port_close(cosimulation_port_t* cosimulation)
 }
 
 /// Accept a waiting client, or wait for one. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
-static status_t let_in(cosimulation_port_t* cosimulation, uint64_t until_ns)
+static status_t let_in(cosimulation_port_t* const cosimulation, const uint64_t until_ns)
 {
     osal_address_t peer;
     const status_t status = osal_tcp_accept(&cosimulation->listener, &cosimulation->client, &peer);
@@ -224,7 +228,7 @@ static status_t let_in(cosimulation_port_t* cosimulation, uint64_t until_ns)
     return STATUS_TIMEOUT;
 }
 
-status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms)
+status_t cosimulation_port_accept(cosimulation_port_t* const cosimulation, const uint32_t timeout_ms)
 {
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
     for (;;) {
@@ -244,8 +248,9 @@ status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t ti
     }
 }
 
-status_t cosimulation_port_exchange(cosimulation_port_t* cosimulation, const osal_grant_t* grant,
-                                    uint16_t served_port, uint64_t* out_wake_ns, uint32_t* out_octets_sent)
+status_t cosimulation_port_exchange(cosimulation_port_t* const cosimulation, const osal_grant_t* const grant,
+                                    const uint16_t served_port, uint64_t* const out_wake_ns,
+                                    uint32_t* const out_octets_sent)
 {
     char line[COSIMULATION_PORT_LINE_BYTES];
     size_t sent      = 0U;
@@ -274,8 +279,9 @@ status_t cosimulation_port_exchange(cosimulation_port_t* cosimulation, const osa
     return STATUS_OK;
 }
 
-status_t cosimulation_port_turn(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler, unsigned order,
-                                unsigned receiver, const osal_grant_t* grant, uint64_t* out_wake_ns)
+status_t cosimulation_port_turn(cosimulation_port_t* const cosimulation, osal_lockstep_t* const scheduler,
+                                const unsigned order, const unsigned receiver,
+                                const osal_grant_t* const grant, uint64_t* const out_wake_ns)
 {
     uint32_t octets       = 0U;
     const uint16_t served = osal_lockstep_served_port(scheduler, order);
@@ -291,8 +297,8 @@ status_t cosimulation_port_turn(cosimulation_port_t* cosimulation, osal_lockstep
     return STATUS_OK;
 }
 
-status_t cosimulation_port_serve(cosimulation_port_t* cosimulation, osal_lockstep_t* scheduler,
-                                 unsigned order, unsigned receiver)
+status_t cosimulation_port_serve(cosimulation_port_t* const cosimulation, osal_lockstep_t* const scheduler,
+                                 const unsigned order, const unsigned receiver)
 {
     osal_grant_t grant;
     uint64_t wake_ns = 0U;

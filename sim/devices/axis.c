@@ -25,7 +25,7 @@ typedef enum {
     COMMAND_ENABLE
 } command_t;
 
-static command_t command_of(uint16_t controlword)
+static command_t command_of(const uint16_t controlword)
 {
     if ((controlword & BIT_ENABLE_VOLTAGE) == 0U) {
         return COMMAND_DISABLE_VOLTAGE;
@@ -39,7 +39,7 @@ static command_t command_of(uint16_t controlword)
     return ((controlword & BIT_ENABLE_OPERATION) != 0U) ? COMMAND_ENABLE : COMMAND_SWITCH_ON;
 }
 
-axis_state_t axis_next(axis_state_t state, uint16_t controlword, uint16_t before)
+axis_state_t axis_next(const axis_state_t state, const uint16_t controlword, const uint16_t before)
 {
     static const axis_state_t next[AXIS_STATE_COUNT][5] = {
         // disable voltage, quick stop, shutdown, switch on, enable
@@ -65,7 +65,7 @@ axis_state_t axis_next(axis_state_t state, uint16_t controlword, uint16_t before
     return next[state][command_of(controlword)];
 }
 
-uint16_t axis_state_bits(axis_state_t state)
+uint16_t axis_state_bits(const axis_state_t state)
 {
     static const uint16_t bits[AXIS_STATE_COUNT] = {
         [AXIS_NOT_READY] = 0x00U,      [AXIS_SWITCH_ON_DISABLED] = 0x40U,
@@ -75,12 +75,12 @@ uint16_t axis_state_bits(axis_state_t state)
     return (uint16_t)(bits[state] | STATUS_VOLTAGE | STATUS_REMOTE);
 }
 
-bool axis_moves(axis_state_t state)
+bool axis_moves(const axis_state_t state)
 {
     return (state == AXIS_ENABLED) || (state == AXIS_QUICK_STOP) || (state == AXIS_FAULT_REACTION);
 }
 
-bool axis_init(axis_t* axis, node_t* node, uint8_t number)
+bool axis_init(axis_t* const axis, node_t* const node, const uint8_t number)
 {
     const uint16_t offset = (uint16_t)(number * AXIS_STRIDE);
     *axis                 = (axis_t){.node = node, .number = number, .state = AXIS_NOT_READY};
@@ -96,18 +96,18 @@ bool axis_init(axis_t* axis, node_t* node, uint8_t number)
            (axis->modes_supported != NULL);
 }
 
-void axis_observe(axis_t* axis, axis_observer_t observer, void* context)
+void axis_observe(axis_t* const axis, const axis_observer_t observer, void* const context)
 {
     axis->observer         = observer;
     axis->observer_context = context;
 }
 
-static void show(axis_t* axis)
+static void show(axis_t* const axis)
 {
     axis->statusword->value = (uint64_t)axis_state_bits(axis->state) | axis->flags;
 }
 
-static void enter(axis_t* axis, axis_state_t state, uint64_t now_ns)
+static void enter(axis_t* const axis, const axis_state_t state, const uint64_t now_ns)
 {
     axis->state = state;
     if (state != AXIS_ENABLED) {
@@ -121,7 +121,7 @@ static void enter(axis_t* axis, axis_state_t state, uint64_t now_ns)
     node_event(axis->node, now_ns);
 }
 
-void axis_reset(axis_t* axis, uint64_t now_ns)
+void axis_reset(axis_t* const axis, const uint64_t now_ns)
 {
     axis->flags            = 0U;
     axis->has_fault        = false;
@@ -130,7 +130,7 @@ void axis_reset(axis_t* axis, uint64_t now_ns)
     enter(axis, AXIS_SWITCH_ON_DISABLED, now_ns);
 }
 
-bool axis_command(axis_t* axis, uint64_t now_ns)
+bool axis_command(axis_t* const axis, const uint64_t now_ns)
 {
     const uint16_t controlword = (uint16_t)axis->controlword->value;
     const uint16_t before      = axis->last_controlword;
@@ -152,7 +152,7 @@ bool axis_command(axis_t* axis, uint64_t now_ns)
     return true;
 }
 
-bool axis_select_mode(axis_t* axis)
+bool axis_select_mode(axis_t* const axis)
 {
     if (axis->mode_display->value == axis->mode->value) {
         return false;
@@ -161,19 +161,19 @@ bool axis_select_mode(axis_t* axis)
     return true;
 }
 
-uint32_t axis_check_mode(const axis_t* axis, int64_t mode)
+uint32_t axis_check_mode(const axis_t* const axis, const int64_t mode)
 {
     const bool is_known = (mode == 0) || ((mode > 0) && (mode <= 32) &&
                                           (((axis->modes_supported->value >> (mode - 1)) & 1U) != 0U));
     return is_known ? 0U : SDO_ABORT_VALUE;
 }
 
-int axis_mode(const axis_t* axis)
+int axis_mode(const axis_t* const axis)
 {
     return (int)object_signed(axis->mode_display);
 }
 
-void axis_connection_lost(axis_t* axis, uint64_t now_ns)
+void axis_connection_lost(axis_t* const axis, const uint64_t now_ns)
 {
     if (axis->state != AXIS_ENABLED) {
         return;
@@ -193,7 +193,7 @@ void axis_connection_lost(axis_t* axis, uint64_t now_ns)
     }
 }
 
-void axis_fault(axis_t* axis, uint16_t code, uint64_t now_ns)
+void axis_fault(axis_t* const axis, const uint16_t code, const uint64_t now_ns)
 {
     object_set(axis->error_code, code);
     if ((axis->state == AXIS_FAULT) || (axis->state == AXIS_FAULT_REACTION)) {
@@ -202,7 +202,7 @@ void axis_fault(axis_t* axis, uint16_t code, uint64_t now_ns)
     enter(axis, axis_moves(axis->state) ? AXIS_FAULT_REACTION : AXIS_FAULT, now_ns);
 }
 
-void axis_ramp_done(axis_t* axis, uint64_t now_ns)
+void axis_ramp_done(axis_t* const axis, const uint64_t now_ns)
 {
     if (axis->state == AXIS_QUICK_STOP) {
         enter(axis, AXIS_SWITCH_ON_DISABLED, now_ns);
@@ -211,7 +211,7 @@ void axis_ramp_done(axis_t* axis, uint64_t now_ns)
     }
 }
 
-void axis_flag(axis_t* axis, uint16_t flag, bool on)
+void axis_flag(axis_t* const axis, const uint16_t flag, const bool on)
 {
     axis->flags = (uint16_t)(on ? (axis->flags | flag) : (axis->flags & (uint16_t)~flag));
     show(axis);

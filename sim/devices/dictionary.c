@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-void dictionary_destroy(dictionary_t* dictionary)
+void dictionary_destroy(dictionary_t* const dictionary)
 {
     for (size_t i = 0U; i < dictionary->count; i++) {
         free(dictionary->objects[i].text);
@@ -13,7 +13,7 @@ void dictionary_destroy(dictionary_t* dictionary)
     *dictionary = (dictionary_t){0};
 }
 
-void dictionary_reset_range(dictionary_t* dictionary, uint16_t first, uint16_t last)
+void dictionary_reset_range(dictionary_t* const dictionary, const uint16_t first, const uint16_t last)
 {
     for (size_t i = 0U; i < dictionary->count; i++) {
         object_t* object = &dictionary->objects[i];
@@ -28,12 +28,12 @@ void dictionary_reset_range(dictionary_t* dictionary, uint16_t first, uint16_t l
     }
 }
 
-void dictionary_reset(dictionary_t* dictionary)
+void dictionary_reset(dictionary_t* const dictionary)
 {
     dictionary_reset_range(dictionary, 0U, UINT16_MAX);
 }
 
-object_t* dictionary_find(const dictionary_t* dictionary, uint16_t index, uint8_t subindex)
+object_t* dictionary_find(const dictionary_t* const dictionary, const uint16_t index, const uint8_t subindex)
 {
     const uint32_t wanted = ((uint32_t)index << 8) | subindex;
     size_t low            = 0U;
@@ -54,7 +54,7 @@ object_t* dictionary_find(const dictionary_t* dictionary, uint16_t index, uint8_
     return NULL;
 }
 
-bool dictionary_has_index(const dictionary_t* dictionary, uint16_t index)
+bool dictionary_has_index(const dictionary_t* const dictionary, const uint16_t index)
 {
     for (size_t i = 0U; i < dictionary->count; i++) {
         if (dictionary->objects[i].index == index) {
@@ -64,7 +64,7 @@ bool dictionary_has_index(const dictionary_t* dictionary, uint16_t index)
     return false;
 }
 
-uint8_t object_type_size(object_type_t type)
+uint8_t object_type_size(const object_type_t type)
 {
     switch (type) {
     case OBJECT_BOOLEAN:
@@ -87,18 +87,18 @@ uint8_t object_type_size(object_type_t type)
     return 0U;
 }
 
-bool object_is_text(const object_t* object)
+bool object_is_text(const object_t* const object)
 {
     return (object->type == OBJECT_VISIBLE_STRING) || (object->type == OBJECT_OCTET_STRING);
 }
 
-bool object_is_signed(const object_t* object)
+bool object_is_signed(const object_t* const object)
 {
     return (object->type == OBJECT_INTEGER8) || (object->type == OBJECT_INTEGER16) ||
            (object->type == OBJECT_INTEGER32) || (object->type == OBJECT_INTEGER64);
 }
 
-int64_t object_signed(const object_t* object)
+int64_t object_signed(const object_t* const object)
 {
     if (!object_is_signed(object) || (object->size == 8U)) {
         return (int64_t)object->value;
@@ -107,7 +107,7 @@ int64_t object_signed(const object_t* object)
     return (int64_t)((object->value ^ sign) - sign);
 }
 
-void object_set(object_t* object, int64_t value)
+void object_set(object_t* const object, const int64_t value)
 {
     const uint64_t mask = (object->size == 8U) ? UINT64_MAX : ((1ULL << (8U * object->size)) - 1U);
     object->value       = (uint64_t)value & mask;

@@ -88,24 +88,24 @@ struct drive {
     uint64_t error_since_ns; // Following error out of its window; UINT64_MAX: inside.
 };
 
-static int64_t rounded(double value)
+static int64_t rounded(const double value)
 {
     return (int64_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
 }
 
-static int64_t clamped(double value, double limit)
+static int64_t clamped(const double value, const double limit)
 {
     return rounded((value > limit) ? limit : ((value < -limit) ? -limit : value));
 }
 
-static void refresh_velocity(drive_t* drive)
+static void refresh_velocity(drive_t* const drive)
 {
     const int64_t wanted =
         object_signed(drive->objects.target_velocity) + object_signed(drive->objects.velocity_offset);
     drive->settings.target_rad_s = (double)wanted * POSITION_UNIT;
 }
 
-static void refresh_settings(drive_t* drive)
+static void refresh_settings(drive_t* const drive)
 {
     const drive_objects_t* objects = &drive->objects;
     drive_settings_t* settings     = &drive->settings;
@@ -134,7 +134,7 @@ static void refresh_settings(drive_t* drive)
     settings->period_substeps = (substeps > 1) ? (uint32_t)substeps : 1U;
 }
 
-static void look(drive_t* drive, drive_truth_t* out_truth)
+static void look(drive_t* const drive, drive_truth_t* const out_truth)
 {
     drive->config.look(drive->config.look_context, out_truth);
     drive->position_rad   = out_truth->motor_position_rad;
@@ -142,7 +142,7 @@ static void look(drive_t* drive, drive_truth_t* out_truth)
 }
 
 /// From the present position of the motor, without a command.
-static void hold_here(drive_t* drive)
+static void hold_here(drive_t* const drive)
 {
     drive->from_rad        = drive->position_rad;
     drive->to_rad          = drive->position_rad;
@@ -153,7 +153,7 @@ static void hold_here(drive_t* drive)
     drive->is_clamped      = false;
 }
 
-static void take_target(drive_t* drive)
+static void take_target(drive_t* const drive)
 {
     const drive_settings_t* settings = &drive->settings;
     double target_rad                = (double)object_signed(drive->objects.target_position) * POSITION_UNIT;
@@ -166,7 +166,7 @@ static void take_target(drive_t* drive)
     drive->substep  = 0U;
 }
 
-static void obey(drive_t* drive, uint64_t now_ns)
+static void obey(drive_t* const drive, const uint64_t now_ns)
 {
     const axis_state_t before = drive->axis.state;
     if (!axis_command(&drive->axis, now_ns)) {
@@ -183,7 +183,7 @@ static void obey(drive_t* drive, uint64_t now_ns)
     }
 }
 
-static void on_written(void* context, const object_t* object, uint64_t now_ns)
+static void on_written(void* const context, const object_t* const object, const uint64_t now_ns)
 {
     drive_t* drive = context;
     if (object == drive->axis.controlword) {
@@ -207,7 +207,7 @@ static void on_written(void* context, const object_t* object, uint64_t now_ns)
     }
 }
 
-static void on_sample(void* context, uint64_t now_ns)
+static void on_sample(void* const context, const uint64_t now_ns)
 {
     drive_t* drive                 = context;
     const drive_objects_t* objects = &drive->objects;
@@ -232,19 +232,19 @@ static void on_sample(void* context, uint64_t now_ns)
     objects->brake->value = axis_moves(drive->axis.state) ? 0U : 1U;
 }
 
-static uint32_t on_check(void* context, const object_t* object, int64_t value)
+static uint32_t on_check(void* const context, const object_t* const object, const int64_t value)
 {
     const drive_t* drive = context;
     return (object == drive->axis.mode) ? axis_check_mode(&drive->axis, value) : 0U;
 }
 
-static void on_connection_lost(void* context, uint64_t now_ns)
+static void on_connection_lost(void* const context, const uint64_t now_ns)
 {
     drive_t* drive = context;
     axis_connection_lost(&drive->axis, now_ns);
 }
 
-static void on_reset(void* context, uint64_t now_ns)
+static void on_reset(void* const context, const uint64_t now_ns)
 {
     drive_t* drive    = context;
     drive->torque_nm  = 0.0;
@@ -257,7 +257,7 @@ static void on_reset(void* context, uint64_t now_ns)
 // ---- Plant side ----
 
 /// Reference of a stop: speed runs down to zero, position with it.
-static void run_ramp(drive_t* drive)
+static void run_ramp(drive_t* const drive)
 {
     const double dt_s      = (double)drive->config.substep_ns * 1e-9;
     const double step      = drive->settings.deceleration_rad_s2 * dt_s;
@@ -270,7 +270,7 @@ static void run_ramp(drive_t* drive)
                         (drive->ramp_ns >= RAMP_LIMIT_NS);
 }
 
-static void begin_ramp(drive_t* drive)
+static void begin_ramp(drive_t* const drive)
 {
     drive->is_ramping      = true;
     drive->is_at_rest      = false;
@@ -280,7 +280,7 @@ static void begin_ramp(drive_t* drive)
     drive->reference_rad_s = drive->velocity_rad_s;
 }
 
-static void interpolate(drive_t* drive)
+static void interpolate(drive_t* const drive)
 {
     const uint32_t count = drive->settings.period_substeps;
     if (drive->substep >= count) {
@@ -294,13 +294,13 @@ static void interpolate(drive_t* drive)
     drive->reference_rad_s = way / ((double)count * (double)drive->config.substep_ns * 1e-9);
 }
 
-static double position_loop(const drive_t* drive, double forward_nm)
+static double position_loop(const drive_t* const drive, const double forward_nm)
 {
     return forward_nm + (drive->settings.position_gain * (drive->reference_rad - drive->position_rad)) +
            (drive->settings.velocity_gain * (drive->reference_rad_s - drive->velocity_rad_s));
 }
 
-static double wanted_torque(drive_t* drive)
+static double wanted_torque(drive_t* const drive)
 {
     const drive_settings_t* settings = &drive->settings;
     if (drive->axis.state != AXIS_ENABLED) {
@@ -329,7 +329,7 @@ static double wanted_torque(drive_t* drive)
     }
 }
 
-double drive_regulate(drive_t* drive, double position_rad, double velocity_rad_s)
+double drive_regulate(drive_t* const drive, const double position_rad, const double velocity_rad_s)
 {
     drive->position_rad   = position_rad;
     drive->velocity_rad_s = velocity_rad_s;
@@ -350,7 +350,7 @@ double drive_regulate(drive_t* drive, double position_rad, double velocity_rad_s
     return torque_nm;
 }
 
-static void watch_following_error(drive_t* drive, uint64_t now_ns)
+static void watch_following_error(drive_t* const drive, const uint64_t now_ns)
 {
     const double error_rad = fabs(drive->reference_rad - drive->position_rad);
     const bool is_outside  = (axis_mode(&drive->axis) == AXIS_MODE_CSP) &&
@@ -369,7 +369,7 @@ static void watch_following_error(drive_t* drive, uint64_t now_ns)
     }
 }
 
-void drive_end_step(drive_t* drive, uint64_t now_ns)
+void drive_end_step(drive_t* const drive, const uint64_t now_ns)
 {
     if (drive->axis.state == AXIS_ENABLED) {
         axis_flag(&drive->axis, AXIS_STATUS_INTERNAL_LIMIT, drive->is_limited || drive->is_clamped);
@@ -381,30 +381,30 @@ void drive_end_step(drive_t* drive, uint64_t now_ns)
     drive->is_limited = false;
 }
 
-bool drive_brake_is_engaged(const drive_t* drive)
+bool drive_brake_is_engaged(const drive_t* const drive)
 {
     return !axis_moves(drive->axis.state);
 }
 
-uint16_t drive_statusword(const drive_t* drive)
+uint16_t drive_statusword(const drive_t* const drive)
 {
     return (uint16_t)drive->axis.statusword->value;
 }
 
 // ---- By scenario ----
 
-void drive_set_torque_offset(drive_t* drive, double offset_nm)
+void drive_set_torque_offset(drive_t* const drive, const double offset_nm)
 {
     drive->extra_offset_nm = offset_nm;
 }
 
-static bool is_fault(uint16_t code)
+static bool is_fault(const uint16_t code)
 {
     return (code == EMERGENCY_OVER_CURRENT) || (code == EMERGENCY_UNDER_VOLTAGE) ||
            (code == EMERGENCY_POSITION_SENSOR) || (code == EMERGENCY_TORQUE_SENSOR);
 }
 
-void drive_set_error(drive_t* drive, uint16_t code, bool is_present, uint64_t now_ns)
+void drive_set_error(drive_t* const drive, const uint16_t code, const bool is_present, const uint64_t now_ns)
 {
     static const uint16_t faults[] = {EMERGENCY_OVER_CURRENT, EMERGENCY_UNDER_VOLTAGE,
                                       EMERGENCY_POSITION_SENSOR, EMERGENCY_TORQUE_SENSOR};
@@ -426,7 +426,7 @@ void drive_set_error(drive_t* drive, uint16_t code, bool is_present, uint64_t no
     }
 }
 
-void drive_set_temperature(drive_t* drive, double celsius, uint64_t now_ns)
+void drive_set_temperature(drive_t* const drive, const double celsius, const uint64_t now_ns)
 {
     object_set(drive->objects.temperature, clamped(celsius / TENTH, INT16_MAX));
     if (celsius >= HOT_CELSIUS) {
@@ -438,7 +438,7 @@ void drive_set_temperature(drive_t* drive, double celsius, uint64_t now_ns)
 
 // ---- Creation ----
 
-static bool find_objects(drive_t* drive)
+static bool find_objects(drive_t* const drive)
 {
     drive_objects_t* objects = &drive->objects;
     const struct {
@@ -484,8 +484,9 @@ static bool find_objects(drive_t* drive)
     return axis_init(&drive->axis, drive->node, 0U);
 }
 
-status_t drive_create(bus_t* bus, const char* eds_path, uint8_t id, const drive_config_t* config,
-                      drive_t** out_drive, char error[EDS_ERROR_MAX])
+status_t drive_create(bus_t* const bus, const char* const eds_path, const uint8_t id,
+                      const drive_config_t* const config, drive_t** const out_drive,
+                      char error[EDS_ERROR_MAX])
 {
     *out_drive     = NULL;
     drive_t* drive = calloc(1U, sizeof *drive);
@@ -516,7 +517,7 @@ status_t drive_create(bus_t* bus, const char* eds_path, uint8_t id, const drive_
     return STATUS_OK;
 }
 
-void drive_destroy(drive_t* drive)
+void drive_destroy(drive_t* const drive)
 {
     if (drive != NULL) {
         node_destroy(drive->node);
@@ -524,7 +525,7 @@ void drive_destroy(drive_t* drive)
     }
 }
 
-node_t* drive_node(drive_t* drive)
+node_t* drive_node(drive_t* const drive)
 {
     return drive->node;
 }

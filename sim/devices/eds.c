@@ -39,7 +39,8 @@ typedef struct {
     section_t section;
 } reader_t;
 
-static status_t fail(const reader_t* reader, unsigned line, const char* found, const char* expected)
+static status_t fail(const reader_t* const reader, const unsigned line, const char* const found,
+                     const char* const expected)
 {
     (void)snprintf(reader->error, EDS_ERROR_MAX, "%s:%u: found '%.60s', expected %s", reader->path, line,
                    found, expected);
@@ -60,7 +61,8 @@ static char* trimmed(char* text)
 }
 
 /// A term: decimal, hexadecimal or $NODEID.
-static bool parse_term(const reader_t* reader, const char* text, size_t length, int64_t* out_value)
+static bool parse_term(const reader_t* const reader, const char* const text, const size_t length,
+                       int64_t* const out_value)
 {
     char term[32];
     if ((length == 0U) || (length >= sizeof term)) {
@@ -84,7 +86,7 @@ static bool parse_term(const reader_t* reader, const char* text, size_t length, 
     return (errno == 0) && (end != start) && (*end == '\0');
 }
 
-static bool parse_number(const reader_t* reader, const char* text, int64_t* out_value)
+static bool parse_number(const reader_t* const reader, const char* const text, int64_t* const out_value)
 {
     const char* plus = strchr(text, '+');
     if (plus == NULL) {
@@ -100,7 +102,7 @@ static bool parse_number(const reader_t* reader, const char* text, int64_t* out_
     return true;
 }
 
-static bool fits(const object_t* object, int64_t value)
+static bool fits(const object_t* const object, const int64_t value)
 {
     if (object->size == 8U) {
         return true;
@@ -116,7 +118,7 @@ static bool fits(const object_t* object, int64_t value)
     return (value >= 0) && (value < ((int64_t)1 << bits));
 }
 
-static status_t set_default(const reader_t* reader, section_t* section)
+static status_t set_default(const reader_t* const reader, section_t* const section)
 {
     object_t* object = &section->object;
     if (object_is_text(object)) {
@@ -143,7 +145,7 @@ static status_t set_default(const reader_t* reader, section_t* section)
     return STATUS_OK;
 }
 
-static status_t append(reader_t* reader, const object_t* object)
+static status_t append(reader_t* const reader, const object_t* const object)
 {
     dictionary_t* dictionary = reader->dictionary;
     if (dictionary->count == reader->capacity) {
@@ -170,7 +172,7 @@ static status_t append(reader_t* reader, const object_t* object)
 }
 
 /// Take the object of the section that ends here into the dictionary.
-static status_t close_section(reader_t* reader)
+static status_t close_section(reader_t* const reader)
 {
     section_t* section = &reader->section;
     if (!section->is_open) {
@@ -197,7 +199,8 @@ static status_t close_section(reader_t* reader)
 }
 
 /// Name of an object's section: four hexadecimal digits, and perhaps "sub" and one or two more.
-static bool parse_section_name(const char* name, object_t* out_object, bool* out_has_subindex)
+static bool parse_section_name(const char* const name, object_t* const out_object,
+                               bool* const out_has_subindex)
 {
     for (unsigned i = 0U; i < 4U; i++) {
         if (!isxdigit((unsigned char)name[i])) {
@@ -218,7 +221,7 @@ static bool parse_section_name(const char* name, object_t* out_object, bool* out
     return (*end == '\0') && (subindex <= 0xFEU);
 }
 
-static status_t open_section(reader_t* reader, char* text)
+static status_t open_section(reader_t* const reader, char* const text)
 {
     char* end = strchr(text, ']');
     if (end == NULL) {
@@ -236,7 +239,8 @@ static status_t open_section(reader_t* reader, char* text)
     return status;
 }
 
-static status_t take_type(const reader_t* reader, section_t* section, const char* value, int64_t number)
+static status_t take_type(const reader_t* const reader, section_t* const section, const char* const value,
+                          const int64_t number)
 {
     section->object.type = (object_type_t)number;
     section->object.size = object_type_size(section->object.type);
@@ -248,7 +252,7 @@ static status_t take_type(const reader_t* reader, section_t* section, const char
     return STATUS_OK;
 }
 
-static status_t take_access(const reader_t* reader, section_t* section, const char* value)
+static status_t take_access(const reader_t* const reader, section_t* const section, const char* const value)
 {
     static const char* const names[] = {"ro", "const", "rw", "rww", "rwr", "wo"};
     size_t i                         = 0U;
@@ -264,7 +268,8 @@ static status_t take_access(const reader_t* reader, section_t* section, const ch
     return STATUS_OK;
 }
 
-static status_t take_number(const reader_t* reader, section_t* section, const char* key, const char* value)
+static status_t take_number(const reader_t* const reader, section_t* const section, const char* const key,
+                            const char* const value)
 {
     int64_t number   = 0;
     object_t* object = &section->object;
@@ -293,7 +298,7 @@ static status_t take_number(const reader_t* reader, section_t* section, const ch
     return STATUS_OK;
 }
 
-static status_t take_entry(reader_t* reader, char* text)
+static status_t take_entry(reader_t* const reader, char* const text)
 {
     section_t* section = &reader->section;
     char* equals       = strchr(text, '=');
@@ -321,7 +326,7 @@ static status_t take_entry(reader_t* reader, char* text)
     return STATUS_OK;
 }
 
-static status_t read_lines(reader_t* reader, FILE* file)
+static status_t read_lines(reader_t* const reader, FILE* const file)
 {
     char line[LINE_MAX_OCTETS];
     status_t status = STATUS_OK;
@@ -339,7 +344,7 @@ static status_t read_lines(reader_t* reader, FILE* file)
     return (status == STATUS_OK) ? close_section(reader) : status;
 }
 
-static int compare_objects(const void* left, const void* right)
+static int compare_objects(const void* const left, const void* const right)
 {
     const object_t* a = left;
     const object_t* b = right;
@@ -348,7 +353,7 @@ static int compare_objects(const void* left, const void* right)
     return (key_a > key_b) - (key_a < key_b);
 }
 
-static status_t check_unique(const reader_t* reader)
+static status_t check_unique(const reader_t* const reader)
 {
     const dictionary_t* dictionary = reader->dictionary;
     for (size_t i = 1U; i < dictionary->count; i++) {
@@ -366,7 +371,8 @@ static status_t check_unique(const reader_t* reader)
     return STATUS_OK;
 }
 
-status_t eds_load(const char* path, uint8_t node_id, dictionary_t* out_dictionary, char error[EDS_ERROR_MAX])
+status_t eds_load(const char* const path, const uint8_t node_id, dictionary_t* const out_dictionary,
+                  char error[EDS_ERROR_MAX])
 {
     *out_dictionary = (dictionary_t){0};
     FILE* file      = fopen(path, "r");

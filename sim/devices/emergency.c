@@ -13,7 +13,7 @@
 #define REGISTER_PROFILE 0x20U
 #define REGISTER_MANUFACTURER 0x80U
 
-static uint32_t register_bit(uint16_t code)
+static uint32_t register_bit(const uint16_t code)
 {
     switch (code >> 12) {
     case 0x2U:
@@ -33,7 +33,7 @@ static uint32_t register_bit(uint16_t code)
     }
 }
 
-static void renew_register(emergencies_t* emergencies)
+static void renew_register(emergencies_t* const emergencies)
 {
     uint32_t bits = (emergencies->present_count != 0U) ? REGISTER_GENERIC : 0U;
     for (unsigned i = 0U; i < emergencies->present_count; i++) {
@@ -42,7 +42,7 @@ static void renew_register(emergencies_t* emergencies)
     object_set(emergencies->error_register, (int64_t)bits);
 }
 
-void emergencies_init(emergencies_t* emergencies, const dictionary_t* dictionary)
+void emergencies_init(emergencies_t* const emergencies, const dictionary_t* const dictionary)
 {
     *emergencies                = (emergencies_t){0};
     emergencies->error_register = dictionary_find(dictionary, 0x1001U, 0U);
@@ -52,13 +52,13 @@ void emergencies_init(emergencies_t* emergencies, const dictionary_t* dictionary
     }
 }
 
-void emergencies_reset(emergencies_t* emergencies)
+void emergencies_reset(emergencies_t* const emergencies)
 {
     emergencies->present_count = 0U;
     renew_register(emergencies);
 }
 
-static unsigned position_of(const emergencies_t* emergencies, uint16_t code, uint8_t axis)
+static unsigned position_of(const emergencies_t* const emergencies, const uint16_t code, const uint8_t axis)
 {
     unsigned i = 0U;
     while ((i < emergencies->present_count) &&
@@ -68,12 +68,12 @@ static unsigned position_of(const emergencies_t* emergencies, uint16_t code, uin
     return i;
 }
 
-bool emergency_is_present(const emergencies_t* emergencies, uint16_t code, uint8_t axis)
+bool emergency_is_present(const emergencies_t* const emergencies, const uint16_t code, const uint8_t axis)
 {
     return position_of(emergencies, code, axis) < emergencies->present_count;
 }
 
-static void remember(emergencies_t* emergencies, uint16_t code, uint8_t axis)
+static void remember(emergencies_t* const emergencies, const uint16_t code, const uint8_t axis)
 {
     if ((emergencies->history_count == NULL) || (emergencies->history[EMERGENCY_HISTORY - 1U] == NULL)) {
         return;
@@ -87,8 +87,8 @@ static void remember(emergencies_t* emergencies, uint16_t code, uint8_t axis)
     }
 }
 
-static void compose(const emergencies_t* emergencies, uint16_t code, uint8_t axis, int32_t raw,
-                    uint8_t message[EMERGENCY_OCTETS])
+static void compose(const emergencies_t* const emergencies, const uint16_t code, const uint8_t axis,
+                    const int32_t raw, uint8_t message[EMERGENCY_OCTETS])
 {
     message[0] = (uint8_t)code;
     message[1] = (uint8_t)(code >> 8);
@@ -99,8 +99,8 @@ static void compose(const emergencies_t* emergencies, uint16_t code, uint8_t axi
     }
 }
 
-bool emergency_raise(emergencies_t* emergencies, uint16_t code, uint8_t axis, int32_t raw,
-                     uint8_t message[EMERGENCY_OCTETS])
+bool emergency_raise(emergencies_t* const emergencies, const uint16_t code, const uint8_t axis,
+                     const int32_t raw, uint8_t message[EMERGENCY_OCTETS])
 {
     if (emergency_is_present(emergencies, code, axis) ||
         (emergencies->present_count == EMERGENCY_PRESENT_MAX)) {
@@ -114,7 +114,7 @@ bool emergency_raise(emergencies_t* emergencies, uint16_t code, uint8_t axis, in
     return true;
 }
 
-bool emergency_clear(emergencies_t* emergencies, uint16_t code, uint8_t axis,
+bool emergency_clear(emergencies_t* const emergencies, const uint16_t code, const uint8_t axis,
                      uint8_t message[EMERGENCY_OCTETS])
 {
     const unsigned position = position_of(emergencies, code, axis);

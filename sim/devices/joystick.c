@@ -38,12 +38,12 @@ struct joystick {
     stick_axis_t axis[JOYSTICK_AXES];
 };
 
-static int64_t rounded(double value)
+static int64_t rounded(const double value)
 {
     return (int64_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
 }
 
-static void refresh_torque(stick_axis_t* axis)
+static void refresh_torque(stick_axis_t* const axis)
 {
     const int64_t maximum  = (int64_t)axis->max_torque->value;
     const int64_t positive = (int64_t)axis->positive_limit->value;
@@ -62,7 +62,7 @@ static void refresh_torque(stick_axis_t* axis)
     }
 }
 
-static void on_written(void* context, const object_t* object, uint64_t now_ns)
+static void on_written(void* const context, const object_t* const object, const uint64_t now_ns)
 {
     joystick_t* joystick = context;
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
@@ -81,12 +81,12 @@ static void on_written(void* context, const object_t* object, uint64_t now_ns)
     }
 }
 
-static double given_torque(const stick_axis_t* axis)
+static double given_torque(const stick_axis_t* const axis)
 {
     return (axis->machine.state == AXIS_ENABLED) ? axis->torque_nm : 0.0;
 }
 
-static void on_sample(void* context, uint64_t now_ns)
+static void on_sample(void* const context, const uint64_t now_ns)
 {
     joystick_t* joystick = context;
     joystick_truth_t truth;
@@ -105,7 +105,7 @@ static void on_sample(void* context, uint64_t now_ns)
     joystick->inputs->value = (uint64_t)(truth.buttons & BUTTON_MASK) << BUTTON_SHIFT;
 }
 
-static uint32_t on_check(void* context, const object_t* object, int64_t value)
+static uint32_t on_check(void* const context, const object_t* const object, const int64_t value)
 {
     const joystick_t* joystick = context;
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
@@ -116,7 +116,7 @@ static uint32_t on_check(void* context, const object_t* object, int64_t value)
     return 0U;
 }
 
-static void on_connection_lost(void* context, uint64_t now_ns)
+static void on_connection_lost(void* const context, const uint64_t now_ns)
 {
     joystick_t* joystick = context;
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
@@ -124,7 +124,7 @@ static void on_connection_lost(void* context, uint64_t now_ns)
     }
 }
 
-static void on_reset(void* context, uint64_t now_ns)
+static void on_reset(void* const context, const uint64_t now_ns)
 {
     joystick_t* joystick = context;
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
@@ -136,14 +136,14 @@ static void on_reset(void* context, uint64_t now_ns)
 
 // ---- Plant side ----
 
-void joystick_torque(const joystick_t* joystick, double out_torque_nm[JOYSTICK_AXES])
+void joystick_torque(const joystick_t* const joystick, double out_torque_nm[JOYSTICK_AXES])
 {
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
         out_torque_nm[i] = given_torque(&joystick->axis[i]);
     }
 }
 
-void joystick_end_step(joystick_t* joystick, uint64_t now_ns)
+void joystick_end_step(joystick_t* const joystick, const uint64_t now_ns)
 {
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
         stick_axis_t* axis     = &joystick->axis[i];
@@ -157,24 +157,25 @@ void joystick_end_step(joystick_t* joystick, uint64_t now_ns)
     }
 }
 
-uint16_t joystick_statusword(const joystick_t* joystick, unsigned axis)
+uint16_t joystick_statusword(const joystick_t* const joystick, const unsigned axis)
 {
     return (uint16_t)joystick->axis[axis].machine.statusword->value;
 }
 
-static bool is_warning(uint16_t code)
+static bool is_warning(const uint16_t code)
 {
     return (code == EMERGENCY_EXCESS_TORQUE) || (code == EMERGENCY_DEVICE_TEMPERATURE) ||
            (code == EMERGENCY_DRIVE_TEMPERATURE);
 }
 
-static bool is_fault(uint16_t code)
+static bool is_fault(const uint16_t code)
 {
     return (code == EMERGENCY_OVER_CURRENT) || (code == EMERGENCY_UNDER_VOLTAGE) ||
            (code == EMERGENCY_POSITION_SENSOR) || (code == EMERGENCY_TORQUE_SENSOR);
 }
 
-void joystick_set_error(joystick_t* joystick, uint16_t code, bool is_present, uint64_t now_ns)
+void joystick_set_error(joystick_t* const joystick, const uint16_t code, const bool is_present,
+                        const uint64_t now_ns)
 {
     if (is_present) {
         node_raise(joystick->node, code, 0U, 0, now_ns);
@@ -197,7 +198,7 @@ void joystick_set_error(joystick_t* joystick, uint16_t code, bool is_present, ui
 
 // ---- Creation ----
 
-static bool find_axis(joystick_t* joystick, unsigned number)
+static bool find_axis(joystick_t* const joystick, const unsigned number)
 {
     stick_axis_t* axis    = &joystick->axis[number];
     const uint16_t offset = (uint16_t)(number * AXIS_STRIDE);
@@ -219,14 +220,15 @@ static bool find_axis(joystick_t* joystick, unsigned number)
     return axis_init(&axis->machine, joystick->node, (uint8_t)number);
 }
 
-static bool find_objects(joystick_t* joystick)
+static bool find_objects(joystick_t* const joystick)
 {
     joystick->inputs = node_object(joystick->node, 0x60FDU, 0U);
     return (joystick->inputs != NULL) && find_axis(joystick, 0U) && find_axis(joystick, 1U);
 }
 
-status_t joystick_create(bus_t* bus, const char* eds_path, uint8_t id, const joystick_config_t* config,
-                         joystick_t** out_joystick, char error[EDS_ERROR_MAX])
+status_t joystick_create(bus_t* const bus, const char* const eds_path, const uint8_t id,
+                         const joystick_config_t* const config, joystick_t** const out_joystick,
+                         char error[EDS_ERROR_MAX])
 {
     *out_joystick        = NULL;
     joystick_t* joystick = calloc(1U, sizeof *joystick);
@@ -259,7 +261,7 @@ status_t joystick_create(bus_t* bus, const char* eds_path, uint8_t id, const joy
     return STATUS_OK;
 }
 
-void joystick_destroy(joystick_t* joystick)
+void joystick_destroy(joystick_t* const joystick)
 {
     if (joystick != NULL) {
         node_destroy(joystick->node);
@@ -267,7 +269,7 @@ void joystick_destroy(joystick_t* joystick)
     }
 }
 
-node_t* joystick_node(joystick_t* joystick)
+node_t* joystick_node(joystick_t* const joystick)
 {
     return joystick->node;
 }

@@ -31,7 +31,7 @@
 #define BEHAVIOUR_PRE_OPERATIONAL 0U
 #define BEHAVIOUR_STOP 2U
 
-void node_wake_by(node_t* node, uint64_t time_ns)
+void node_wake_by(node_t* const node, const uint64_t time_ns)
 {
     if (time_ns < node->wake_ns) {
         node->wake_ns = time_ns;
@@ -39,7 +39,8 @@ void node_wake_by(node_t* node, uint64_t time_ns)
     }
 }
 
-void node_send(node_t* node, uint32_t id, const uint8_t* data, uint8_t length, uint64_t time_ns)
+void node_send(node_t* const node, const uint32_t id, const uint8_t* const data, const uint8_t length,
+               const uint64_t time_ns)
 {
     osal_can_frame_t frame = {.id = id, .length = length};
     memcpy(frame.data, data, length);
@@ -48,7 +49,7 @@ void node_send(node_t* node, uint32_t id, const uint8_t* data, uint8_t length, u
 
 // ---- Emergencies ----
 
-static void send_emergency(node_t* node, const uint8_t message[EMERGENCY_OCTETS], uint64_t now_ns)
+static void send_emergency(node_t* const node, const uint8_t message[EMERGENCY_OCTETS], const uint64_t now_ns)
 {
     const uint64_t cob   = node->emergency_cob->value;
     const bool may_speak = (node->state == NODE_OPERATIONAL) || (node->state == NODE_PRE_OPERATIONAL);
@@ -57,7 +58,8 @@ static void send_emergency(node_t* node, const uint8_t message[EMERGENCY_OCTETS]
     }
 }
 
-void node_raise(node_t* node, uint16_t code, uint8_t axis, int32_t raw, uint64_t now_ns)
+void node_raise(node_t* const node, const uint16_t code, const uint8_t axis, const int32_t raw,
+                const uint64_t now_ns)
 {
     uint8_t message[EMERGENCY_OCTETS];
     if (emergency_raise(&node->emergencies, code, axis, raw, message)) {
@@ -65,7 +67,7 @@ void node_raise(node_t* node, uint16_t code, uint8_t axis, int32_t raw, uint64_t
     }
 }
 
-void node_clear(node_t* node, uint16_t code, uint8_t axis, uint64_t now_ns)
+void node_clear(node_t* const node, const uint16_t code, const uint8_t axis, const uint64_t now_ns)
 {
     uint8_t message[EMERGENCY_OCTETS];
     if (emergency_clear(&node->emergencies, code, axis, message)) {
@@ -73,14 +75,14 @@ void node_clear(node_t* node, uint16_t code, uint8_t axis, uint64_t now_ns)
     }
 }
 
-bool node_has_error(const node_t* node, uint16_t code, uint8_t axis)
+bool node_has_error(const node_t* const node, const uint16_t code, const uint8_t axis)
 {
     return emergency_is_present(&node->emergencies, code, axis);
 }
 
 // ---- NMT ----
 
-static void set_state(node_t* node, node_state_t state, uint64_t now_ns)
+static void set_state(node_t* const node, const node_state_t state, const uint64_t now_ns)
 {
     const node_state_t before = node->state;
     if (before == state) {
@@ -96,7 +98,7 @@ static void set_state(node_t* node, node_state_t state, uint64_t now_ns)
 }
 
 /// Reset the values of the range to those of the EDS; the node sends nothing until boot-up.
-static void reset(node_t* node, uint16_t first, uint16_t last, uint64_t delay_ns)
+static void reset(node_t* const node, const uint16_t first, const uint16_t last, const uint64_t delay_ns)
 {
     const uint64_t now_ns = bus_now_ns(node->bus);
     node->state           = NODE_INITIALISING;
@@ -116,7 +118,7 @@ static void reset(node_t* node, uint16_t first, uint16_t last, uint64_t delay_ns
 }
 
 /// As reset; only power-on forgets the channel of the master.
-static void reset_by_master(node_t* node)
+static void reset_by_master(node_t* const node)
 {
     const int64_t channel = (node->default_channel != NULL) ? (int64_t)node->default_channel->value : 0;
     reset(node, 0U, UINT16_MAX, NODE_BOOT_NS);
@@ -125,7 +127,7 @@ static void reset_by_master(node_t* node)
     }
 }
 
-static void boot(node_t* node, uint64_t now_ns)
+static void boot(node_t* const node, const uint64_t now_ns)
 {
     node->boot_ns = BUS_NEVER;
     node_select_default_channel(node, now_ns);
@@ -136,7 +138,7 @@ static void boot(node_t* node, uint64_t now_ns)
     node->heartbeat_ns    = (period != 0U) ? (now_ns + period) : BUS_NEVER;
 }
 
-static void take_nmt(node_t* node, const osal_can_frame_t* frame)
+static void take_nmt(node_t* const node, const osal_can_frame_t* const frame)
 {
     const uint64_t now_ns = frame->time_ns;
     if ((frame->length != 2U) || ((frame->data[1] != ALL_NODES) && (frame->data[1] != node->id))) {
@@ -167,7 +169,7 @@ static void take_nmt(node_t* node, const osal_can_frame_t* frame)
 
 // ---- SDO ----
 
-static uint32_t check_sync_counter(const node_t* node, int64_t value)
+static uint32_t check_sync_counter(const node_t* const node, const int64_t value)
 {
     const object_t* period = dictionary_find(&node->dictionary, 0x1006U, 0U);
     if ((period != NULL) && (period->value != 0U)) {
@@ -176,7 +178,7 @@ static uint32_t check_sync_counter(const node_t* node, int64_t value)
     return (value == 1) ? SDO_ABORT_VALUE : 0U;
 }
 
-static uint32_t check_write(void* context, const object_t* object, int64_t value)
+static uint32_t check_write(void* const context, const object_t* const object, const int64_t value)
 {
     const node_t* node = context;
     for (unsigned i = 0U; i < node->receive_count; i++) {
@@ -200,7 +202,7 @@ static uint32_t check_write(void* context, const object_t* object, int64_t value
                : 0U;
 }
 
-static void note_written(void* context, object_t* object)
+static void note_written(void* const context, object_t* const object)
 {
     node_t* node          = context;
     const uint64_t now_ns = node->request_ns;
@@ -222,7 +224,7 @@ static void note_written(void* context, object_t* object)
     node->application.written(node->application.context, object, now_ns);
 }
 
-static void note_read(void* context, object_t* object)
+static void note_read(void* const context, object_t* const object)
 {
     const node_t* node = context;
     if (object->index > COMMUNICATION_LAST) {
@@ -230,7 +232,7 @@ static void note_read(void* context, object_t* object)
     }
 }
 
-static void take_sdo(node_t* node, const osal_can_frame_t* frame)
+static void take_sdo(node_t* const node, const osal_can_frame_t* const frame)
 {
     const sdo_access_t access = {
         .check = check_write, .written = note_written, .read = note_read, .context = node};
@@ -247,7 +249,7 @@ static void take_sdo(node_t* node, const osal_can_frame_t* frame)
 
 // ---- Heartbeat ----
 
-static void take_heartbeat(node_t* node, const osal_can_frame_t* frame)
+static void take_heartbeat(node_t* const node, const osal_can_frame_t* const frame)
 {
     const uint32_t sender = frame->id - HEARTBEAT_ID;
     for (unsigned i = 0U; i < NODE_CONSUMERS_MAX; i++) {
@@ -267,7 +269,8 @@ static void take_heartbeat(node_t* node, const osal_can_frame_t* frame)
     }
 }
 
-static void lose_heartbeat(node_t* node, const heartbeat_consumer_t* consumer, uint64_t now_ns)
+static void lose_heartbeat(node_t* const node, const heartbeat_consumer_t* const consumer,
+                           const uint64_t now_ns)
 {
     const uint32_t sender = (uint32_t)(consumer->entry->value >> 16) & 0x7FU;
     node_raise(node, EMERGENCY_HEARTBEAT, 0U, (int32_t)sender, now_ns);
@@ -280,7 +283,7 @@ static void lose_heartbeat(node_t* node, const heartbeat_consumer_t* consumer, u
     }
 }
 
-static uint64_t run_heartbeats(node_t* node, uint64_t now_ns)
+static uint64_t run_heartbeats(node_t* const node, const uint64_t now_ns)
 {
     if (node->heartbeat_ns <= now_ns) {
         const uint8_t message[] = {(uint8_t)node->state};
@@ -304,7 +307,7 @@ static uint64_t run_heartbeats(node_t* node, uint64_t now_ns)
 
 // ---- Life on the bus ----
 
-static void on_frame(void* context, const osal_can_frame_t* frame)
+static void on_frame(void* const context, const osal_can_frame_t* const frame)
 {
     node_t* node = context;
     if (((frame->id & (OSAL_CAN_EXTENDED | OSAL_CAN_REMOTE)) != 0U) || (node->state == NODE_INITIALISING)) {
@@ -326,7 +329,7 @@ static void on_frame(void* context, const osal_can_frame_t* frame)
 }
 
 /// The device's own controller reports an error, or the end of one.
-static void on_error(void* context, const osal_can_frame_t* frame)
+static void on_error(void* const context, const osal_can_frame_t* const frame)
 {
     node_t* node            = context;
     const controller_t* can = bus_controller(node->bus, node->bus_index);
@@ -345,7 +348,7 @@ static void on_error(void* context, const osal_can_frame_t* frame)
     }
 }
 
-static void on_wake(void* context, uint64_t now_ns)
+static void on_wake(void* const context, const uint64_t now_ns)
 {
     node_t* node  = context;
     node->wake_ns = BUS_NEVER;
@@ -368,7 +371,7 @@ static void on_wake(void* context, uint64_t now_ns)
     }
 }
 
-static bool find_objects(node_t* node)
+static bool find_objects(node_t* const node)
 {
     const dictionary_t* dictionary = &node->dictionary;
     node->sync_cob                 = dictionary_find(dictionary, 0x1005U, 0U);
@@ -385,12 +388,12 @@ static bool find_objects(node_t* node)
            (node->emergencies.error_register != NULL) && node_find_pdos(node);
 }
 
-static bus_callbacks_t callbacks_of(node_t* node)
+static bus_callbacks_t callbacks_of(node_t* const node)
 {
     return (bus_callbacks_t){.on_frame = on_frame, .on_error = on_error, .on_wake = on_wake, .context = node};
 }
 
-static status_t connect_node(node_t* node, const char* eds_path, char error[EDS_ERROR_MAX])
+static status_t connect_node(node_t* const node, const char* const eds_path, char error[EDS_ERROR_MAX])
 {
     const bus_callbacks_t callbacks = callbacks_of(node);
     status_t status                 = eds_load(eds_path, node->id, &node->dictionary, error);
@@ -410,14 +413,15 @@ static status_t connect_node(node_t* node, const char* eds_path, char error[EDS_
     return status;
 }
 
-status_t node_add_channel(node_t* node, bus_t* bus)
+status_t node_add_channel(node_t* const node, bus_t* const bus)
 {
     const bus_callbacks_t callbacks = callbacks_of(node);
     return node_connect_redundant(node, bus, &callbacks);
 }
 
-status_t node_create(bus_t* bus, const char* eds_path, uint8_t id, const node_application_t* application,
-                     node_t** out_node, char error[EDS_ERROR_MAX])
+status_t node_create(bus_t* const bus, const char* const eds_path, const uint8_t id,
+                     const node_application_t* const application, node_t** const out_node,
+                     char error[EDS_ERROR_MAX])
 {
     *out_node    = NULL;
     node_t* node = calloc(1U, sizeof *node);
@@ -442,7 +446,7 @@ status_t node_create(bus_t* bus, const char* eds_path, uint8_t id, const node_ap
     return STATUS_OK;
 }
 
-void node_destroy(node_t* node)
+void node_destroy(node_t* const node)
 {
     if (node != NULL) {
         dictionary_destroy(&node->dictionary);
@@ -450,14 +454,14 @@ void node_destroy(node_t* node)
     }
 }
 
-void node_power_on(node_t* node)
+void node_power_on(node_t* const node)
 {
     node_supply(node, true);
     reset(node, 0U, UINT16_MAX, NODE_BOOT_NS + ((uint64_t)node->id * BOOT_STEP_NS));
     node->application.reset(node->application.context, bus_now_ns(node->bus));
 }
 
-void node_power_off(node_t* node)
+void node_power_off(node_t* const node)
 {
     node_supply(node, false);
     reset(node, 0U, UINT16_MAX, 0U);
@@ -465,17 +469,17 @@ void node_power_off(node_t* node)
     node->application.reset(node->application.context, bus_now_ns(node->bus));
 }
 
-bool node_is_powered(const node_t* node)
+bool node_is_powered(const node_t* const node)
 {
     return node->is_powered;
 }
 
-void node_unplug(node_t* node)
+void node_unplug(node_t* const node)
 {
     node_connect(node, false);
 }
 
-void node_plug(node_t* node)
+void node_plug(node_t* const node)
 {
     node_connect(node, true);
     if (node->is_powered) {
@@ -483,27 +487,27 @@ void node_plug(node_t* node)
     }
 }
 
-bool node_is_plugged(const node_t* node)
+bool node_is_plugged(const node_t* const node)
 {
     return node->is_plugged;
 }
 
-object_t* node_object(const node_t* node, uint16_t index, uint8_t subindex)
+object_t* node_object(const node_t* const node, const uint16_t index, const uint8_t subindex)
 {
     return dictionary_find(&node->dictionary, index, subindex);
 }
 
-uint8_t node_id(const node_t* node)
+uint8_t node_id(const node_t* const node)
 {
     return node->id;
 }
 
-unsigned node_bus_index(const node_t* node, unsigned channel)
+unsigned node_bus_index(const node_t* const node, const unsigned channel)
 {
     return (node->channel[channel].bus != NULL) ? node->channel[channel].index : BUS_NODES_MAX;
 }
 
-node_state_t node_state(const node_t* node)
+node_state_t node_state(const node_t* const node)
 {
     return node->state;
 }

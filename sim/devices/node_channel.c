@@ -6,7 +6,7 @@
 #define OBJECT_REDUNDANCY 0x2000U
 #define NS_PER_MS 1000000U
 
-void node_find_channels(node_t* node)
+void node_find_channels(node_t* const node)
 {
     node->default_channel = dictionary_find(&node->dictionary, OBJECT_REDUNDANCY, 1U);
     node->toggle_factor   = dictionary_find(&node->dictionary, OBJECT_REDUNDANCY, 2U);
@@ -15,7 +15,7 @@ void node_find_channels(node_t* node)
 }
 
 /// True with two channels, a complete object 0x2000, a master to monitor, and the search enabled.
-static bool may_search(const node_t* node)
+static bool may_search(const node_t* const node)
 {
     return (node->channel[NODE_CHANNEL_B].bus != NULL) && (node->default_channel != NULL) &&
            (node->toggle_factor != NULL) && (node->toggle_limit != NULL) && (node->toggle_count != NULL) &&
@@ -24,13 +24,13 @@ static bool may_search(const node_t* node)
 }
 
 /// Consumer heartbeat time of the master.
-static uint64_t heartbeat_time_ns(const node_t* node)
+static uint64_t heartbeat_time_ns(const node_t* const node)
 {
     return (node->consumer[0].entry->value & 0xFFFFU) * NS_PER_MS;
 }
 
 /// A node is electrically there on one channel at most: the active one.
-static void connect_active(node_t* node)
+static void connect_active(node_t* const node)
 {
     const bool wanted = node->is_plugged && node->is_powered && !node->channel[node->active].is_cut;
     if (wanted && !bus_is_plugged(node->bus, node->bus_index)) {
@@ -42,7 +42,7 @@ static void connect_active(node_t* node)
     }
 }
 
-static void use_channel(node_t* node, unsigned channel, uint64_t now_ns)
+static void use_channel(node_t* const node, const unsigned channel, const uint64_t now_ns)
 {
     if (channel == node->active) {
         return;
@@ -60,13 +60,13 @@ static void use_channel(node_t* node, unsigned channel, uint64_t now_ns)
 }
 
 /// The master defines the active channel by its heartbeat.
-static void settle(node_t* node)
+static void settle(node_t* const node)
 {
     node->toggle_ns = BUS_NEVER;
     object_set(node->default_channel, (int64_t)node->active);
 }
 
-void node_select_default_channel(node_t* node, uint64_t now_ns)
+void node_select_default_channel(node_t* const node, const uint64_t now_ns)
 {
     node->toggle_ns = BUS_NEVER;
     if (may_search(node)) {
@@ -76,7 +76,7 @@ void node_select_default_channel(node_t* node, uint64_t now_ns)
     }
 }
 
-void node_master_heard(node_t* node)
+void node_master_heard(node_t* const node)
 {
     if (may_search(node)) {
         settle(node);
@@ -84,7 +84,7 @@ void node_master_heard(node_t* node)
     }
 }
 
-void node_master_lost(node_t* node, uint64_t now_ns)
+void node_master_lost(node_t* const node, const uint64_t now_ns)
 {
     if (may_search(node)) { // One heartbeat time has passed already.
         node->toggle_ns = now_ns + (heartbeat_time_ns(node) * (node->toggle_factor->value - 1U));
@@ -92,7 +92,7 @@ void node_master_lost(node_t* node, uint64_t now_ns)
     }
 }
 
-uint64_t node_run_search(node_t* node, uint64_t now_ns)
+uint64_t node_run_search(node_t* const node, const uint64_t now_ns)
 {
     if (node->toggle_ns > now_ns) {
         return node->toggle_ns;
@@ -111,7 +111,7 @@ uint64_t node_run_search(node_t* node, uint64_t now_ns)
     return node->toggle_ns;
 }
 
-status_t node_connect_redundant(node_t* node, bus_t* bus, const bus_callbacks_t* callbacks)
+status_t node_connect_redundant(node_t* const node, bus_t* const bus, const bus_callbacks_t* const callbacks)
 {
     node_channel_t* channel = &node->channel[NODE_CHANNEL_B];
     const status_t status   = bus_add_node(bus, callbacks, &channel->index);
@@ -122,25 +122,25 @@ status_t node_connect_redundant(node_t* node, bus_t* bus, const bus_callbacks_t*
     return status;
 }
 
-void node_connect(node_t* node, bool is_plugged)
+void node_connect(node_t* const node, const bool is_plugged)
 {
     node->is_plugged = is_plugged;
     connect_active(node);
 }
 
-void node_supply(node_t* node, bool is_powered)
+void node_supply(node_t* const node, const bool is_powered)
 {
     node->is_powered = is_powered;
     connect_active(node);
 }
 
-void node_cut(node_t* node, unsigned channel, bool is_cut)
+void node_cut(node_t* const node, const unsigned channel, const bool is_cut)
 {
     node->channel[channel].is_cut = is_cut;
     connect_active(node);
 }
 
-unsigned node_active_channel(const node_t* node)
+unsigned node_active_channel(const node_t* const node)
 {
     return node->active;
 }

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-bool node_find_pdos(node_t* node)
+bool node_find_pdos(node_t* const node)
 {
     while ((node->receive_count < NODE_PDOS_MAX) &&
            pdo_init(&node->receive[node->receive_count], PDO_RECEIVE, (uint16_t)node->receive_count,
@@ -18,7 +18,7 @@ bool node_find_pdos(node_t* node)
     return (node->receive_count != 0U) && (node->transmit_count != 0U);
 }
 
-void node_configure_pdos(node_t* node)
+void node_configure_pdos(node_t* const node)
 {
     for (unsigned i = 0U; i < node->receive_count; i++) {
         pdo_configure(&node->receive[i], &node->dictionary);
@@ -29,7 +29,7 @@ void node_configure_pdos(node_t* node)
     node->sync_id = (uint32_t)node->sync_cob->value & OSAL_CAN_ID_MASK;
 }
 
-static void send_pdo(node_t* node, pdo_t* pdo, uint64_t now_ns)
+static void send_pdo(node_t* const node, pdo_t* const pdo, const uint64_t now_ns)
 {
     pdo->sync_count = 0U;
     if (pdo->event_ns != 0U) {
@@ -46,7 +46,7 @@ static void send_pdo(node_t* node, pdo_t* pdo, uint64_t now_ns)
     (void)bus_submit(node->bus, node->bus_index, &frame, now_ns + NODE_PROCESSING_NS);
 }
 
-void node_start_pdos(node_t* node, uint64_t now_ns)
+void node_start_pdos(node_t* const node, const uint64_t now_ns)
 {
     node->application.sample(node->application.context, now_ns);
     for (unsigned i = 0U; i < node->transmit_count; i++) {
@@ -61,7 +61,7 @@ void node_start_pdos(node_t* node, uint64_t now_ns)
     }
 }
 
-void node_stop_pdos(node_t* node)
+void node_stop_pdos(node_t* const node)
 {
     for (unsigned i = 0U; i < node->receive_count; i++) {
         node->receive[i].is_pending  = false;
@@ -72,7 +72,7 @@ void node_stop_pdos(node_t* node)
     }
 }
 
-static void apply_pdo(node_t* node, pdo_t* pdo, uint64_t now_ns)
+static void apply_pdo(node_t* const node, pdo_t* const pdo, const uint64_t now_ns)
 {
     pdo->is_pending = false;
     pdo_unpack(pdo);
@@ -81,7 +81,8 @@ static void apply_pdo(node_t* node, pdo_t* pdo, uint64_t now_ns)
     }
 }
 
-static void transmit_at_sync(node_t* node, pdo_t* pdo, const osal_can_frame_t* sync, uint64_t now_ns)
+static void transmit_at_sync(node_t* const node, pdo_t* const pdo, const osal_can_frame_t* const sync,
+                             const uint64_t now_ns)
 {
     if (!pdo->is_valid || (pdo->type > PDO_SYNCHRONOUS_MAX)) {
         return;
@@ -105,7 +106,7 @@ static void transmit_at_sync(node_t* node, pdo_t* pdo, const osal_can_frame_t* s
     }
 }
 
-void node_take_sync(node_t* node, const osal_can_frame_t* frame)
+void node_take_sync(node_t* const node, const osal_can_frame_t* const frame)
 {
     const uint64_t now_ns = frame->time_ns;
     const uint8_t wanted  = ((node->sync_counter != NULL) && (node->sync_counter->value != 0U)) ? 1U : 0U;
@@ -128,7 +129,7 @@ void node_take_sync(node_t* node, const osal_can_frame_t* frame)
     }
 }
 
-static void take_data(node_t* node, pdo_t* pdo, const osal_can_frame_t* frame)
+static void take_data(node_t* const node, pdo_t* const pdo, const osal_can_frame_t* const frame)
 {
     const uint64_t now_ns = frame->time_ns;
     if (frame->length < pdo->octets) {
@@ -151,7 +152,7 @@ static void take_data(node_t* node, pdo_t* pdo, const osal_can_frame_t* frame)
     }
 }
 
-bool node_take_pdo(node_t* node, const osal_can_frame_t* frame)
+bool node_take_pdo(node_t* const node, const osal_can_frame_t* const frame)
 {
     for (unsigned i = 0U; i < node->receive_count; i++) {
         pdo_t* pdo = &node->receive[i];
@@ -165,7 +166,7 @@ bool node_take_pdo(node_t* node, const osal_can_frame_t* frame)
     return false;
 }
 
-uint64_t node_run_pdo_timers(node_t* node, uint64_t now_ns)
+uint64_t node_run_pdo_timers(node_t* const node, const uint64_t now_ns)
 {
     uint64_t next_ns = BUS_NEVER;
     for (unsigned i = 0U; i < node->receive_count; i++) {
@@ -192,7 +193,7 @@ uint64_t node_run_pdo_timers(node_t* node, uint64_t now_ns)
     return next_ns;
 }
 
-void node_event(node_t* node, uint64_t now_ns)
+void node_event(node_t* const node, const uint64_t now_ns)
 {
     if (node->state != NODE_OPERATIONAL) {
         return;

@@ -11,12 +11,13 @@
 #define COB_ID_BITS 0x1FFFFFFFU
 #define NS_PER_MS 1000000U
 
-static uint16_t communication_index(const pdo_t* pdo)
+static uint16_t communication_index(const pdo_t* const pdo)
 {
     return (uint16_t)(((pdo->direction == PDO_RECEIVE) ? RECEIVE_BASE : TRANSMIT_BASE) + pdo->number);
 }
 
-bool pdo_init(pdo_t* pdo, pdo_direction_t direction, uint16_t number, const dictionary_t* dictionary)
+bool pdo_init(pdo_t* const pdo, const pdo_direction_t direction, const uint16_t number,
+              const dictionary_t* const dictionary)
 {
     *pdo                   = (pdo_t){.direction = direction, .number = number, .deadline_ns = UINT64_MAX};
     const uint16_t index   = communication_index(pdo);
@@ -37,7 +38,7 @@ bool pdo_init(pdo_t* pdo, pdo_direction_t direction, uint16_t number, const dict
 }
 
 /// The object that a mapping entry names, or null: index 16 bits, sub-index 8, length in bits 8.
-static object_t* mapped_object(const dictionary_t* dictionary, uint32_t mapping)
+static object_t* mapped_object(const dictionary_t* const dictionary, const uint32_t mapping)
 {
     object_t* object     = dictionary_find(dictionary, (uint16_t)(mapping >> 16), (uint8_t)(mapping >> 8));
     const bool is_usable = (object != NULL) && object->is_mappable && !object_is_text(object) &&
@@ -45,7 +46,7 @@ static object_t* mapped_object(const dictionary_t* dictionary, uint32_t mapping)
     return is_usable ? object : NULL;
 }
 
-void pdo_configure(pdo_t* pdo, const dictionary_t* dictionary)
+void pdo_configure(pdo_t* const pdo, const dictionary_t* const dictionary)
 {
     const uint32_t cob   = (uint32_t)pdo->cob_entry->value;
     const bool was_valid = pdo->is_valid;
@@ -75,13 +76,13 @@ void pdo_configure(pdo_t* pdo, const dictionary_t* dictionary)
     }
 }
 
-bool pdo_owns(const pdo_t* pdo, const object_t* object)
+bool pdo_owns(const pdo_t* const pdo, const object_t* const object)
 {
     const uint16_t index = communication_index(pdo);
     return (object->index == index) || (object->index == (index + MAPPING_OFFSET));
 }
 
-static uint32_t check_cob(const pdo_t* pdo, uint32_t value)
+static uint32_t check_cob(const pdo_t* const pdo, const uint32_t value)
 {
     const uint32_t present = (uint32_t)pdo->cob_entry->value;
     const bool stays_valid = ((present & PDO_INVALID) == 0U) && ((value & PDO_INVALID) == 0U);
@@ -96,7 +97,7 @@ static uint32_t check_cob(const pdo_t* pdo, uint32_t value)
     return (((value & PDO_INVALID) == 0U) && is_restricted) ? SDO_ABORT_VALUE : 0U;
 }
 
-static uint32_t check_count(const pdo_t* pdo, const dictionary_t* dictionary, int64_t value)
+static uint32_t check_count(const pdo_t* const pdo, const dictionary_t* const dictionary, const int64_t value)
 {
     if ((value < 0) || (value > (int64_t)PDO_ENTRIES_MAX)) {
         return SDO_ABORT_VALUE;
@@ -114,7 +115,8 @@ static uint32_t check_count(const pdo_t* pdo, const dictionary_t* dictionary, in
     return (octets > PDO_OCTETS_MAX) ? SDO_ABORT_PDO_LENGTH : 0U;
 }
 
-static uint32_t check_mapping(const pdo_t* pdo, const dictionary_t* dictionary, int64_t value)
+static uint32_t check_mapping(const pdo_t* const pdo, const dictionary_t* const dictionary,
+                              const int64_t value)
 {
     if (pdo->count_entry->value != 0U) {
         return SDO_ABORT_STATE;
@@ -129,7 +131,8 @@ static uint32_t check_mapping(const pdo_t* pdo, const dictionary_t* dictionary, 
     return 0U;
 }
 
-uint32_t pdo_check(const pdo_t* pdo, const dictionary_t* dictionary, const object_t* object, int64_t value)
+uint32_t pdo_check(const pdo_t* const pdo, const dictionary_t* const dictionary, const object_t* const object,
+                   const int64_t value)
 {
     const bool is_live = (pdo->cob_entry->value & PDO_INVALID) == 0U;
     if (object == pdo->cob_entry) {
@@ -151,7 +154,7 @@ uint32_t pdo_check(const pdo_t* pdo, const dictionary_t* dictionary, const objec
                                         : check_mapping(pdo, dictionary, value);
 }
 
-bool pdo_pack(pdo_t* pdo)
+bool pdo_pack(pdo_t* const pdo)
 {
     uint64_t packed = 0U;
     unsigned bits   = 0U;
@@ -168,7 +171,7 @@ bool pdo_pack(pdo_t* pdo)
     return is_changed;
 }
 
-void pdo_unpack(pdo_t* pdo)
+void pdo_unpack(pdo_t* const pdo)
 {
     const uint8_t* octets = pdo->data;
     for (unsigned i = 0U; i < pdo->entry_count; i++) {

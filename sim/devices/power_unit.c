@@ -5,7 +5,7 @@
 #define PULSE_OCTETS 3U
 #define EXPONENT_MAX 7U
 
-void power_unit_init(power_unit_t* unit, uint8_t id)
+void power_unit_init(power_unit_t* const unit, const uint8_t id)
 {
     *unit = (power_unit_t){.id = id};
     for (unsigned i = 0U; i < (2U * POWER_UNIT_RELAYS_MAX); i++) {
@@ -13,7 +13,7 @@ void power_unit_init(power_unit_t* unit, uint8_t id)
     }
 }
 
-void power_unit_add(power_unit_t* unit, node_t* node)
+void power_unit_add(power_unit_t* const unit, node_t* const node)
 {
     if (unit->count < POWER_UNIT_RELAYS_MAX) {
         unit->node[unit->count] = node;
@@ -21,7 +21,7 @@ void power_unit_add(power_unit_t* unit, node_t* node)
     }
 }
 
-void power_unit_hear(power_unit_t* unit, const osal_can_frame_t* frame)
+void power_unit_hear(power_unit_t* const unit, const osal_can_frame_t* const frame)
 {
     if ((frame->id != (PROCESS_DATA_ID + unit->id)) || (frame->length != PULSE_OCTETS) ||
         (frame->data[2] > EXPONENT_MAX)) {
@@ -34,7 +34,7 @@ void power_unit_hear(power_unit_t* unit, const osal_can_frame_t* frame)
     }
 }
 
-void power_unit_step(power_unit_t* unit, uint64_t now_ns)
+void power_unit_step(power_unit_t* const unit, const uint64_t now_ns)
 {
     for (unsigned i = 0U; i < (2U * unit->count); i++) {
         if (unit->move_ns[i] > now_ns) {

@@ -20,19 +20,20 @@
 #define TOGGLE 0x10U
 #define SEGMENT_OCTETS 7U
 
-void sdo_server_reset(sdo_server_t* server)
+void sdo_server_reset(sdo_server_t* const server)
 {
     server->state = SDO_IDLE;
 }
 
-static void put_u32(uint8_t* octets, uint32_t value)
+static void put_u32(uint8_t* const octets, const uint32_t value)
 {
     for (unsigned i = 0U; i < 4U; i++) {
         octets[i] = (uint8_t)(value >> (8U * i));
     }
 }
 
-static void put_multiplexer(uint8_t reply[SDO_OCTETS], uint8_t command, uint16_t index, uint8_t subindex)
+static void put_multiplexer(uint8_t reply[SDO_OCTETS], const uint8_t command, const uint16_t index,
+                            const uint8_t subindex)
 {
     memset(reply, 0, SDO_OCTETS);
     reply[0] = command;
@@ -41,16 +42,16 @@ static void put_multiplexer(uint8_t reply[SDO_OCTETS], uint8_t command, uint16_t
     reply[3] = subindex;
 }
 
-static void abort_transfer(sdo_server_t* server, uint8_t reply[SDO_OCTETS], uint16_t index, uint8_t subindex,
-                           uint32_t code)
+static void abort_transfer(sdo_server_t* const server, uint8_t reply[SDO_OCTETS], const uint16_t index,
+                           const uint8_t subindex, const uint32_t code)
 {
     server->state = SDO_IDLE;
     put_multiplexer(reply, SERVER_ABORT, index, subindex);
     put_u32(&reply[4], code);
 }
 
-static uint32_t number_check(const sdo_access_t* access, const object_t* object, const uint8_t* octets,
-                             size_t size, int64_t* out_value)
+static uint32_t number_check(const sdo_access_t* const access, const object_t* const object,
+                             const uint8_t* const octets, const size_t size, int64_t* const out_value)
 {
     if (size != object->size) {
         return (size > object->size) ? SDO_ABORT_TOO_LONG : SDO_ABORT_TOO_SHORT;
@@ -75,7 +76,8 @@ static uint32_t number_check(const sdo_access_t* access, const object_t* object,
 }
 
 /// Take octets into an object. Returns an abort code or 0.
-static uint32_t store(const sdo_access_t* access, object_t* object, const uint8_t* octets, size_t size)
+static uint32_t store(const sdo_access_t* const access, object_t* const object, const uint8_t* const octets,
+                      const size_t size)
 {
     if (object_is_text(object)) {
         if (size > OBJECT_TEXT_MAX) {
@@ -99,8 +101,8 @@ static uint32_t store(const sdo_access_t* access, object_t* object, const uint8_
 }
 
 /// Find the object of a request. Returns an abort code or 0.
-static uint32_t find(const dictionary_t* dictionary, uint16_t index, uint8_t subindex, bool is_write,
-                     object_t** out_object)
+static uint32_t find(const dictionary_t* const dictionary, const uint16_t index, const uint8_t subindex,
+                     const bool is_write, object_t** const out_object)
 {
     object_t* object = dictionary_find(dictionary, index, subindex);
     *out_object      = object;
@@ -113,7 +115,7 @@ static uint32_t find(const dictionary_t* dictionary, uint16_t index, uint8_t sub
     return (!is_write && !object->is_readable) ? SDO_ABORT_WRITE_ONLY : 0U;
 }
 
-static uint32_t download(sdo_server_t* server, const sdo_access_t* access, object_t* object,
+static uint32_t download(sdo_server_t* const server, const sdo_access_t* const access, object_t* const object,
                          const uint8_t request[SDO_OCTETS])
 {
     const bool has_size = (request[0] & SIZE_SHOWN) != 0U;
@@ -138,7 +140,7 @@ static uint32_t download(sdo_server_t* server, const sdo_access_t* access, objec
     return (has_size && (server->size > limit)) ? SDO_ABORT_TOO_LONG : 0U;
 }
 
-static uint32_t download_segment(sdo_server_t* server, const sdo_access_t* access,
+static uint32_t download_segment(sdo_server_t* const server, const sdo_access_t* const access,
                                  const uint8_t request[SDO_OCTETS])
 {
     const size_t size = SEGMENT_OCTETS - ((request[0] >> 1) & 7U);
@@ -158,7 +160,7 @@ static uint32_t download_segment(sdo_server_t* server, const sdo_access_t* acces
     return store(access, server->object, server->buffer, server->offset);
 }
 
-static void upload(sdo_server_t* server, object_t* object, uint8_t reply[SDO_OCTETS])
+static void upload(sdo_server_t* const server, object_t* const object, uint8_t reply[SDO_OCTETS])
 {
     uint8_t octets[OBJECT_TEXT_MAX];
     if (object_is_text(object)) {
@@ -186,7 +188,7 @@ static void upload(sdo_server_t* server, object_t* object, uint8_t reply[SDO_OCT
     put_u32(&reply[4], object->size);
 }
 
-static void upload_segment(sdo_server_t* server, uint8_t reply[SDO_OCTETS])
+static void upload_segment(sdo_server_t* const server, uint8_t reply[SDO_OCTETS])
 {
     const size_t left = server->size - server->offset;
     const size_t size = (left < SEGMENT_OCTETS) ? left : SEGMENT_OCTETS;
@@ -202,7 +204,8 @@ static void upload_segment(sdo_server_t* server, uint8_t reply[SDO_OCTETS])
 }
 
 /// Segments belong to a running transfer of their direction, in alternation.
-static uint32_t segment_check(const sdo_server_t* server, sdo_state_t wanted, uint8_t command)
+static uint32_t segment_check(const sdo_server_t* const server, const sdo_state_t wanted,
+                              const uint8_t command)
 {
     if (server->state != wanted) {
         return SDO_ABORT_COMMAND;
@@ -210,8 +213,8 @@ static uint32_t segment_check(const sdo_server_t* server, sdo_state_t wanted, ui
     return ((command & TOGGLE) != server->toggle) ? SDO_ABORT_TOGGLE : 0U;
 }
 
-static bool serve_segment(sdo_server_t* server, const sdo_access_t* access, const uint8_t request[SDO_OCTETS],
-                          uint8_t reply[SDO_OCTETS])
+static bool serve_segment(sdo_server_t* const server, const sdo_access_t* const access,
+                          const uint8_t request[SDO_OCTETS], uint8_t reply[SDO_OCTETS])
 {
     const bool is_upload     = (request[0] >> 5) == CLIENT_UPLOAD_SEGMENT;
     const sdo_state_t wanted = is_upload ? SDO_UPLOADING : SDO_DOWNLOADING;
@@ -235,8 +238,9 @@ static bool serve_segment(sdo_server_t* server, const sdo_access_t* access, cons
     return true;
 }
 
-bool sdo_server_request(sdo_server_t* server, const dictionary_t* dictionary, const sdo_access_t* access,
-                        const uint8_t request[SDO_OCTETS], uint8_t reply[SDO_OCTETS])
+bool sdo_server_request(sdo_server_t* const server, const dictionary_t* const dictionary,
+                        const sdo_access_t* const access, const uint8_t request[SDO_OCTETS],
+                        uint8_t reply[SDO_OCTETS])
 {
     const uint32_t command = request[0] >> 5;
     const uint16_t index   = (uint16_t)(request[1] | (request[2] << 8));

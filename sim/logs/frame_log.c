@@ -35,7 +35,7 @@ struct frame_log {
 
 static const char hexadecimal[] = "0123456789ABCDEF";
 
-static char* put_hex(char* text, uint32_t value, unsigned digits)
+static char* put_hex(char* const text, uint32_t value, const unsigned digits)
 {
     for (unsigned i = digits; i > 0U; i--) {
         text[i - 1U] = hexadecimal[value & 15U];
@@ -44,7 +44,7 @@ static char* put_hex(char* text, uint32_t value, unsigned digits)
     return text + digits;
 }
 
-static char* put_decimal(char* text, uint32_t value, unsigned digits)
+static char* put_decimal(char* const text, uint32_t value, const unsigned digits)
 {
     (void)memset(text, '0', digits);
     for (unsigned i = digits; value != 0U; i--) {
@@ -55,7 +55,7 @@ static char* put_decimal(char* text, uint32_t value, unsigned digits)
 }
 
 /// Two hexadecimal digits at once: spread the nibbles of `octets` (up to 4, first one highest) to characters.
-static uint64_t spread(uint32_t octets)
+static uint64_t spread(const uint32_t octets)
 {
     uint64_t nibbles = octets;
     nibbles          = (nibbles | (nibbles << 16)) & 0x0000FFFF0000FFFFU;
@@ -66,7 +66,7 @@ static uint64_t spread(uint32_t octets)
     return nibbles + 0x3030303030303030U + (letters * 7U);
 }
 
-static char* put_data(char* text, const uint8_t* data, size_t size)
+static char* put_data(char* text, const uint8_t* const data, const size_t size)
 {
     size_t i = 0U;
     for (; (i + 4U) <= size; i += 4U) {
@@ -89,7 +89,7 @@ static char* put_data(char* text, const uint8_t* data, size_t size)
     return text;
 }
 
-static char* put_identifier(char* text, uint32_t id)
+static char* put_identifier(char* const text, const uint32_t id)
 {
     if ((id & OSAL_CAN_ERROR) != 0U) {
         return put_hex(text, id & (OSAL_CAN_ID_MASK | OSAL_CAN_ERROR), 8U);
@@ -98,7 +98,7 @@ static char* put_identifier(char* text, uint32_t id)
                                             : put_hex(text, id & 0x7FFU, 3U);
 }
 
-size_t frame_log_line(const osal_can_frame_t* frame, const char* interface, char* text)
+size_t frame_log_line(const osal_can_frame_t* const frame, const char* const interface, char* const text)
 {
     char* end                = text;
     const uint64_t time_ns   = frame->time_ns;
@@ -137,7 +137,7 @@ static uint8_t* put_u32(uint8_t* octets, uint32_t value) // Little-endian, like 
     return octets + 4;
 }
 
-static uint8_t* put_u32_big(uint8_t* octets, uint32_t value)
+static uint8_t* put_u32_big(uint8_t* const octets, const uint32_t value)
 {
     octets[0] = (uint8_t)(value >> 24);
     octets[1] = (uint8_t)(value >> 16);
@@ -146,7 +146,7 @@ static uint8_t* put_u32_big(uint8_t* octets, uint32_t value)
     return octets + 4;
 }
 
-size_t frame_log_record(const osal_can_frame_t* frame, uint8_t* octets)
+size_t frame_log_record(const osal_can_frame_t* const frame, uint8_t* const octets)
 {
     const uint32_t data_octets = ((frame->id & OSAL_CAN_REMOTE) != 0U) ? 0U : frame->length;
     const uint32_t size        = 8U + data_octets;
@@ -165,7 +165,7 @@ size_t frame_log_record(const osal_can_frame_t* frame, uint8_t* octets)
     return (size_t)(end - octets) + data_octets;
 }
 
-static void flush_sink(sink_t* sink)
+static void flush_sink(sink_t* const sink)
 {
     size_t done = 0U;
     while ((done < sink->used) && !sink->is_broken) {
@@ -187,7 +187,7 @@ static void flush_sink(sink_t* sink)
 }
 
 /// Room for `octets` more at the end of the buffer.
-static uint8_t* reserve(sink_t* sink, size_t octets)
+static uint8_t* reserve(sink_t* const sink, const size_t octets)
 {
     if ((sink->used + octets) > BUFFER_OCTETS) {
         flush_sink(sink);
@@ -195,7 +195,7 @@ static uint8_t* reserve(sink_t* sink, size_t octets)
     return &sink->octets[sink->used];
 }
 
-void frame_log_write(frame_log_t* log, const osal_can_frame_t* frame)
+void frame_log_write(frame_log_t* const log, const osal_can_frame_t* const frame)
 {
     char* line = (char*)reserve(&log->text, FRAME_LOG_LINE_MAX);
     log->text.used += frame_log_line(frame, log->interface, line);
@@ -203,13 +203,14 @@ void frame_log_write(frame_log_t* log, const osal_can_frame_t* frame)
     log->pcap.used += frame_log_record(frame, record);
 }
 
-void frame_log_flush(frame_log_t* log)
+void frame_log_flush(frame_log_t* const log)
 {
     flush_sink(&log->text);
     flush_sink(&log->pcap);
 }
 
-static bool open_sink(sink_t* sink, const char* folder, const char* interface, const char* suffix)
+static bool open_sink(sink_t* const sink, const char* const folder, const char* const interface,
+                      const char* const suffix)
 {
     char path[PATH_OCTETS];
     (void)snprintf(path, sizeof path, "%s/can-%s.%s", folder, interface, suffix);
@@ -217,7 +218,7 @@ static bool open_sink(sink_t* sink, const char* folder, const char* interface, c
     return sink->descriptor >= 0;
 }
 
-static void write_pcap_header(sink_t* sink)
+static void write_pcap_header(sink_t* const sink)
 {
     uint8_t* end = reserve(sink, PCAP_HEADER_OCTETS);
     end          = put_u32(end, 0xA1B23C4DU); // Nanoseconds.
@@ -229,7 +230,7 @@ static void write_pcap_header(sink_t* sink)
     sink->used += PCAP_HEADER_OCTETS;
 }
 
-status_t frame_log_open(const char* folder, const char* interface, frame_log_t** out_log)
+status_t frame_log_open(const char* const folder, const char* const interface, frame_log_t** const out_log)
 {
     *out_log = NULL;
     if ((strlen(interface) >= FRAME_LOG_INTERFACE_MAX) || (strlen(folder) > (PATH_OCTETS - 64U))) {
@@ -251,7 +252,7 @@ status_t frame_log_open(const char* folder, const char* interface, frame_log_t**
     return STATUS_OK;
 }
 
-static bool close_sink(sink_t* sink)
+static bool close_sink(sink_t* const sink)
 {
     if (sink->descriptor < 0) {
         return true;
@@ -260,7 +261,7 @@ static bool close_sink(sink_t* sink)
     return (close(sink->descriptor) == 0) && !sink->is_broken;
 }
 
-status_t frame_log_close(frame_log_t* log)
+status_t frame_log_close(frame_log_t* const log)
 {
     if (log == NULL) {
         return STATUS_OK;

@@ -69,38 +69,38 @@ struct hand {
 // ---- Motions ----
 
 /// Minimum jerk from 0 to 1 over a unit of time.
-static double minimum_jerk(double share)
+static double minimum_jerk(const double share)
 {
     const double s = fmax(0.0, fmin(1.0, share));
     return s * s * s * (10.0 - s * (15.0 - 6.0 * s));
 }
 
-static void want_tip(hand_t* hand, plane_t tip)
+static void want_tip(hand_t* const hand, const plane_t tip)
 {
     hand->tip = tip;
     scene_joints(&hand->scene, tip, hand->joint_rad);
 }
 
-static void go_towards(hand_t* hand, plane_t target, double share)
+static void go_towards(hand_t* const hand, const plane_t target, const double share)
 {
     const double s = minimum_jerk(share);
     want_tip(hand, (plane_t){hand->from.x + s * (target.x - hand->from.x),
                              hand->from.z + s * (target.z - hand->from.z)});
 }
 
-static void begin_rest(hand_t* hand, const command_t* command)
+static void begin_rest(hand_t* const hand, const command_t* const command)
 {
     (void)command;
     hand->expecting = false;
 }
 
-static void begin_let_go(hand_t* hand, const command_t* command)
+static void begin_let_go(hand_t* const hand, const command_t* const command)
 {
     (void)command;
     hand->gripping = false;
 }
 
-static void play_circle(hand_t* hand, const command_t* command, double elapsed_s)
+static void play_circle(hand_t* const hand, const command_t* const command, const double elapsed_s)
 {
     const double ramp_s = command->argument[2];
     const double down_s = elapsed_s - ramp_s - command->argument[3];
@@ -113,17 +113,17 @@ static void play_circle(hand_t* hand, const command_t* command, double elapsed_s
     hand->tip           = scene_tip(&hand->scene, hand->joint_rad);
 }
 
-static void play_move(hand_t* hand, const command_t* command, double elapsed_s)
+static void play_move(hand_t* const hand, const command_t* const command, const double elapsed_s)
 {
     go_towards(hand, (plane_t){command->argument[0], command->argument[1]}, elapsed_s / command->argument[2]);
 }
 
-static void begin_press(hand_t* hand, const command_t* command)
+static void begin_press(hand_t* const hand, const command_t* const command)
 {
     hand->force_n = command->argument[0];
 }
 
-static void play_press(hand_t* hand, const command_t* command, double elapsed_s)
+static void play_press(hand_t* const hand, const command_t* const command, const double elapsed_s)
 {
     const double x      = hand->from.x;
     const double touch  = scene_press_height(&hand->scene, x, 0.0);
@@ -137,38 +137,38 @@ static void play_press(hand_t* hand, const command_t* command, double elapsed_s)
     }
 }
 
-static void play_follow(hand_t* hand, const command_t* command, double elapsed_s)
+static void play_follow(hand_t* const hand, const command_t* const command, const double elapsed_s)
 {
     const double s = minimum_jerk(elapsed_s / command->argument[1]);
     const double x = hand->from.x + s * (command->argument[0] - hand->from.x);
     want_tip(hand, (plane_t){x, scene_press_height(&hand->scene, x, hand->force_n)});
 }
 
-static void begin_pull(hand_t* hand, const command_t* command)
+static void begin_pull(hand_t* const hand, const command_t* const command)
 {
     (void)command;
     hand->pulling = true;
 }
 
-static void play_pull(hand_t* hand, const command_t* command, double elapsed_s)
+static void play_pull(hand_t* const hand, const command_t* const command, const double elapsed_s)
 {
     const plane_t target = {hand->from.x, hand->scene.hook_m[1] + command->argument[0]};
     go_towards(hand, target, elapsed_s / command->argument[1]);
 }
 
-static void play_release(hand_t* hand, const command_t* command, double elapsed_s)
+static void play_release(hand_t* const hand, const command_t* const command, const double elapsed_s)
 {
     go_towards(hand, (plane_t){hand->from.x, hand->scene.hook_m[1] - CLEARANCE_M},
                elapsed_s / command->argument[0]);
     hand->pulling = hand->pulling && (elapsed_s < command->argument[0]);
 }
 
-static void play_home(hand_t* hand, const command_t* command, double elapsed_s)
+static void play_home(hand_t* const hand, const command_t* const command, const double elapsed_s)
 {
     go_towards(hand, hand->home, elapsed_s / command->argument[0]);
 }
 
-static void begin_grip(hand_t* hand, const command_t* command)
+static void begin_grip(hand_t* const hand, const command_t* const command)
 {
     hand->parameters.grip_stiffness_nm_rad = command->argument[0];
     hand->parameters.grip_damping_nms_rad  = command->argument[1];
@@ -226,7 +226,7 @@ static const verb_t verbs[] = {
 
 // ---- Script ----
 
-static const verb_t* find_verb(const char* name)
+static const verb_t* find_verb(const char* const name)
 {
     for (size_t i = 0U; i < VERB_COUNT; i++) {
         if (strcmp(verbs[i].name, name) == 0) {
@@ -237,8 +237,8 @@ static const verb_t* find_verb(const char* name)
 }
 
 /// Targets out of reach are reported when the script is read, not during the flight.
-static status_t check_reach(const hand_t* hand, const scenario_line_t* line, const command_t* command,
-                            char error[SCENARIO_ERROR_MAX])
+static status_t check_reach(const hand_t* const hand, const scenario_line_t* const line,
+                            const command_t* const command, char error[SCENARIO_ERROR_MAX])
 {
     plane_t target = {command->argument[0], command->argument[1]};
     if (command->verb->play == play_follow) {
@@ -253,7 +253,8 @@ static status_t check_reach(const hand_t* hand, const scenario_line_t* line, con
                : scenario_error(line, line->word[1], "a target within reach of the arm", error);
 }
 
-static status_t take_line(void* context, const scenario_line_t* line, char error[SCENARIO_ERROR_MAX])
+static status_t take_line(void* const context, const scenario_line_t* const line,
+                          char error[SCENARIO_ERROR_MAX])
 {
     hand_t* const hand       = context;
     const verb_t* const verb = find_verb(line->word[0]);
@@ -282,8 +283,8 @@ static status_t take_line(void* context, const scenario_line_t* line, char error
 
 static void update_intent(hand_t* hand);
 
-status_t hand_load(const hand_parameters_t* parameters, const plant_parameters_t* scene, const char* path,
-                   hand_t** out_hand, char error[SCENARIO_ERROR_MAX])
+status_t hand_load(const hand_parameters_t* const parameters, const plant_parameters_t* const scene,
+                   const char* const path, hand_t** const out_hand, char error[SCENARIO_ERROR_MAX])
 {
     *out_hand    = NULL;
     error[0]     = '\0';
@@ -310,7 +311,7 @@ status_t hand_load(const hand_parameters_t* parameters, const plant_parameters_t
     return STATUS_OK;
 }
 
-void hand_destroy(hand_t* hand)
+void hand_destroy(hand_t* const hand)
 {
     free(hand);
 }
@@ -318,13 +319,13 @@ void hand_destroy(hand_t* hand)
 // ---- Playing ----
 
 /// Move `value` towards `target`, a unit in `unit_s`.
-static double slew(double value, double target, double unit_s, double dt_s)
+static double slew(const double value, const double target, const double unit_s, const double dt_s)
 {
     const double most = dt_s / unit_s;
     return value + fmax(-most, fmin(most, target - value));
 }
 
-static void begin_command(hand_t* hand, const command_t* command)
+static void begin_command(hand_t* const hand, const command_t* const command)
 {
     if (command->verb->begin == begin_grip) {
         begin_grip(hand, command); // Continues its present motion.
@@ -345,7 +346,7 @@ static void begin_command(hand_t* hand, const command_t* command)
 }
 
 /// Joint torques that contour and spring will have at the wanted pose.
-static void update_expected(hand_t* hand, double out_torque_nm[PLANT_JOINTS])
+static void update_expected(hand_t* const hand, double out_torque_nm[PLANT_JOINTS])
 {
     double contact[PLANT_JOINTS];
     double spring[PLANT_JOINTS] = {0.0, 0.0};
@@ -358,7 +359,7 @@ static void update_expected(hand_t* hand, double out_torque_nm[PLANT_JOINTS])
     }
 }
 
-static void update_intent(hand_t* hand)
+static void update_intent(hand_t* const hand)
 {
     const hand_parameters_t* parameters = &hand->parameters;
     hand_intent_t* intent               = &hand->intent;
@@ -381,7 +382,7 @@ static void update_intent(hand_t* hand)
 
 /// Direction in which the finger drags along the contour: known while it slides, kept when it stops, unknown
 /// in the air.
-static double slide_target(const hand_t* hand, double speed_m_s)
+static double slide_target(const hand_t* const hand, const double speed_m_s)
 {
     if (!scene_touching(&hand->scene, hand->tip)) {
         return 0.0;
@@ -389,7 +390,7 @@ static double slide_target(const hand_t* hand, double speed_m_s)
     return (fabs(speed_m_s) < SLIDING_M_S) ? hand->slide : ((speed_m_s > 0.0) ? 1.0 : -1.0);
 }
 
-void hand_step(hand_t* hand, uint64_t time_ns)
+void hand_step(hand_t* const hand, const uint64_t time_ns)
 {
     const double dt_s    = (double)(time_ns - hand->time_ns) * 1.0e-9;
     const plane_t before = hand->tip;
@@ -415,7 +416,7 @@ void hand_step(hand_t* hand, uint64_t time_ns)
     update_intent(hand);
 }
 
-void hand_torque(const hand_t* hand, const double stick_position_rad[PLANT_AXES],
+void hand_torque(const hand_t* const hand, const double stick_position_rad[PLANT_AXES],
                  const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES])
 {
     const hand_parameters_t* parameters = &hand->parameters;
@@ -426,14 +427,14 @@ void hand_torque(const hand_t* hand, const double stick_position_rad[PLANT_AXES]
     }
 }
 
-void hand_act(void* context, unsigned substep, const double stick_position_rad[PLANT_AXES],
+void hand_act(void* const context, const unsigned substep, const double stick_position_rad[PLANT_AXES],
               const double stick_velocity_rad_s[PLANT_AXES], double out_torque_nm[PLANT_AXES])
 {
     (void)substep;
     hand_torque(context, stick_position_rad, stick_velocity_rad_s, out_torque_nm);
 }
 
-const hand_intent_t* hand_intent(const hand_t* hand)
+const hand_intent_t* hand_intent(const hand_t* const hand)
 {
     return &hand->intent;
 }

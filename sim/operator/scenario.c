@@ -14,16 +14,17 @@
 static const char* const actors[] = {"hand", "fault", "operator"};
 #define ACTOR_COUNT (sizeof(actors) / sizeof(actors[0]))
 
-status_t scenario_error(const scenario_line_t* line, const char* found, const char* expected,
-                        char error[SCENARIO_ERROR_MAX])
+status_t scenario_error(const scenario_line_t* const line, const char* const found,
+                        const char* const expected, char error[SCENARIO_ERROR_MAX])
 {
     (void)snprintf(error, SCENARIO_ERROR_MAX, "%s:%u: found '%.60s', expected %.120s", line->path, line->line,
                    found, expected);
     return STATUS_INVALID;
 }
 
-status_t scenario_number(const scenario_line_t* line, size_t index, const char* name, double low, double high,
-                         double* out_value, char error[SCENARIO_ERROR_MAX])
+status_t scenario_number(const scenario_line_t* const line, const size_t index, const char* const name,
+                         const double low, const double high, double* const out_value,
+                         char error[SCENARIO_ERROR_MAX])
 {
     char expected[128];
     (void)snprintf(expected, sizeof(expected), "%s from %g to %g", name, low, high);
@@ -41,7 +42,7 @@ status_t scenario_number(const scenario_line_t* line, size_t index, const char* 
     return STATUS_OK;
 }
 
-status_t scenario_arguments(const scenario_line_t* line, size_t count, const char* usage,
+status_t scenario_arguments(const scenario_line_t* const line, const size_t count, const char* const usage,
                             char error[SCENARIO_ERROR_MAX])
 {
     if (line->word_count < count + 1U) {
@@ -53,7 +54,7 @@ status_t scenario_arguments(const scenario_line_t* line, size_t count, const cha
     return STATUS_OK;
 }
 
-static bool is_actor(const char* word)
+static bool is_actor(const char* const word)
 {
     for (size_t i = 0U; i < ACTOR_COUNT; i++) {
         if (strcmp(word, actors[i]) == 0) {
@@ -65,7 +66,7 @@ static bool is_actor(const char* word)
 
 /// Cut line->text into words, comment removed; time and actor go into out_head, the rest into line->word.
 /// Returns the number of words in all, SCENARIO_WORDS_MAX + 3 at most.
-static size_t split(scenario_line_t* line, const char* out_head[2])
+static size_t split(scenario_line_t* const line, const char* out_head[2])
 {
     char* const comment = strchr(line->text, '#');
     if (comment != NULL) {
@@ -88,7 +89,7 @@ static size_t split(scenario_line_t* line, const char* out_head[2])
 }
 
 /// Meaning of a line: *out_mine is true if it belongs to `actor`.
-static status_t parse(scenario_line_t* line, const char* actor, bool* out_mine,
+static status_t parse(scenario_line_t* const line, const char* const actor, bool* const out_mine,
                       char error[SCENARIO_ERROR_MAX])
 {
     const char* head[2] = {NULL, NULL};
@@ -122,8 +123,8 @@ static status_t parse(scenario_line_t* line, const char* actor, bool* out_mine,
     return STATUS_OK;
 }
 
-static status_t read_lines(FILE* file, scenario_line_t* line, const char* actor, scenario_taker_t take,
-                           void* context, char error[SCENARIO_ERROR_MAX])
+static status_t read_lines(FILE* const file, scenario_line_t* const line, const char* const actor,
+                           const scenario_taker_t take, void* const context, char error[SCENARIO_ERROR_MAX])
 {
     uint64_t latest_ns = 0U;
     while (fgets(line->text, (int)sizeof(line->text), file) != NULL) {
@@ -147,8 +148,8 @@ static status_t read_lines(FILE* file, scenario_line_t* line, const char* actor,
     return (ferror(file) == 0) ? STATUS_OK : scenario_error(line, strerror(errno), "a readable file", error);
 }
 
-status_t scenario_read(const char* path, const char* actor, scenario_taker_t take, void* context,
-                       char error[SCENARIO_ERROR_MAX])
+status_t scenario_read(const char* const path, const char* const actor, const scenario_taker_t take,
+                       void* const context, char error[SCENARIO_ERROR_MAX])
 {
     error[0]   = '\0';
     FILE* file = fopen(path, "r");

@@ -14,7 +14,7 @@ typedef struct {
 
 #define SHAPES 2U
 
-bool scene_reachable(const plant_parameters_t* scene, plane_t tip)
+bool scene_reachable(const plant_parameters_t* const scene, const plane_t tip)
 {
     const double upper    = scene->link_length_m[0];
     const double lower    = scene->link_length_m[1];
@@ -22,7 +22,7 @@ bool scene_reachable(const plant_parameters_t* scene, plane_t tip)
     return (distance >= fabs(upper - lower) + REACH_MARGIN_M) && (distance <= upper + lower - REACH_MARGIN_M);
 }
 
-plane_t scene_tip(const plant_parameters_t* scene, const double joint_rad[PLANT_JOINTS])
+plane_t scene_tip(const plant_parameters_t* const scene, const double joint_rad[PLANT_JOINTS])
 {
     const double sum = joint_rad[0] + joint_rad[1];
     return (plane_t){
@@ -31,7 +31,8 @@ plane_t scene_tip(const plant_parameters_t* scene, const double joint_rad[PLANT_
     };
 }
 
-void scene_joints(const plant_parameters_t* scene, plane_t tip, double out_joint_rad[PLANT_JOINTS])
+void scene_joints(const plant_parameters_t* const scene, const plane_t tip,
+                  double out_joint_rad[PLANT_JOINTS])
 {
     const double upper  = scene->link_length_m[0];
     const double lower  = scene->link_length_m[1];
@@ -41,7 +42,7 @@ void scene_joints(const plant_parameters_t* scene, plane_t tip, double out_joint
     out_joint_rad[0]    = atan2(tip.z, tip.x) - atan2(lower * sin(out_joint_rad[1]), upper + lower * cosine);
 }
 
-static void touches(const plant_parameters_t* scene, plane_t tip, touch_t out_touch[SHAPES])
+static void touches(const plant_parameters_t* const scene, const plane_t tip, touch_t out_touch[SHAPES])
 {
     const double reach   = scene->bump_radius_m + scene->tip_radius_m;
     const plane_t offset = {
@@ -55,7 +56,7 @@ static void touches(const plant_parameters_t* scene, plane_t tip, touch_t out_to
         (touch_t){.normal = {offset.x / distance, offset.z / distance}, .depth_m = reach - distance};
 }
 
-static double press_force(const plant_parameters_t* scene, plane_t tip)
+static double press_force(const plant_parameters_t* const scene, const plane_t tip)
 {
     touch_t touch[SHAPES];
     plane_t force = {0.0, 0.0};
@@ -68,12 +69,12 @@ static double press_force(const plant_parameters_t* scene, plane_t tip)
     return sqrt(force.x * force.x + force.z * force.z);
 }
 
-bool scene_touching(const plant_parameters_t* scene, plane_t tip)
+bool scene_touching(const plant_parameters_t* const scene, const plane_t tip)
 {
     return press_force(scene, tip) > 0.0;
 }
 
-double scene_press_height(const plant_parameters_t* scene, double x_m, double force_n)
+double scene_press_height(const plant_parameters_t* const scene, const double x_m, const double force_n)
 {
     // The force falls with height, so halve between "surely deeper" and "surely free".
     const double depth = force_n / scene->contour_stiffness_n_m;
@@ -91,8 +92,8 @@ double scene_press_height(const plant_parameters_t* scene, double x_m, double fo
 }
 
 /// Torques about both joints of a force at a point, for the arm whose tip is at `tip`.
-static void add_torque(const plant_parameters_t* scene, plane_t tip, plane_t point, plane_t force,
-                       double torque_nm[PLANT_JOINTS])
+static void add_torque(const plant_parameters_t* const scene, const plane_t tip, const plane_t point,
+                       const plane_t force, double torque_nm[PLANT_JOINTS])
 {
     double joint_rad[PLANT_JOINTS];
     scene_joints(scene, tip, joint_rad);
@@ -102,7 +103,7 @@ static void add_torque(const plant_parameters_t* scene, plane_t tip, plane_t poi
     torque_nm[1] += (point.x - elbow.x) * force.z - (point.z - elbow.z) * force.x;
 }
 
-void scene_contact_torque(const plant_parameters_t* scene, plane_t tip, double slide,
+void scene_contact_torque(const plant_parameters_t* const scene, const plane_t tip, const double slide,
                           double out_torque_nm[PLANT_JOINTS])
 {
     touch_t touch[SHAPES];
@@ -123,7 +124,8 @@ void scene_contact_torque(const plant_parameters_t* scene, plane_t tip, double s
     }
 }
 
-void scene_spring_torque(const plant_parameters_t* scene, plane_t tip, double out_torque_nm[PLANT_JOINTS])
+void scene_spring_torque(const plant_parameters_t* const scene, const plane_t tip,
+                         double out_torque_nm[PLANT_JOINTS])
 {
     const plane_t along  = {tip.x - scene->hook_m[0], tip.z - (scene->hook_m[1] - scene->cable_m)};
     const double length  = sqrt(along.x * along.x + along.z * along.z);

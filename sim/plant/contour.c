@@ -4,7 +4,7 @@
 #define FLAT_DEPTH_M 0.10 ///< Thickness of the flat part; the finger never sees its underside.
 #define WIDTH_M 0.20      ///< Across the plane; the finger stays in the middle.
 
-bool contour_create(plant_t* plant)
+bool contour_create(plant_t* const plant)
 {
     const plant_parameters_t* parameters = &plant->parameters;
     contour_t* contour                   = &plant->contour;
@@ -29,7 +29,7 @@ bool contour_create(plant_t* plant)
     return true;
 }
 
-void contour_destroy(plant_t* plant)
+void contour_destroy(plant_t* const plant)
 {
     contour_t* contour = &plant->contour;
     if (contour->joints != NULL) {
@@ -47,7 +47,7 @@ void contour_destroy(plant_t* plant)
 
 /// One contact joint between finger and contour. A soft constraint with these two numbers is exactly a spring
 /// and damper integrated implicitly.
-static void add_contact(plant_t* plant, const dContactGeom* geometry, double dt_s)
+static void add_contact(plant_t* const plant, const dContactGeom* const geometry, const double dt_s)
 {
     const plant_parameters_t* parameters = &plant->parameters;
     contour_t* contour                   = &plant->contour;
@@ -75,7 +75,7 @@ static void add_contact(plant_t* plant, const dContactGeom* geometry, double dt_
     contour->count++;
 }
 
-void contour_touch(plant_t* plant, double dt_s)
+void contour_touch(plant_t* const plant, const double dt_s)
 {
     const plant_parameters_t* parameters = &plant->parameters;
     contour_t* contour                   = &plant->contour;
@@ -96,7 +96,7 @@ void contour_touch(plant_t* plant, double dt_s)
     }
 }
 
-unsigned contour_loads(plant_t* plant, plant_load_t out_load[CONTOUR_POINTS])
+unsigned contour_loads(plant_t* const plant, plant_load_t out_load[CONTOUR_POINTS])
 {
     contour_t* contour = &plant->contour;
     for (unsigned i = 0U; i < contour->count; i++) {

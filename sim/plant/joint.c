@@ -4,7 +4,8 @@
 #include <math.h>
 
 /// Torque that tries to stop a rotor at this speed: Coulomb with the Stribeck rise, and the brake.
-static double dry_friction(const plant_parameters_t* parameters, double velocity_rad_s, bool brake)
+static double dry_friction(const plant_parameters_t* const parameters, const double velocity_rad_s,
+                           const bool brake)
 {
     const double ratio  = velocity_rad_s / parameters->stribeck_rad_s;
     const double excess = (parameters->stiction_nm - parameters->coulomb_nm) / (1.0 + ratio * ratio);
@@ -12,7 +13,8 @@ static double dry_friction(const plant_parameters_t* parameters, double velocity
 }
 
 /// Torque of a one-sided spring and damper at +-range around a centre; zero inside.
-static double end_stop(double offset, double velocity, double range, double stiffness, double damping)
+static double end_stop(const double offset, const double velocity, const double range, const double stiffness,
+                       const double damping)
 {
     const double beyond = fabs(offset) - range;
     if (beyond <= 0.0) {
@@ -23,8 +25,9 @@ static double end_stop(double offset, double velocity, double range, double stif
     return (push > 0.0) ? -side * push : 0.0;
 }
 
-double joint_rotor_step(const plant_parameters_t* parameters, plant_rotor_t* rotor, double home_rad,
-                        bool brake, double torque_nm, double gear_torque_nm, double h_s)
+double joint_rotor_step(const plant_parameters_t* const parameters, plant_rotor_t* const rotor,
+                        const double home_rad, const bool brake, const double torque_nm,
+                        const double gear_torque_nm, const double h_s)
 {
     const double inertia = parameters->rotor_inertia_kgm2;
     const double viscous = parameters->viscous_nms_rad * rotor->velocity_rad_s;
@@ -42,8 +45,8 @@ double joint_rotor_step(const plant_parameters_t* parameters, plant_rotor_t* rot
     return (free - next) * inertia / h_s + viscous;
 }
 
-void stick_step(const plant_parameters_t* parameters, double torque_nm, double h_s, double* position_rad,
-                double* velocity_rad_s)
+void stick_step(const plant_parameters_t* const parameters, const double torque_nm, const double h_s,
+                double* const position_rad, double* const velocity_rad_s)
 {
     const double stop = end_stop(*position_rad, *velocity_rad_s, parameters->stick_range_rad,
                                  parameters->stick_stop_nm_rad, parameters->stick_stop_nms_rad);

@@ -3,14 +3,15 @@
 
 #include "sim/plant/world.h"
 
-void motor_bench_init(motor_bench_t* bench, const plant_parameters_t* parameters, double contact_rad,
-                      double stiffness_nm_rad)
+void motor_bench_init(motor_bench_t* const bench, const plant_parameters_t* const parameters,
+                      const double contact_rad, const double stiffness_nm_rad)
 {
     *bench = (motor_bench_t){
         .parameters = parameters, .contact_rad = contact_rad, .stiffness_nm_rad = stiffness_nm_rad};
 }
 
-void motor_bench_step(motor_bench_t* bench, bool brake, double motor_torque_nm, double h_s)
+void motor_bench_step(motor_bench_t* const bench, const bool brake, const double motor_torque_nm,
+                      const double h_s)
 {
     const double beyond     = bench->rotor.position_rad - bench->contact_rad;
     bench->output_torque_nm = (beyond > 0.0) ? bench->stiffness_nm_rad * beyond : 0.0;

@@ -25,7 +25,8 @@ static unsigned open_plants; // ODE is initialised while any plant exists.
 // ---- Creation ----
 
 /// A link: x of its body frame points from joint to joint, the hinge axis is -y so that angles raise the tip.
-static dBodyID create_link(plant_t* plant, unsigned index, const double start_m[2], double angle_rad)
+static dBodyID create_link(plant_t* const plant, const unsigned index, const double start_m[2],
+                           const double angle_rad)
 {
     const plant_parameters_t* parameters = &plant->parameters;
     const double com                     = parameters->link_com_m[index];
@@ -44,7 +45,8 @@ static dBodyID create_link(plant_t* plant, unsigned index, const double start_m[
     return body;
 }
 
-static dJointID create_hinge(plant_t* plant, dBodyID child, dBodyID parent, const double anchor_m[2])
+static dJointID create_hinge(plant_t* const plant, const dBodyID child, const dBodyID parent,
+                             const double anchor_m[2])
 {
     const dJointID hinge = dJointCreateHinge(plant->world, NULL);
     dJointAttach(hinge, child, parent);
@@ -53,7 +55,7 @@ static dJointID create_hinge(plant_t* plant, dBodyID child, dBodyID parent, cons
     return hinge;
 }
 
-static void create_base(plant_t* plant)
+static void create_base(plant_t* const plant)
 {
     const plant_parameters_t* parameters = &plant->parameters;
     const double inertia                 = parameters->base_inertia_kgm2;
@@ -67,7 +69,7 @@ static void create_base(plant_t* plant)
 }
 
 /// Let a body take part in the initial motion of the whole assembly.
-static void set_in_motion(const plant_options_t* options, dBodyID body)
+static void set_in_motion(const plant_options_t* const options, const dBodyID body)
 {
     const dReal* r      = dBodyGetPosition(body);
     const double* rate  = options->base_rate_rad_s;
@@ -78,7 +80,7 @@ static void set_in_motion(const plant_options_t* options, dBodyID body)
 }
 
 /// Bodies and joints in a fixed order: ODE's results depend on it.
-static void create_robot(plant_t* plant)
+static void create_robot(plant_t* const plant)
 {
     const plant_parameters_t* parameters = &plant->parameters;
     const double first                   = parameters->home_rad[0];
@@ -101,7 +103,7 @@ static void create_robot(plant_t* plant)
     }
 }
 
-static void create_world(plant_t* plant)
+static void create_world(plant_t* const plant)
 {
     plant->world = dWorldCreate();
     dWorldSetGravity(plant->world, 0.0, 0.0, plant->options.gravity ? -plant->parameters.gravity_m_s2 : 0.0);
@@ -113,7 +115,7 @@ static void create_world(plant_t* plant)
 
 static void read_links(plant_t* plant);
 
-plant_t* plant_create(const plant_parameters_t* parameters, const plant_options_t* options)
+plant_t* plant_create(const plant_parameters_t* const parameters, const plant_options_t* const options)
 {
     plant_t* plant = calloc(1U, sizeof(*plant));
     if (plant == NULL) {
@@ -142,7 +144,7 @@ plant_t* plant_create(const plant_parameters_t* parameters, const plant_options_
     return plant;
 }
 
-void plant_destroy(plant_t* plant)
+void plant_destroy(plant_t* const plant)
 {
     if (plant == NULL) {
         return;
@@ -159,7 +161,7 @@ void plant_destroy(plant_t* plant)
 // ---- One step ----
 
 /// Joint angles and tip from ODE into the truth; angles keep counting beyond half a turn.
-static void read_links(plant_t* plant)
+static void read_links(plant_t* const plant)
 {
     for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
         const double angle        = dJointGetHingeAngle(plant->hinge[i]);
@@ -178,7 +180,8 @@ static void read_links(plant_t* plant)
 }
 
 /// Rotors through one step of dt_s; the gear sees the link moving on at its present speed.
-static void step_rotors(plant_t* plant, const plant_input_t* input, unsigned substep, double h_s)
+static void step_rotors(plant_t* const plant, const plant_input_t* const input, const unsigned substep,
+                        const double h_s)
 {
     const plant_parameters_t* parameters = &plant->parameters;
     plant_truth_t* truth                 = &plant->truth;
@@ -201,7 +204,8 @@ static void step_rotors(plant_t* plant, const plant_input_t* input, unsigned sub
     }
 }
 
-static void step_stick(plant_t* plant, const plant_input_t* input, unsigned substep, double h_s)
+static void step_stick(plant_t* const plant, const plant_input_t* const input, const unsigned substep,
+                       const double h_s)
 {
     plant_truth_t* truth    = &plant->truth;
     double hand[PLANT_AXES] = {0.0};
@@ -219,7 +223,8 @@ static void step_stick(plant_t* plant, const plant_input_t* input, unsigned subs
 
 /// What a rotor of angular momentum J_m N w does to the parent link that carries it: it is spun up against
 /// the parent, and it is turned with it.
-static void rotor_reaction(plant_t* plant, unsigned joint, double before_rad_s, double dt_s)
+static void rotor_reaction(plant_t* const plant, const unsigned joint, const double before_rad_s,
+                           const double dt_s)
 {
     const dBodyID parent = (joint == 0U) ? plant->base : plant->link[joint - 1U];
     if (parent == NULL) {
@@ -238,7 +243,7 @@ static void rotor_reaction(plant_t* plant, unsigned joint, double before_rad_s, 
 }
 
 /// Everything outside of ODE: rotors, joystick; then the gear torques onto the links.
-static void step_mechanisms(plant_t* plant, const plant_input_t* input, double dt_s)
+static void step_mechanisms(plant_t* const plant, const plant_input_t* const input, const double dt_s)
 {
     plant_truth_t* truth = &plant->truth;
     double before[PLANT_JOINTS];
@@ -264,7 +269,8 @@ static void step_mechanisms(plant_t* plant, const plant_input_t* input, double d
 }
 
 /// Torque about each joint of a load on the finger, at the pose of `elbow_m`.
-static void add_external_torque(plant_truth_t* truth, const dVector3 elbow_m, const plant_load_t* load)
+static void add_external_torque(plant_truth_t* const truth, const dVector3 elbow_m,
+                                const plant_load_t* const load)
 {
     const double* point = load->point_m;
     const double* force = load->force_n;
@@ -273,7 +279,7 @@ static void add_external_torque(plant_truth_t* truth, const dVector3 elbow_m, co
 }
 
 /// Contact loads of the step just made into the truth; the point is their centre, weighted by force.
-static void read_contact(plant_t* plant, const dVector3 elbow_m)
+static void read_contact(plant_t* const plant, const dVector3 elbow_m)
 {
     plant_truth_t* truth = &plant->truth;
     plant_load_t load[CONTOUR_POINTS];
@@ -298,7 +304,7 @@ static void read_contact(plant_t* plant, const dVector3 elbow_m)
     }
 }
 
-static NOT_INLINE void step_world(plant_t* plant, const plant_input_t* input, double dt_s)
+static NOT_INLINE void step_world(plant_t* const plant, const plant_input_t* const input, const double dt_s)
 {
     plant_truth_t* truth = &plant->truth;
     step_mechanisms(plant, input, dt_s);
@@ -326,7 +332,7 @@ static NOT_INLINE void step_world(plant_t* plant, const plant_input_t* input, do
     read_links(plant);
 }
 
-void plant_step(plant_t* plant, const plant_input_t* input, uint64_t dt_ns)
+void plant_step(plant_t* const plant, const plant_input_t* const input, const uint64_t dt_ns)
 {
     // Out of the arm's plane ODE's velocities decay into denormals, which cost eight times the step. Machines
     // without this switch compute the same, only slower.
@@ -344,7 +350,7 @@ void plant_step(plant_t* plant, const plant_input_t* input, uint64_t dt_ns)
 
 // ---- Looking at it ----
 
-const plant_truth_t* plant_truth(const plant_t* plant)
+const plant_truth_t* plant_truth(const plant_t* const plant)
 {
     return &plant->truth;
 }
@@ -356,7 +362,7 @@ static void cross(const double a[3], const double b[3], double out[3])
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-static void add_body_momentum(dBodyID body, double linear[3], double angular[3])
+static void add_body_momentum(const dBodyID body, double linear[3], double angular[3])
 {
     dMass mass;
     dBodyGetMass(body, &mass);
@@ -379,7 +385,7 @@ static void add_body_momentum(dBodyID body, double linear[3], double angular[3])
     }
 }
 
-void plant_momentum(const plant_t* plant, double out_linear[3], double out_angular[3])
+void plant_momentum(const plant_t* const plant, double out_linear[3], double out_angular[3])
 {
     memset(out_linear, 0, 3U * sizeof(double));
     memset(out_angular, 0, 3U * sizeof(double));
@@ -399,7 +405,7 @@ void plant_momentum(const plant_t* plant, double out_linear[3], double out_angul
 }
 
 /// FNV-1a over the octets of `count` numbers.
-static uint64_t hash_numbers(uint64_t hash, const double* number, unsigned count)
+static uint64_t hash_numbers(uint64_t hash, const double* const number, const unsigned count)
 {
     unsigned char octet[sizeof(double)];
     for (unsigned i = 0U; i < count; i++) {
@@ -411,7 +417,7 @@ static uint64_t hash_numbers(uint64_t hash, const double* number, unsigned count
     return hash;
 }
 
-static uint64_t hash_body(uint64_t hash, dBodyID body)
+static uint64_t hash_body(uint64_t hash, const dBodyID body)
 {
     hash = hash_numbers(hash, dBodyGetPosition(body), 3U);
     hash = hash_numbers(hash, dBodyGetQuaternion(body), 4U);
@@ -419,7 +425,7 @@ static uint64_t hash_body(uint64_t hash, dBodyID body)
     return hash_numbers(hash, dBodyGetAngularVel(body), 3U);
 }
 
-uint64_t plant_hash(const plant_t* plant)
+uint64_t plant_hash(const plant_t* const plant)
 {
     const plant_truth_t* truth = &plant->truth;
     const double flag[]        = {plant->spring.hooked ? 1.0 : 0.0, plant->spring.below ? 1.0 : 0.0};

@@ -15,12 +15,12 @@ static uint64_t mix(uint64_t value)
     return value ^ (value >> 31U);
 }
 
-static uint64_t key(uint64_t seed, uint32_t device, uint64_t step, uint64_t stream)
+static uint64_t key(const uint64_t seed, const uint32_t device, const uint64_t step, const uint64_t stream)
 {
     return mix(mix(mix(seed + 0x9E3779B97F4A7C15U) ^ (stream << 20U) ^ device) ^ step);
 }
 
-double sensor_noise(uint64_t seed, uint32_t device, uint64_t step)
+double sensor_noise(const uint64_t seed, const uint32_t device, const uint64_t step)
 {
     // Twelve uniforms of variance 1/12 in [0, 1), three from each word of 63 bits; their sum is exact.
     const uint64_t base = key(seed, device, step, STREAM_NOISE);
@@ -32,13 +32,13 @@ double sensor_noise(uint64_t seed, uint32_t device, uint64_t step)
     return (double)sum / 2097152.0 - 6.0;
 }
 
-double sensor_uniform(uint64_t seed, uint32_t device, uint64_t step)
+double sensor_uniform(const uint64_t seed, const uint32_t device, const uint64_t step)
 {
     return (double)(key(seed, device, step, STREAM_UNIFORM) >> 11U) / 4503599627370496.0 - 1.0;
 }
 
-void torque_sensor_init(torque_sensor_t* sensor, const torque_sensor_parameters_t* parameters, uint64_t seed,
-                        uint32_t device)
+void torque_sensor_init(torque_sensor_t* const sensor, const torque_sensor_parameters_t* const parameters,
+                        const uint64_t seed, const uint32_t device)
 {
     sensor->parameters = *parameters;
     sensor->seed       = seed;
@@ -47,7 +47,8 @@ void torque_sensor_init(torque_sensor_t* sensor, const torque_sensor_parameters_
     sensor->drift_nm_s = parameters->drift_max_nm_s * sensor_uniform(seed, device, 1U);
 }
 
-double torque_sensor_read(const torque_sensor_t* sensor, uint64_t step, uint64_t time_ns, double torque_nm)
+double torque_sensor_read(const torque_sensor_t* const sensor, const uint64_t step, const uint64_t time_ns,
+                          const double torque_nm)
 {
     const torque_sensor_parameters_t* parameters = &sensor->parameters;
     const double noise   = parameters->noise_rms_nm * sensor_noise(sensor->seed, sensor->device, step);
@@ -56,13 +57,13 @@ double torque_sensor_read(const torque_sensor_t* sensor, uint64_t step, uint64_t
     return fmax(-parameters->range_nm, fmin(parameters->range_nm, reading));
 }
 
-int64_t encoder_count(const encoder_parameters_t* parameters, double position_rad)
+int64_t encoder_count(const encoder_parameters_t* const parameters, const double position_rad)
 {
     const double turns = position_rad * parameters->gear_ratio / (2.0 * PI);
     return (int64_t)floor(turns * (double)parameters->counts_per_turn);
 }
 
-double encoder_read(const encoder_parameters_t* parameters, double position_rad)
+double encoder_read(const encoder_parameters_t* const parameters, const double position_rad)
 {
     const double quantum = 2.0 * PI / ((double)parameters->counts_per_turn * parameters->gear_ratio);
     return (double)encoder_count(parameters, position_rad) * quantum;

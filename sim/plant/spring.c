@@ -5,7 +5,7 @@
 
 /// Pull of a cable stretched by `stretch_m`: slack pulls nothing, the preload builds up over its first
 /// travel.
-static double cable_pull(const plant_parameters_t* parameters, double stretch_m)
+static double cable_pull(const plant_parameters_t* const parameters, const double stretch_m)
 {
     if (stretch_m <= 0.0) {
         return 0.0;
@@ -15,7 +15,7 @@ static double cable_pull(const plant_parameters_t* parameters, double stretch_m)
     return share * parameters->spring_preload_n + parameters->spring_stiffness_n_m * stretch_m;
 }
 
-void spring_force(const plant_parameters_t* parameters, spring_t* spring, const double tip_m[3],
+void spring_force(const plant_parameters_t* const parameters, spring_t* const spring, const double tip_m[3],
                   double out_force_n[3])
 {
     const double anchor_x = parameters->hook_m[0];

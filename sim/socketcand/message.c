@@ -10,7 +10,7 @@
 #define NS_PER_US 1000U
 #define STANDARD_DIGITS 3U // More digits mean a 29-bit identifier.
 
-size_t socketcand_message(const osal_can_frame_t* frame, char* text)
+size_t socketcand_message(const osal_can_frame_t* const frame, char* const text)
 {
     const unsigned long long seconds      = frame->time_ns / NS_PER_S;
     const unsigned long long microseconds = (frame->time_ns % NS_PER_S) / NS_PER_US;
@@ -34,7 +34,8 @@ size_t socketcand_message(const osal_can_frame_t* frame, char* text)
 }
 
 /// Next blank-separated hexadecimal word. Returns false if there is none or it is no number up to `limit`.
-static bool next_number(const char** text, unsigned long limit, unsigned long* out_value, size_t* out_digits)
+static bool next_number(const char** const text, const unsigned long limit, unsigned long* const out_value,
+                        size_t* const out_digits)
 {
     while (**text == ' ') {
         (*text)++;

@@ -53,8 +53,8 @@ struct socketcand {
     client_t client[SOCKETCAND_CLIENTS_MAX];
 };
 
-status_t socketcand_open(uint16_t port, const socketcand_bus_t* buses, size_t bus_count,
-                         socketcand_t** out_server)
+status_t socketcand_open(const uint16_t port, const socketcand_bus_t* const buses, const size_t bus_count,
+                         socketcand_t** const out_server)
 {
     *out_server          = NULL;
     socketcand_t* server = calloc(1U, sizeof *server);
@@ -81,22 +81,22 @@ status_t socketcand_open(uint16_t port, const socketcand_bus_t* buses, size_t bu
     return STATUS_OK;
 }
 
-uint16_t socketcand_port(const socketcand_t* server)
+uint16_t socketcand_port(const socketcand_t* const server)
 {
     return server->port;
 }
 
-unsigned socketcand_clients(const socketcand_t* server)
+unsigned socketcand_clients(const socketcand_t* const server)
 {
     return server->client_count;
 }
 
-uint64_t socketcand_dropped(const socketcand_t* server)
+uint64_t socketcand_dropped(const socketcand_t* const server)
 {
     return server->dropped;
 }
 
-static void drop_client(client_t* client)
+static void drop_client(client_t* const client)
 {
     if (client->node != NO_NODE) {
         bus_remove_node(client->bus, client->node);
@@ -106,7 +106,7 @@ static void drop_client(client_t* client)
     client->server->client_count--;
 }
 
-static void queue_text(client_t* client, const char* text, size_t size)
+static void queue_text(client_t* const client, const char* const text, const size_t size)
 {
     if ((client->output_size + size) > OUTPUT_OCTETS) {
         client->server->dropped++;
@@ -116,20 +116,20 @@ static void queue_text(client_t* client, const char* text, size_t size)
     client->output_size += size;
 }
 
-static void reply(client_t* client, const char* text)
+static void reply(client_t* const client, const char* const text)
 {
     queue_text(client, text, strlen(text));
 }
 
 /// Clients compare all they read with the answer to rawmode: a frame directly after it would confuse them.
-static bool may_show(client_t* client)
+static bool may_show(client_t* const client)
 {
     client->has_heard_ok =
         client->has_heard_ok || ((osal_clock_monotonic_ns() - client->raw_ns) > OK_PATIENCE_NS);
     return client->has_heard_ok;
 }
 
-static void on_frame(void* context, const osal_can_frame_t* frame)
+static void on_frame(void* const context, const osal_can_frame_t* const frame)
 {
     client_t* client = context;
     char text[SOCKETCAND_MESSAGE_MAX];
@@ -138,7 +138,7 @@ static void on_frame(void* context, const osal_can_frame_t* frame)
     }
 }
 
-static void open_bus(client_t* client, const char* name)
+static void open_bus(client_t* const client, const char* const name)
 {
     socketcand_t* server            = client->server;
     const bus_callbacks_t callbacks = {.on_frame = on_frame, .on_error = on_frame, .context = client};
@@ -155,7 +155,7 @@ static void open_bus(client_t* client, const char* name)
 }
 
 /// `N` of `< step N >`.
-static void take_step(client_t* client, const char* text)
+static void take_step(client_t* const client, const char* const text)
 {
     char* end                 = NULL;
     const unsigned long every = strtoul(text, &end, 10);
@@ -168,7 +168,7 @@ static void take_step(client_t* client, const char* text)
 }
 
 /// Handle one message, brackets and outer blanks already off.
-static void handle(client_t* client, const char* text)
+static void handle(client_t* const client, const char* const text)
 {
     osal_can_frame_t frame;
     if ((strncmp(text, "open ", 5U) == 0) && (client->node == NO_NODE)) {
@@ -195,7 +195,7 @@ static void handle(client_t* client, const char* text)
 }
 
 /// Read complete messages from the received octets. Octets outside of brackets are skipped.
-static void handle_input(client_t* client)
+static void handle_input(client_t* const client)
 {
     char* rest                        = client->input;
     client->input[client->input_size] = '\0';
@@ -222,7 +222,7 @@ static void handle_input(client_t* client)
     client->input_size = (left < INPUT_OCTETS) ? left : 0U; // Discard: no message is that long.
 }
 
-static void receive_from(client_t* client)
+static void receive_from(client_t* const client)
 {
     // Read while the bus takes frames; the rest waits in the socket, and finally in the client.
     while (client->is_used) {
@@ -247,7 +247,7 @@ static void receive_from(client_t* client)
     }
 }
 
-static void let_in(socketcand_t* server)
+static void let_in(socketcand_t* const server)
 {
     osal_socket_t socket = OSAL_SOCKET_CLOSED;
     osal_address_t peer  = {0};
@@ -272,7 +272,7 @@ static void let_in(socketcand_t* server)
     }
 }
 
-unsigned socketcand_receive(socketcand_t* server)
+unsigned socketcand_receive(socketcand_t* const server)
 {
     server->submitted = 0U;
     if (server->countdown == 0U) {
@@ -288,7 +288,7 @@ unsigned socketcand_receive(socketcand_t* server)
     return server->submitted;
 }
 
-static void send_to(client_t* client)
+static void send_to(client_t* const client)
 {
     size_t sent = 0U;
     if (client->output_size == 0U) {
@@ -304,7 +304,7 @@ static void send_to(client_t* client)
     }
 }
 
-void socketcand_send(socketcand_t* server)
+void socketcand_send(socketcand_t* const server)
 {
     for (unsigned i = 0U; (server->client_count != 0U) && (i < SOCKETCAND_CLIENTS_MAX); i++) {
         if (server->client[i].is_used) {
@@ -314,14 +314,14 @@ void socketcand_send(socketcand_t* server)
 }
 
 /// True when the client has finished the step, or its frames fill its controller: the bus has to run first.
-static bool is_done(const client_t* client)
+static bool is_done(const client_t* const client)
 {
     return !client->is_used || (client->steps_owed == 0U) ||
            ((client->node != NO_NODE) && (bus_queued(client->bus, client->node) > (BUS_QUEUE_FRAMES / 2U)));
 }
 
 /// Returns false if the client was dropped for being late.
-static bool await_client(client_t* client, uint64_t deadline_ns)
+static bool await_client(client_t* const client, const uint64_t deadline_ns)
 {
     while (!is_done(client)) {
         const uint64_t now_ns = osal_clock_monotonic_ns();
@@ -340,7 +340,7 @@ static bool await_client(client_t* client, uint64_t deadline_ns)
     return true;
 }
 
-unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t timeout_ms)
+unsigned socketcand_end_step(socketcand_t* const server, const uint64_t now_ns, const uint32_t timeout_ms)
 {
     unsigned dropped = 0U;
     server->steps++;
@@ -359,7 +359,7 @@ unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t tim
     return dropped;
 }
 
-void socketcand_wait(socketcand_t* server, uint32_t timeout_ms)
+void socketcand_wait(socketcand_t* const server, const uint32_t timeout_ms)
 {
     socketcand_send(server);
     server->countdown     = 0U;
@@ -373,7 +373,7 @@ void socketcand_wait(socketcand_t* server, uint32_t timeout_ms)
     (void)status; // Time is up: poll once more.
 }
 
-void socketcand_close(socketcand_t* server)
+void socketcand_close(socketcand_t* const server)
 {
     if (server == NULL) {
         return;

@@ -32,7 +32,7 @@ typedef struct {
     size_t used;
 } event_t;
 
-static void put(event_t* event, uint64_t value, unsigned octets)
+static void put(event_t* const event, const uint64_t value, const unsigned octets)
 {
     for (unsigned i = octets; i > 0U; i--) {
         event->octet[event->used] = (uint8_t)(value >> (8U * (i - 1U)));
@@ -40,12 +40,12 @@ static void put(event_t* event, uint64_t value, unsigned octets)
     }
 }
 
-static void put_bool(event_t* event, bool value)
+static void put_bool(event_t* const event, const bool value)
 {
     put(event, value ? 1U : 0U, 1U);
 }
 
-static void put_doubles(event_t* event, const double* value, unsigned count)
+static void put_doubles(event_t* const event, const double* const value, const unsigned count)
 {
     for (unsigned i = 0U; i < count; i++) {
         uint64_t bits;
@@ -54,7 +54,7 @@ static void put_doubles(event_t* event, const double* value, unsigned count)
     }
 }
 
-static void put_text(event_t* event, const char* text)
+static void put_text(event_t* const event, const char* const text)
 {
     const size_t length = (strlen(text) < TEXT_MAX) ? strlen(text) : TEXT_MAX;
     put(event, length + 1U, 4U);
@@ -63,14 +63,15 @@ static void put_text(event_t* event, const char* text)
     put(event, 0U, 1U);
 }
 
-static void begin(event_t* event, uint64_t fingerprint, uint64_t time_ns)
+static void begin(event_t* const event, const uint64_t fingerprint, const uint64_t time_ns)
 {
     event->used = 0U;
     put(event, fingerprint, 8U);
     put(event, time_ns, 8U);
 }
 
-static status_t write_event(truth_t* truth, const char* channel, uint64_t time_ns, event_t* event)
+static status_t write_event(truth_t* const truth, const char* const channel, const uint64_t time_ns,
+                            event_t* const event)
 {
     if (truth->failed) {
         return STATUS_IO;
@@ -89,7 +90,7 @@ static status_t write_event(truth_t* truth, const char* channel, uint64_t time_n
     return truth->failed ? STATUS_IO : STATUS_OK;
 }
 
-status_t truth_open(const char* path, truth_t** out_truth)
+status_t truth_open(const char* const path, truth_t** const out_truth)
 {
     *out_truth     = NULL;
     truth_t* truth = calloc(1U, sizeof(*truth));
@@ -108,7 +109,7 @@ status_t truth_open(const char* path, truth_t** out_truth)
     return STATUS_OK;
 }
 
-status_t truth_close(truth_t* truth)
+status_t truth_close(truth_t* const truth)
 {
     if (truth == NULL) {
         return STATUS_OK;
@@ -119,7 +120,7 @@ status_t truth_close(truth_t* truth)
     return failed ? STATUS_IO : STATUS_OK;
 }
 
-status_t truth_joints(truth_t* truth, uint64_t time_ns, const truth_joints_t* joints)
+status_t truth_joints(truth_t* const truth, const uint64_t time_ns, const truth_joints_t* const joints)
 {
     event_t event;
     begin(&event, JOINTS_FINGERPRINT, time_ns);
@@ -134,7 +135,7 @@ status_t truth_joints(truth_t* truth, uint64_t time_ns, const truth_joints_t* jo
     return write_event(truth, "JOINTS", time_ns, &event);
 }
 
-status_t truth_stick(truth_t* truth, uint64_t time_ns, const truth_stick_t* stick)
+status_t truth_stick(truth_t* const truth, const uint64_t time_ns, const truth_stick_t* const stick)
 {
     event_t event;
     begin(&event, STICK_FINGERPRINT, time_ns);
@@ -145,7 +146,7 @@ status_t truth_stick(truth_t* truth, uint64_t time_ns, const truth_stick_t* stic
     return write_event(truth, "STICK", time_ns, &event);
 }
 
-status_t truth_contact(truth_t* truth, uint64_t time_ns, const truth_contact_t* contact)
+status_t truth_contact(truth_t* const truth, const uint64_t time_ns, const truth_contact_t* const contact)
 {
     event_t event;
     begin(&event, CONTACT_FINGERPRINT, time_ns);
@@ -159,7 +160,7 @@ status_t truth_contact(truth_t* truth, uint64_t time_ns, const truth_contact_t* 
     return write_event(truth, "CONTACT", time_ns, &event);
 }
 
-status_t truth_operator(truth_t* truth, uint64_t time_ns, const truth_operator_t* operator_)
+status_t truth_operator(truth_t* const truth, const uint64_t time_ns, const truth_operator_t* const operator_)
 {
     event_t event;
     begin(&event, OPERATOR_FINGERPRINT, time_ns);
@@ -171,7 +172,7 @@ status_t truth_operator(truth_t* truth, uint64_t time_ns, const truth_operator_t
     return write_event(truth, "OPERATOR", time_ns, &event);
 }
 
-status_t truth_drive(truth_t* truth, uint64_t time_ns, const truth_drive_t* drive)
+status_t truth_drive(truth_t* const truth, const uint64_t time_ns, const truth_drive_t* const drive)
 {
     event_t event;
     begin(&event, DRIVE_FINGERPRINT, time_ns);
@@ -184,7 +185,7 @@ status_t truth_drive(truth_t* truth, uint64_t time_ns, const truth_drive_t* driv
     return write_event(truth, "DRIVE", time_ns, &event);
 }
 
-status_t truth_fault(truth_t* truth, uint64_t time_ns, const truth_fault_t* fault)
+status_t truth_fault(truth_t* const truth, const uint64_t time_ns, const truth_fault_t* const fault)
 {
     event_t event;
     begin(&event, FAULT_FINGERPRINT, time_ns);
