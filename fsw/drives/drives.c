@@ -259,7 +259,7 @@ status_t drives_configure(void* const self, const descriptor_configuration_t* co
         status             = canopen_network_configure(&drives->network, now_ns);
         drives->is_written = (status == STATUS_OK);
     }
-    if ((status == STATUS_OK) && drives->is_written) {
+    if (status == STATUS_OK) {
         status = canopen_network_start(&drives->network, now_ns);
     }
     raise_faults(drives);

@@ -111,6 +111,26 @@ static void what_the_port_refuses_waits_and_its_delay_too(void)
     EXPECT_RELEASED(2);
 }
 
+/// Also a request in the middle: the delay behind it counts from its release, not from when it was due.
+static void a_later_request_that_waits_delays_the_next_one(void)
+{
+    st21_fixture_load('a', 1U, 3U);
+    st21_fixture_command(4U, 'a');
+    released.accepts  = 1U;
+    released.refusals = 2U;
+    st21_fixture_step(10U * MS);
+    EXPECT_RELEASED(1);
+    st21_fixture_step(20U * MS);
+    st21_fixture_step(25U * MS);
+    TEST_ASSERT_EQUAL_UINT32(2U, st21_fixture.service.counters.deferred);
+    st21_fixture_step(30U * MS);
+    EXPECT_RELEASED(2);
+    st21_fixture_step(39U * MS);
+    TEST_ASSERT_EQUAL_UINT64(0U, released.count);
+    st21_fixture_step(40U * MS);
+    EXPECT_RELEASED(3);
+}
+
 static void a_sequence_is_loaded_whole_or_not_at_all(void)
 {
     st21_fixture_begin('a');
@@ -311,6 +331,7 @@ int main(void)
     RUN_TEST(a_delay_may_be_nothing_or_long);
     RUN_TEST(a_step_releases_so_many_at_most);
     RUN_TEST(what_the_port_refuses_waits_and_its_delay_too);
+    RUN_TEST(a_later_request_that_waits_delays_the_next_one);
     RUN_TEST(a_sequence_is_loaded_whole_or_not_at_all);
     RUN_TEST(a_name_is_printable_and_padded);
     RUN_TEST(the_room_is_limited);
