@@ -50,7 +50,7 @@ static void collect(const drives_t* const drives, const uint32_t limited,
         {"TRANSMIT_REFUSED", bus.refused},
         {"FOREIGN_SYNCS", master->foreign_syncs},
     };
-    memcpy(out_counters, counters, sizeof counters);
+    (void)memcpy(out_counters, counters, sizeof counters);
 }
 
 /// The field of a name, or null.
@@ -88,11 +88,11 @@ void drives_counters_publish(drives_t* const drives, const uint32_t limited)
     collect(drives, limited, counters);
     for (unsigned i = 0U; i < DRIVES_COUNTERS; i++) {
         if (drives->counters.places[i] != NULL) {
-            memcpy(drives->counters.places[i], &counters[i].value, sizeof counters[i].value);
+            (void)memcpy(drives->counters.places[i], &counters[i].value, sizeof counters[i].value);
         }
     }
     for (uint16_t i = 0U; i < drives->counters.missed_count; i++) {
         const uint32_t missed = drives_missed(drives, i);
-        memcpy(&drives->counters.missed[i * sizeof missed], &missed, sizeof missed);
+        (void)memcpy(&drives->counters.missed[i * sizeof missed], &missed, sizeof missed);
     }
 }
