@@ -124,6 +124,17 @@ static const char* at(const char* text, const char* line)
     return found;
 }
 
+/// Wherever a subsystem stands in the table of the mission.
+static void the_first_subsystem_starts_by_itself_if_the_mission_says_so(void)
+{
+    fixture_open();
+    mission_subsystem_t* const first = (mission_subsystem_t*)fixture.supervisor.registry[0].mission;
+    TEST_ASSERT_EQUAL_UINT16(16U, first->apid);
+    first->is_autostart = true;
+    fixture_run(50U);
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "16 TC 129.8 03"));
+}
+
 static void check_order_of_shutdown(const char* text, bool has_request)
 {
     const char* const safe    = at(text, "16 TC 129.8 0404 from 8001");
@@ -550,6 +561,7 @@ int main(void)
     RUN_TEST(a_mission_goes_down_with_communication_last);
     RUN_TEST(a_stop_request_does_the_same);
     RUN_TEST(a_stop_request_at_once_is_followed_too);
+    RUN_TEST(the_first_subsystem_starts_by_itself_if_the_mission_says_so);
     RUN_TEST(the_first_member_that_hangs_delays_no_other);
     RUN_TEST(a_member_that_hangs_delays_no_other);
     RUN_TEST(without_communication_it_shuts_down_too);
