@@ -110,7 +110,7 @@ def series(decoded, bus, message, signal):
     return np.array([round(frame.timestamp * 1e6) for frame, _ in entries]), np.array([values[signal] for _, values in entries])
 
 
-def test_what_is_flown_is_in_build(generated):
+def test_the_databases_of_the_flown_mission_are_in_build(generated):
     """`make` has made the same files in the place that the README names."""
     for bus in BUSES:
         name = f"rokviss-{bus}.dbc"
@@ -267,7 +267,7 @@ def copied(tmp_path):
      '<Setting object="0x1600:01" type="UINT32" value="0x60400010"/><Setting object="0x1600:02" type="UINT32" value="0x60B20010"/>'
      '<Setting object="0x1600:03" type="UINT32" value="0x607A0020"/>', ("manipulator.xml:", "0x211", "another layout")),
 ])
-def test_what_cannot_be_described_is_refused_with_its_place(copied, file, old, new, words):
+def test_a_faulty_descriptor_or_sheet_is_refused_with_its_place(copied, file, old, new, words):
     copied.edit(file, old, new)
     made = copied.make()
     assert made.code == 1

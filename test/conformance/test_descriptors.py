@@ -200,7 +200,7 @@ def test_both_readers_agree_on_damaged_missions(probe, tmp_path, seed):
     compare(probe, "mission", paths)
 
 
-def test_both_readers_agree_on_who_reads_a_port_and_the_schema_on_who_writes_one(probe, tmp_path):
+def test_both_readers_agree_on_the_readers_of_a_port_and_the_schema_on_its_writers(probe, tmp_path):
     """The port of a mission with up to six readers, two writers for one port, and a port that reads its own subsystem."""
     shutil.copytree(DESCRIPTORS / "subsystems", tmp_path / "subsystems")
     (tmp_path / "missions").mkdir()
@@ -349,7 +349,7 @@ def copy(tmp_path):
     return tmp_path / "descriptors" / "missions" / "rokviss.xml", spoil
 
 
-def test_generator_writes_only_what_changes(copy, tmp_path):
+def test_generator_writes_only_changed_files(copy, tmp_path):
     mission, spoil = copy
     out = tmp_path / "out"
     assert generate(mission, out).returncode == 0
@@ -386,7 +386,7 @@ def test_generator_writes_only_what_changes(copy, tmp_path):
         ("subsystems/joystick.xml", 'name="CYCLES"', 'name="SIGNED"', "keyword of C"),
     ],
 )
-def test_generator_says_what_is_wrong_and_where(copy, tmp_path, name, old, new, expected):
+def test_generator_reports_each_error_with_its_line(copy, tmp_path, name, old, new, expected):
     mission, spoil = copy
     line = spoil(name, old, new)
     done = generate(mission, tmp_path / "out")

@@ -170,7 +170,7 @@ def test_the_free_run_keeps_pace_with_the_clock_and_ends_by_itself(tmp_path):
     (["--free-run", "1", "--out", "/nowhere"], "/nowhere"),
     (["--scheduler", "/hirosco-nobody"], "running launcher"),
 ])
-def test_what_is_wrong_is_said_in_one_line(options, words):
+def test_an_error_is_reported_in_one_line(options, words):
     ended = subprocess.run([SIMULATOR, *options], cwd=ROOT, stderr=subprocess.PIPE, text=True)
     assert ended.returncode in (1, 2)
     assert len(ended.stderr.splitlines()) == 1

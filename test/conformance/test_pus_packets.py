@@ -322,7 +322,7 @@ def malformed():
 
 
 @pytest.mark.parametrize("octets, words", list(malformed()))
-def test_pusdump_tells_what_is_wrong_in_one_line(octets, words):
+def test_pusdump_reports_a_faulty_packet_in_one_line(octets, words):
     good = bytes(request(17, 1).pack())
     for text in (octets.hex(), f"1.25 {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}"):
         found, code = dump(f"{good.hex()}\n{text}\n{good.hex()}\n")
@@ -333,7 +333,7 @@ def test_pusdump_tells_what_is_wrong_in_one_line(octets, words):
     assert run.returncode == 1 and run.stdout.count(b"\n") == 1 and words.encode() in run.stdout
 
 
-def test_pusdump_tells_what_is_wrong_with_lines():
+def test_pusdump_reports_the_error_of_a_faulty_line():
     good = bytes(request(17, 1).pack()).hex()
     for line, words in (
         (good[:-1], "odd number"),

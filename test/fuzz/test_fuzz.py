@@ -40,6 +40,6 @@ def test_runs_are_counted(target):
     assert run_fuzz.fixed_runs(target, SECONDS), f"{target} is not in {run_fuzz.RUNS}: run_fuzz.py --calibrate"
 
 
-def test_what_is_kept_is_small():
+def test_kept_inputs_are_small():
     files = [path for kind in ("corpus", "regression") for path in (run_fuzz.HERE / kind).rglob("*") if path.is_file()]
     assert sum(path.stat().st_size for path in files) < 300 * 1024

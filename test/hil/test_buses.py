@@ -68,7 +68,7 @@ def test_candump_recorded_the_same_frames(group, flown, bus, least):
 
 
 @pytest.mark.parametrize("bus", reports.REPORTS)
-def test_flight_over_vcan_has_met_what_a_controller_reports(group, bus):
+def test_flight_over_vcan_has_met_the_reports_of_a_controller(group, bus):
     """Bus-off and recovery, error passive, lost arbitration, no acknowledge, overflow: flight reacts as on
     shared memory."""
     group.check("vcan_flight_is_seen_by_candump")

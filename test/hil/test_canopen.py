@@ -93,7 +93,7 @@ def test_wireshark_names_every_frame_that_candump_recorded(recorded):
     assert_wireshark_names_all(recorded)
 
 
-def test_candump_recorded_what_was_on_the_bus(there, recorded):
+def test_candump_recorded_the_frames_of_the_bus(there, recorded):
     """The simulator's log and the recorder's have the same frames, each once. Newer kernels mark FD frames in
     their flags."""
     def frames(path):

@@ -122,7 +122,7 @@ def test_emulator_ends_with_a_runner_that_is_killed(tmp_path):
     until(lambda: not mentioning(tmp_path), "the emulator's end")
 
 
-def test_what_a_killed_runner_left_is_removed_and_what_is_in_use_is_not(tmp_path):
+def test_folders_of_a_killed_runner_are_removed_and_those_in_use_are_not(tmp_path):
     for name in ("control-left", "control-used", "control-new"):
         (tmp_path / name).mkdir()
     lock = microvm.held(tmp_path / "control-used")
@@ -338,6 +338,6 @@ def test_a_place_that_is_not_known_is_refused(tmp_path):
 
 
 @pytest.mark.skipif(not shutil.which("unshare"), reason="no unshare")
-def test_what_the_kernel_lacks_is_reported(tmp_path):
+def test_features_that_the_kernel_lacks_are_reported(tmp_path):
     chosen = places.choose(tmp_path)
     assert chosen.why and (chosen.name == "running kernel" or "no " in chosen.why)

@@ -248,7 +248,7 @@ def test_half_a_program_is_not_judged_by_rules_of_the_whole():
         ({"none.h", "a.md"}, []),
     ],
 )
-def test_misra_looks_at_what_changed(changed, looked_at):
+def test_misra_checks_changed_files_and_their_includers(changed, looked_at):
     texts = {"b.c": '#include "a.h"\n#include "c.h"\n', "a.c": '#include "a.h"\n', "d.c": '#include "c.h"\n'}
     assert check_misra.affected(list(texts), changed, texts.get) == looked_at
 

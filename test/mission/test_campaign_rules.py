@@ -141,7 +141,7 @@ def test_an_end_for_another_is_none():
     assert _violations([_tc(2.0, MANIPULATOR, 8, source=rules.ON_BOARD | 1)]) == []
 
 
-def test_only_what_is_asked_at_the_very_end_may_be_left():
+def test_only_a_request_at_the_very_end_may_stay_unanswered():
     last = END_S - rules.CUT_S
     assert _violations([_tc(last, MANIPULATOR, 8)]) == []
     assert len(_violations([_tc(last - 0.001, MANIPULATOR, 8)])) == 1
@@ -193,7 +193,7 @@ def test_a_partner_that_reacts_late_or_not_at_all(reaction, bus):
     assert "APID 16 is not in ERROR_OPERATIONAL" in found[0]
 
 
-def test_what_the_bus_tells_counts_from_there():
+def test_a_reaction_time_counts_from_the_frame_on_the_bus():
     later = [_became(DEATH_S + 0.0032, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)]
     assert _violations(later, [DEATH]) == []
     assert _violations(later, [DEATH], bus=ON_BUS.replace("4.002163", "4.002200")) == []
@@ -217,7 +217,7 @@ def test_a_partner_that_leaves_operation_by_order_in_a_shutdown_is_secure():
     assert len(_violations([], [DEATH, f"{DEATH_S:.6f} {shutdown}"], bus=ON_BUS)) == 1
 
 
-def test_what_the_bus_does_not_tell_is_judged_alone():
+def test_a_death_that_the_bus_does_not_show_is_judged_by_its_own_time():
     assert _violations([], [DEATH, f"{DEATH_S + 0.9} fault cut robot JOINT1"]) == []
     assert len(_violations([], [DEATH, f"{DEATH_S + 1.1} fault cut robot JOINT1", f"{DEATH_S} operator try ping all"])) == 1
     # It may continue until another component detects its death.
@@ -291,7 +291,7 @@ def test_high_outside_of_operation_asks_for_no_reaction():
         {"ends": "simulator 5"},
     ],
 )
-def test_what_is_told_beside_the_packets(how):
+def test_violations_outside_the_packets_are_found(how):
     assert len(_violations([], **how)) == 1
 
 
@@ -303,7 +303,7 @@ def test_what_is_told_beside_the_packets(how):
         {"facts": {"simulated_s": END_S, "exit_reason": "", "reproducible": False}, "is_determined": False},
     ],
 )
-def test_what_may_be(how):
+def test_permitted_observations_are_no_violation(how):
     assert _violations([], **how) == []
 
 

@@ -184,7 +184,7 @@ def test_operator_that_leaves_early(folder, form, lines):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["joystick", "simulator", "operator"])
-def test_somebody_stands_still(folder, name):
+def test_the_launcher_ends_a_flight_with_a_suspended_process(folder, name):
     """A process neither ends nor continues: the launcher gives up after half a minute."""
     flight = flying.start(folder, "--scenario", "telepresence")
     flying.wait_until(lambda: flight.steps() >= 10, "step 10")

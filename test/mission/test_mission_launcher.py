@@ -66,7 +66,7 @@ def test_nonsense_is_refused_with_the_reason(options, reasons):
         (("--bus", "can", "--interface", "arm=none0"), "the mission has no such bus: arm=none0"),
     ],
 )
-def test_what_is_not_there_is_named(folder, options, reason):
+def test_a_missing_mission_scenario_or_interface_is_named(folder, options, reason):
     refused = flying.refuse("run", *options, "--out", folder)
     assert refused.returncode in (1, USAGE), refused
     assert reason in refused.stderr
@@ -142,7 +142,7 @@ def test_program_says_its_version_and_its_usage(name):
         ("bus", "robot", "NAME=ADDRESS"),
     ],
 )
-def test_simulator_says_what_it_expects(option, value, expected):
+def test_simulator_names_the_expected_value(option, value, expected):
     done = subprocess.run([flying.BIN / "simulator", f"--{option}", value], check=False, capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert done.returncode == USAGE
     assert f"--{option} '{value}': expected {expected}" in done.stderr

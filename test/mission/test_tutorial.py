@@ -138,7 +138,7 @@ def reports(folder, apid, message):
     return [e["fields"] for e in entries if (e["direction"], e["apid"], e["service"], e["subtype"]) == ("TM", apid, *message)]
 
 
-def test_housekeeping_is_what_the_drive_sent(pupil):
+def test_housekeeping_contains_the_values_that_the_drive_sent(pupil):
     """Structure 2 once and then five times per report; the jaw stops where it has touched something."""
     first, last = flights(pupil, "grasp")[0], flights(pupil, "grasp")[-1]
     for folder, samples in ((first, 1), (last, 5)):

@@ -64,7 +64,7 @@ def test_a_program_that_computes_without_end_fails(tmp_path, monkeypatch):
         (("test-hil", "ONLY=nothing"), "no test in test/hil has 'nothing' in its path"),
     ],
 )
-def test_make_refuses_what_it_does_not_know(words, said):
+def test_make_refuses_unknown_variables(words, said):
     """A misspelled variable neither has an effect nor counts as success."""
     kept = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
     done = subprocess.run(["make", "--dry-run", *words], cwd=ROOT, env=kept, capture_output=True, text=True, check=False)
@@ -135,7 +135,7 @@ def test_a_report_of_pytest_gives_count_and_times(tmp_path):
         ("", "clang pytest s390x test unit vm", True),
     ],
 )
-def test_make_installs_and_builds_what_the_selected_tests_need(only, levels, programs):
+def test_make_installs_and_builds_only_the_needs_of_the_selected_tests(only, levels, programs):
     kept = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
     words = ["make", "--print-data-base", "--dry-run", "help", f"ONLY={only}"]
     known = subprocess.run(words, cwd=ROOT, env=kept, capture_output=True, text=True, check=True).stdout

@@ -71,7 +71,7 @@ def test_a_faulty_command_refuses_them_all(station, arm):
     assert acquire(station, 0x6065) == before
 
 
-def test_what_a_drive_refuses_is_told(station, arm):
+def test_a_command_that_a_drive_refuses_is_reported(station, arm):
     since = len(station.reports)
     outcome = station.refuse(0x0403, SUBSYSTEM, 2, 8, n=[{
         "transaction_id": 1, "physical_device_id": JOINT, "protocol_specific_data": protocol(0x5FFF, 0, 0)}])
@@ -122,7 +122,7 @@ def test_a_drive_is_seen_in_engineering_units(station, arm):
     assert struct.unpack("<I", acquire(station, 0x6065))[0] == before
 
 
-def test_what_is_no_quantity_of_a_drive_is_refused(station, arm):
+def test_an_unknown_or_unsettable_quantity_of_a_drive_is_refused(station, arm):
     station.refuse(0x0203, SUBSYSTEM, 2, 11, n=[{"transaction_id": 1, "logical_device_id": JOINT, "parameter_id": 99}])
     station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(TEMPERATURE, 20.0)])
     station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, -1.0)])

@@ -77,7 +77,7 @@ def test_an_event_whose_report_is_disabled_releases_its_request(station):
     station.wait(told, "the report of the event")
 
 
-def test_what_cannot_be_is_refused(station):
+def test_faulty_event_action_requests_are_refused(station):
     key = {"apid": HAND, "event_definition_id": NOBODY}
     station.refuse(0x0201, "SUPERVISOR", 19, 4, n=[key])
     station.refuse(0x020A, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()[:-2] + "00"}])

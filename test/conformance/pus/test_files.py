@@ -57,7 +57,7 @@ def test_no_path_leads_out_of_the_root(station, path):
 
 
 @pytest.mark.parametrize("name", ["..", ".", "", "a/b", "*", "x" * 300, "a\0b"])
-def test_what_is_no_name_is_refused(station, name):
+def test_an_invalid_file_name_is_refused(station, name):
     outcome = station.settle(station.send("SUPERVISOR", 23, 1, **_file(name), maximum_size=1, file_locked_status=0))
     assert outcome.failure is not None and 7 not in outcome.stages
 

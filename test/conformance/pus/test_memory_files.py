@@ -74,7 +74,7 @@ def test_a_parameter_goes_to_a_file_and_comes_back(station):
     assert station.command("get", "SUPERVISOR.ORBIT_PERIOD") == before
 
 
-def test_what_does_not_fit_is_refused(station):
+def test_faulty_memory_file_requests_are_refused(station):
     octets = bytes(range(100))
     fill(station, octets)
     station.do("SUPERVISOR", 6, 20, memory_id=BUFFER, n=[{"start_address": 0, "length": 100}], **named("a"))

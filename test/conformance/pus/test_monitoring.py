@@ -84,7 +84,7 @@ def test_a_violation_is_told_and_raises_its_event(station, functions):
     assert station.ask("MANIPULATOR", 12, 10)["n"][0]["pmon_id"] == 1
 
 
-def test_the_supervisor_watches_what_subsystems_report(station, functions):
+def test_the_supervisor_monitors_parameters_that_subsystems_report(station, functions):
     event = station.dictionary.subsystem("SUPERVISOR").events["VALUE_OUT_OF_LIMITS"].id
     unknown = f"0x{ROBOT << 21 | 0x2FFFF:08X}"
     station.refuse(0x0201, "SUPERVISOR", 12, 5, n=[_limit(1, 5, 10, monitored_parameter_id=unknown)])

@@ -328,6 +328,6 @@ SEEDS = [pytest.param(seed, marks=() if seed < OFTEN else pytest.mark.long) for 
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_what_was_acknowledged_outlives_power_cuts(cutter, tmp_path, seed):
+def test_acknowledged_changes_survive_power_cuts(cutter, tmp_path, seed):
     _campaign(cutter, tmp_path, seed, LIVES)
     shutil.rmtree(tmp_path)

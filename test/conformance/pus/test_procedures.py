@@ -309,7 +309,7 @@ def test_procedures_without_an_end_take_their_share_only(station):
     assert len(station.ask("SUPERVISOR", 18, 17)["n"]) == SLOTS
 
 
-def test_what_cannot_be_is_refused(station):
+def test_faulty_procedure_requests_are_refused(station):
     name = {"obcp_id": "LOOK"}
     fields = {3: {"observability_level": 0, "n": []}, 4: {"step_id": 0}, 5: {"step_id": 0}, 7: {"n": []}, 14: {"observability_level": 0, "n": []}, 20: {"step_id": 0}}
     for subtype in (2, 3, 4, 5, 6, 7, 12, 14, 15, 20):
@@ -327,7 +327,7 @@ def test_what_cannot_be_is_refused(station):
     assert _status(station) == {"LOOK": "inactive"}
 
 
-def test_what_is_loaded_outlives_the_flight(notes, tmp_path):
+def test_loaded_procedures_outlive_the_flight(notes, tmp_path):
     """In the storage of a flight, for the next one."""
     for number in (1, 2):
         flight = stations.launch(tmp_path / str(number), "--storage", tmp_path / "storage")

@@ -137,7 +137,7 @@ def test_groups_and_sub_schedules(station, kind):
     station.refuse(0x0201, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **kind.tag(kind.far(1)), "request": _ping(5)}])
 
 
-def test_what_cannot_be_scheduled_is_refused(station, kind):
+def test_faulty_schedule_requests_are_refused(station, kind):
     service = kind.service
     _group(station, kind)
     past = kind.tag(0.0)

@@ -59,7 +59,7 @@ def test_a_sequence_is_aborted(station):
     assert station.ask("SUPERVISOR", 21, 13)["n"] == []
 
 
-def test_what_cannot_be_is_refused(station):
+def test_faulty_sequence_requests_are_refused(station):
     for subtype in (3, 4, 5, 9, 11):
         station.refuse(UNKNOWN_ID, "SUPERVISOR", 21, subtype, **NAME)
     station.refuse(EMBEDDED, "SUPERVISOR", 21, 1, **NAME, n=[{"request": _ping(7)[:-2] + "00", "delay": 0.0}])

@@ -164,7 +164,7 @@ def test_a_transaction_that_begins_anew_goes_on(station):
     _aborted(station, 8, DISCONTINUITY, since)
 
 
-def test_what_cannot_be_is_refused(station):
+def test_faulty_parts_of_a_large_packet_are_refused(station):
     refuse = lambda code, subtype, *part: station.refuse(code, "SUPERVISOR", 13, subtype, **_fields(*part))
     refuse(OUT_OF_RANGE, 9, 9, 0, b"ab")
     refuse(OUT_OF_RANGE, 9, 9, 2, b"ab")
@@ -177,7 +177,7 @@ def test_what_cannot_be_is_refused(station):
     _aborted(station, 9, INTERNAL, since)
 
 
-def test_what_is_put_together_must_be_a_request_of_its_sender(station):
+def test_a_large_packet_must_be_a_request_of_its_sender(station):
     good = _request(SUPERVISOR, 17, 1)
     torn, foreign, nested = good[:-1], _request(SUPERVISOR, 17, 1, source=1), _request(SUPERVISOR, 13, 9, b"\0\1\0\1x")
     report = bytes(PusTm(17, 2, bytes(8), apid=SUPERVISOR).pack())
@@ -193,7 +193,7 @@ def test_what_is_put_together_must_be_a_request_of_its_sender(station):
         _aborted(station, 10, INTERNAL, since)
 
 
-def test_only_so_many_are_put_together_at_once(station):
+def test_the_number_of_large_packets_in_reception_is_limited(station):
     for transaction in range(UPLINKS):
         station.do("SUPERVISOR", 13, 9, **_fields(100 + transaction, 1, b"ab"))
     outcome = station.refuse(TABLE_FULL, "SUPERVISOR", 13, 9, **_fields(200, 1, b"ab"))

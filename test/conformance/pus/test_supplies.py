@@ -111,7 +111,7 @@ def test_a_pulse_of_a_cpdu_moves_a_relay_if_it_lasts(station):
     restore(station, 4, pulse(ON))
 
 
-def test_what_is_no_output_is_refused(station):
+def test_an_unknown_output_is_refused(station):
     for unit, line in ((0, 1), (UNIT, 0), (UNIT, 5), (UNIT + 1, OFF), (0xFF, 0xFF)):
         station.refuse(0x0201, SUBSYSTEM, 2, 1, **switch(line, unit))
     station.refuse(0x0201, SUBSYSTEM, 2, 4, **pulse(OFF, unit=UNIT + 1))

@@ -45,7 +45,7 @@ def test_every_stage_is_told(station, hand):
     station.command("state", "JOYSTICK", "PRE_OPERATIONAL")
 
 
-def test_what_fails_after_its_start_is_told(station, hand):
+def test_a_failure_after_the_start_is_reported(station, hand):
     """A request to report two structures, one of which does not exist."""
     since = len(station.reports)
     both = station.send("SUPERVISOR", 3, 27, n=[1, 60000])

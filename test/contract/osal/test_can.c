@@ -173,7 +173,7 @@ static void test_names_and_addresses(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&other, other_address, OSAL_CAN_NODE));
 }
 
-static void test_filters_let_through_what_one_of_them_matches(void)
+static void test_a_frame_passes_if_it_matches_one_filter(void)
 {
     osal_can_frame_t out;
     static const osal_can_filter_t filters[] = {{0x181U, 0x7FFU | OSAL_CAN_EXTENDED}, {0x011U, 0x07FU}};
@@ -315,7 +315,7 @@ int main(void)
     RUN_TEST(test_full_ring_refuses_counts_and_loses_nothing_it_took);
     RUN_TEST(test_node_that_opens_has_received_nothing_and_what_it_sent_stays);
     RUN_TEST(test_names_and_addresses);
-    RUN_TEST(test_filters_let_through_what_one_of_them_matches);
+    RUN_TEST(test_a_frame_passes_if_it_matches_one_filter);
     RUN_TEST(test_a_mask_may_have_any_bit);
     RUN_TEST(test_removed_bus_stays_usable_for_open_ends);
     RUN_TEST(test_memory_of_another_kind_is_no_bus);

@@ -122,7 +122,7 @@ static void test_an_interface_that_is_not_there(void)
 
 // ---- On kernels with vcan ----
 
-static void test_interfaces_are_what_they_were_made(void)
+static void test_interfaces_have_the_attributes_of_their_creation(void)
 {
     osal_can_interface_t seen;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_look(first, &seen));
@@ -245,7 +245,7 @@ static void test_an_interface_that_goes_down_closes_the_end_until_it_is_up(void)
     osal_can_close(&can);
 }
 
-static void test_an_interface_that_is_deleted_is_told_to_who_receives(void)
+static void test_a_receiver_is_told_that_its_interface_was_deleted(void)
 {
     osal_can_t can;
     osal_can_frame_t out;
@@ -292,7 +292,7 @@ static void test_overruns_are_counted(void)
 
 // ---- Counted hand-over ----
 
-static void test_counted_ends_take_in_what_was_announced(void)
+static void test_counted_ends_receive_all_announced_frames(void)
 {
     osal_can_t node;
     osal_can_t wire;
@@ -379,7 +379,7 @@ static void test_counted_ends_that_lose_their_interface_are_counted(void)
 }
 
 /// Like real controllers, the interface delivers later than it was told to send.
-static void test_what_was_sent_before_a_counted_end_opens_is_not_for_it(void)
+static void test_a_counted_end_does_not_receive_frames_sent_before_it_opened(void)
 {
     char line[96];
     osal_can_t node;
@@ -409,7 +409,7 @@ static void test_what_was_sent_before_a_counted_end_opens_is_not_for_it(void)
 }
 
 /// The ends are on interfaces that are not connected: announced frames never arrive.
-static void test_what_was_announced_and_does_not_come_is_counted_as_lost(void)
+static void test_an_announced_frame_that_does_not_arrive_is_counted_as_lost(void)
 {
     osal_can_t node;
     osal_can_t wire;
@@ -451,19 +451,19 @@ int main(void)
     RUN_TEST(test_an_interface_that_is_not_there);
     has_vcan = can_make_vcan();
     if (has_vcan) {
-        RUN_TEST(test_interfaces_are_what_they_were_made);
+        RUN_TEST(test_interfaces_have_the_attributes_of_their_creation);
         RUN_TEST(test_frames_of_all_kinds_pass_and_own_ones_do_not_come_back);
         RUN_TEST(test_a_classic_interface_refuses_fd);
         RUN_TEST(test_filters_hold_in_the_kernel_and_let_error_frames_through);
         RUN_TEST(test_a_mask_may_have_any_bit);
         RUN_TEST(test_an_interface_that_goes_down_closes_the_end_until_it_is_up);
-        RUN_TEST(test_an_interface_that_is_deleted_is_told_to_who_receives);
+        RUN_TEST(test_a_receiver_is_told_that_its_interface_was_deleted);
         RUN_TEST(test_overruns_are_counted);
-        RUN_TEST(test_counted_ends_take_in_what_was_announced);
-        RUN_TEST(test_what_was_sent_before_a_counted_end_opens_is_not_for_it);
+        RUN_TEST(test_counted_ends_receive_all_announced_frames);
+        RUN_TEST(test_a_counted_end_does_not_receive_frames_sent_before_it_opened);
         RUN_TEST(test_counted_ends_that_are_full_refuse_as_rings_do);
         RUN_TEST(test_counted_ends_that_lose_their_interface_are_counted);
-        RUN_TEST(test_what_was_announced_and_does_not_come_is_counted_as_lost);
+        RUN_TEST(test_an_announced_frame_that_does_not_arrive_is_counted_as_lost);
     }
     return UNITY_END();
 }

@@ -74,7 +74,7 @@ static void test_absolute_sleep_does_not_drift_with_and_without_sockets(void)
     osal_socket_close(&other);
 }
 
-static void test_what_is_not_permitted_is_reported(void)
+static void test_a_refused_memory_lock_or_timer_slack_is_reported(void)
 {
     if (!wall.attributes.is_memory_locked || !wall.attributes.is_slack_minimal) {
         TEST_IGNORE_MESSAGE("locked memory or timer slack is not permitted here");
@@ -215,7 +215,7 @@ static void test_stepped_time_is_that_of_the_grant(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_clock_wait(&clock, 0U, NULL, 0U));
 }
 
-static void test_granted_time_is_what_is_brought(void)
+static void test_the_clock_returns_the_granted_time(void)
 {
     const osal_grant_t first  = {SLOT_NS, 2U, 3U};
     const osal_grant_t second = {2U * SLOT_NS, 0U, 0U};
@@ -251,12 +251,12 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_real_time_counts_from_its_origin);
     RUN_TEST(test_absolute_sleep_does_not_drift_with_and_without_sockets);
-    RUN_TEST(test_what_is_not_permitted_is_reported);
+    RUN_TEST(test_a_refused_memory_lock_or_timer_slack_is_reported);
     RUN_TEST(test_real_wait_is_never_early_with_and_without_sockets);
     RUN_TEST(test_real_wait_ends_early_for_a_socket);
     RUN_TEST(test_signals_of_others_do_not_shorten_a_wait);
     RUN_TEST(test_stop_signal_ends_a_real_wait_once);
     RUN_TEST(test_stepped_time_is_that_of_the_grant);
-    RUN_TEST(test_granted_time_is_what_is_brought);
+    RUN_TEST(test_the_clock_returns_the_granted_time);
     return UNITY_END();
 }

@@ -124,7 +124,7 @@ static void test_one_ring_wakes_all(void)
     }
 }
 
-static void test_a_waiter_that_died_harms_nobody(void)
+static void test_a_dead_waiter_delays_no_other(void)
 {
     const pid_t child = fork();
     if (child == 0) {
@@ -146,6 +146,6 @@ int main(void)
     RUN_TEST(test_wait_is_never_early_though_signals_interrupt_it);
     RUN_TEST(test_two_processes_take_turns_without_losing_one);
     RUN_TEST(test_one_ring_wakes_all);
-    RUN_TEST(test_a_waiter_that_died_harms_nobody);
+    RUN_TEST(test_a_dead_waiter_delays_no_other);
     return UNITY_END();
 }

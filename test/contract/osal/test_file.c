@@ -115,7 +115,7 @@ static void test_secrets(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_load_secret(path, content, sizeof(content), &size));
 }
 
-static void test_what_is_not_there(void)
+static void test_operations_on_missing_files_report_not_found(void)
 {
     char content[8];
     size_t size = 0U;
@@ -355,7 +355,7 @@ int main(void)
     RUN_TEST(test_read_in_parts_up_to_the_end);
     RUN_TEST(test_load_bounds);
     RUN_TEST(test_secrets);
-    RUN_TEST(test_what_is_not_there);
+    RUN_TEST(test_operations_on_missing_files_report_not_found);
     RUN_TEST(test_update_reads_and_writes_anywhere);
     RUN_TEST(test_resize_cuts_and_extends_with_zeros);
     RUN_TEST(test_a_lock_keeps_others_out_until_the_file_is_closed);

@@ -117,7 +117,7 @@ static void begin(const bool is_plain)
     }
 }
 
-static void test_the_holder_of_a_lock_inherits_the_priority_of_who_waits(void)
+static void test_the_holder_of_a_lock_inherits_the_priority_of_the_waiter(void)
 {
     begin(false);
     play();
@@ -136,7 +136,7 @@ static void test_without_inheritance_the_scene_shows_the_inversion(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_the_holder_of_a_lock_inherits_the_priority_of_who_waits);
+    RUN_TEST(test_the_holder_of_a_lock_inherits_the_priority_of_the_waiter);
     RUN_TEST(test_without_inheritance_the_scene_shows_the_inversion);
     return UNITY_END();
 }

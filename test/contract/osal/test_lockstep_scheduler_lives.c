@@ -74,7 +74,7 @@ static void test_a_life_begins_at_its_instant_and_not_before(void)
     TEST_ASSERT_EQUAL_UINT32(5U, grant.octets);
 }
 
-static void test_who_joins_early_is_granted_no_earlier(void)
+static void test_a_participant_that_joins_early_is_granted_no_earlier(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 1U, 2000U);
@@ -137,7 +137,7 @@ static void test_a_start_is_taken_back_at_once(void)
     (void)next_is(FIRST, 3000U);
 }
 
-static void test_what_was_due_in_a_hang_comes_after_it(void)
+static void test_grants_due_during_a_suspension_follow_it(void)
 {
     osal_lockstep_done(scheduler, SECOND, 500U);
     (void)next_is(FIRST, 0U);
@@ -353,7 +353,7 @@ static int ending_of(pid_t child)
     return status;
 }
 
-static void test_the_dismissed_ends_by_itself_and_the_killed_does_nothing_more(void)
+static void test_a_dismissed_participant_ends_itself_and_a_killed_one_does_nothing_more(void)
 {
     scheduler = shared_scheduler();
     osal_lockstep_expect(scheduler, SECOND, 1U, 0U);
@@ -370,7 +370,7 @@ static void test_the_dismissed_ends_by_itself_and_the_killed_does_nothing_more(v
     TEST_ASSERT_TRUE(WIFSIGNALED(status) && (WTERMSIG(status) == SIGKILL));
 }
 
-static void test_who_comes_back_to_an_ended_life_is_turned_away(void)
+static void test_a_participant_that_returns_to_an_ended_life_is_refused(void)
 {
     scheduler          = shared_scheduler();
     osal_grant_t grant = {0U, 0U, 0U};
@@ -470,7 +470,7 @@ static pid_t hammer_as_second(uint32_t life)
     return child;
 }
 
-static void test_who_is_stopped_inside_is_killed_so_that_the_others_continue(void)
+static void test_a_process_stopped_inside_the_scheduler_is_killed_and_the_others_continue(void)
 {
     scheduler = shared_scheduler();
     osal_lockstep_set_patience(scheduler, 2000000U);
@@ -494,7 +494,7 @@ static void test_who_is_stopped_inside_is_killed_so_that_the_others_continue(voi
     TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_wait(scheduler, SECOND, 2U, 0U, &grant));
 }
 
-static void test_who_has_no_life_of_its_own_is_waited_for(void)
+static void test_the_scheduler_waits_for_a_participant_without_a_life_number(void)
 {
     scheduler = shared_scheduler();
     osal_lockstep_set_patience(scheduler, 2000000U);
@@ -519,11 +519,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_life_begins_at_its_instant_and_not_before);
-    RUN_TEST(test_who_joins_early_is_granted_no_earlier);
+    RUN_TEST(test_a_participant_that_joins_early_is_granted_no_earlier);
     RUN_TEST(test_nothing_is_counted_for_another_life);
     RUN_TEST(test_a_start_that_fails_is_seen_at_its_instant);
     RUN_TEST(test_a_start_is_taken_back_at_once);
-    RUN_TEST(test_what_was_due_in_a_hang_comes_after_it);
+    RUN_TEST(test_grants_due_during_a_suspension_follow_it);
     RUN_TEST(test_a_suspended_participant_ends_as_any_other);
     RUN_TEST(test_a_life_hangs_from_its_beginning_on);
     RUN_TEST(test_the_holder_is_reported);
@@ -531,11 +531,11 @@ int main(void)
     RUN_TEST(test_one_place_too_many_is_a_coding_error);
     RUN_TEST(test_a_place_that_was_freed_is_taken_again);
     RUN_TEST(test_all_places_may_fail_to_begin_at_once);
-    RUN_TEST(test_the_dismissed_ends_by_itself_and_the_killed_does_nothing_more);
-    RUN_TEST(test_who_comes_back_to_an_ended_life_is_turned_away);
+    RUN_TEST(test_a_dismissed_participant_ends_itself_and_a_killed_one_does_nothing_more);
+    RUN_TEST(test_a_participant_that_returns_to_an_ended_life_is_refused);
     RUN_TEST(test_a_stream_ends_with_the_life_of_its_server);
     RUN_TEST(test_a_server_that_cuts_a_stream_wakes_its_participant);
-    RUN_TEST(test_who_is_stopped_inside_is_killed_so_that_the_others_continue);
-    RUN_TEST(test_who_has_no_life_of_its_own_is_waited_for);
+    RUN_TEST(test_a_process_stopped_inside_the_scheduler_is_killed_and_the_others_continue);
+    RUN_TEST(test_the_scheduler_waits_for_a_participant_without_a_life_number);
     return UNITY_END();
 }

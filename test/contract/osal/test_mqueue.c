@@ -83,7 +83,7 @@ static void test_limits_are_reached_and_told(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_mqueue_receive(&receiver, octets, OCTETS, &size));
 }
 
-static void test_what_every_system_grants_and_what_none_does(void)
+static void test_the_minimum_queue_is_always_granted_and_an_excessive_one_never(void)
 {
     osal_mqueue_t other;
     osal_mqueue_close(&sender);
@@ -130,7 +130,7 @@ static void test_a_sender_is_told_when_the_receiver_starts_again(void)
     expect("new");
 }
 
-static void test_what_a_process_that_died_has_sent_is_there(void)
+static void test_messages_of_a_dead_process_are_received(void)
 {
     const pid_t other = fork();
     if (other == 0) {
@@ -152,9 +152,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_messages_come_whole_and_in_order);
     RUN_TEST(test_limits_are_reached_and_told);
-    RUN_TEST(test_what_every_system_grants_and_what_none_does);
+    RUN_TEST(test_the_minimum_queue_is_always_granted_and_an_excessive_one_never);
     RUN_TEST(test_names_that_exist_and_do_not);
     RUN_TEST(test_a_sender_is_told_when_the_receiver_starts_again);
-    RUN_TEST(test_what_a_process_that_died_has_sent_is_there);
+    RUN_TEST(test_messages_of_a_dead_process_are_received);
     return UNITY_END();
 }

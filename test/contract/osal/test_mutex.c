@@ -79,7 +79,7 @@ static void test_processes_exclude_each_other(void)
     osal_mutex_destroy(&shared->mutex);
 }
 
-static void test_death_of_a_holder_is_reported_once_and_hangs_nobody(void)
+static void test_the_death_of_a_lock_holder_is_reported_once_and_blocks_no_process(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared->mutex, true));
     const pid_t holder = fork();
@@ -200,7 +200,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_tasks_exclude_each_other);
     RUN_TEST(test_processes_exclude_each_other);
-    RUN_TEST(test_death_of_a_holder_is_reported_once_and_hangs_nobody);
+    RUN_TEST(test_the_death_of_a_lock_holder_is_reported_once_and_blocks_no_process);
     RUN_TEST(test_a_wait_for_the_lock_ends_in_time_and_the_holder_is_known);
     RUN_TEST(test_coding_errors_are_assertions);
     RUN_TEST(a_mutex_that_was_not_created_is_not_locked);

@@ -91,7 +91,7 @@ static void a_socket_belongs_to_where_it_was_opened(void)
     osal_socket_close(&there);
 }
 
-static void what_is_no_namespace_is_reported(void)
+static void a_path_that_is_no_namespace_is_reported(void)
 {
     const ino_t before = stack_now();
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_network_enter(&home, "/nowhere/net"));
@@ -125,7 +125,7 @@ int main(void)
         RUN_TEST(without_privilege_it_is_denied);
     } else {
         RUN_TEST(a_socket_belongs_to_where_it_was_opened);
-        RUN_TEST(what_is_no_namespace_is_reported);
+        RUN_TEST(a_path_that_is_no_namespace_is_reported);
         RUN_TEST(a_name_is_removed_with_or_without_its_mount);
     }
     end_keeper();

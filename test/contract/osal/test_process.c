@@ -237,7 +237,7 @@ static void test_running_child_and_its_two_ways_to_end(void)
     }
 }
 
-static void test_what_cannot_be_started(void)
+static void test_a_program_that_cannot_be_started_is_reported(void)
 {
     const char* const missing[] = {"/no/such/program", NULL};
     const char* const folder[]  = {"/tmp", NULL};
@@ -315,7 +315,7 @@ static void test_end_tells_the_memory_that_was_needed(void)
 
 static volatile uint8_t large[3U << 20U]; // Needs no room in the file.
 
-static void test_size_of_a_program_is_what_it_takes_when_loaded(void)
+static void test_the_size_of_a_program_is_its_size_when_loaded(void)
 {
     char name[]     = "/tmp/loaded_size.XXXXXX";
     uint64_t octets = 0U;
@@ -529,7 +529,7 @@ static void test_other_signals_do_not_shorten_a_wait(void)
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
 }
 
-static void test_environment_is_what_the_starter_has_set(void)
+static void test_a_child_has_the_environment_that_its_starter_set(void)
 {
     TEST_ASSERT_EQUAL(0, setenv("OSAL_TEST_WORD", "a=b", 1));
     TEST_ASSERT_EQUAL(0, setenv("OSAL_TEST_WORDS", "", 1));
@@ -548,12 +548,12 @@ int main(int count, char** arguments)
     UNITY_BEGIN();
     RUN_TEST(test_exit_code_is_reported_once);
     RUN_TEST(test_running_child_and_its_two_ways_to_end);
-    RUN_TEST(test_what_cannot_be_started);
+    RUN_TEST(test_a_program_that_cannot_be_started_is_reported);
     RUN_TEST(test_child_keeps_only_the_named_descriptors);
     RUN_TEST(test_memory_limit_holds_for_the_child_only);
     RUN_TEST(test_descriptors_are_limited);
     RUN_TEST(test_end_tells_the_memory_that_was_needed);
-    RUN_TEST(test_size_of_a_program_is_what_it_takes_when_loaded);
+    RUN_TEST(test_the_size_of_a_program_is_its_size_when_loaded);
     RUN_TEST(test_child_is_pinned_to_one_of_our_processors);
     RUN_TEST(test_output_goes_to_the_file_and_is_appended);
     RUN_TEST(test_child_begins_with_ordinary_signals);
@@ -564,6 +564,6 @@ int main(int count, char** arguments)
     RUN_TEST(test_caught_stop_signal_ends_a_wait_and_not_the_program);
     RUN_TEST(test_interrupt_can_be_left_to_the_parent);
     RUN_TEST(test_other_signals_do_not_shorten_a_wait);
-    RUN_TEST(test_environment_is_what_the_starter_has_set);
+    RUN_TEST(test_a_child_has_the_environment_that_its_starter_set);
     return UNITY_END();
 }

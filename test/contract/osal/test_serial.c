@@ -90,7 +90,7 @@ static void test_bit_rates_of_the_contract(void)
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, osal_serial_open(&line, path, 0U));
 }
 
-static void test_what_came_before_is_thrown_away(void)
+static void test_octets_received_before_opening_are_discarded(void)
 {
     uint8_t octet = 0U;
     size_t size   = 0U;
@@ -134,7 +134,7 @@ static void test_a_far_end_that_sleeps_fills_the_line(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, status);
 }
 
-static void test_what_is_no_line_is_refused(void)
+static void test_a_path_that_is_no_serial_line_is_refused(void)
 {
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_serial_open(&line, "/dev/null", 9600U));
     TEST_ASSERT_FALSE(osal_device_is_open(&line));
@@ -147,9 +147,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_every_octet_passes_unchanged_both_ways);
     RUN_TEST(test_bit_rates_of_the_contract);
-    RUN_TEST(test_what_came_before_is_thrown_away);
+    RUN_TEST(test_octets_received_before_opening_are_discarded);
     RUN_TEST(test_a_line_that_hangs_up_is_closed_and_comes_back);
     RUN_TEST(test_a_far_end_that_sleeps_fills_the_line);
-    RUN_TEST(test_what_is_no_line_is_refused);
+    RUN_TEST(test_a_path_that_is_no_serial_line_is_refused);
     return UNITY_END();
 }

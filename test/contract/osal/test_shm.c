@@ -92,7 +92,7 @@ static void test_names_out_of_the_contract_are_invalid(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_shm_create(&shm, longest, 1U));
 }
 
-static void test_what_the_machine_cannot_hold_is_refused_and_leaves_no_name(void)
+static void test_too_large_shared_memory_is_refused_and_leaves_no_name(void)
 {
     osal_shm_t shm;
     for (unsigned power = 50U; power <= 62U; power += 4U) {
@@ -136,6 +136,6 @@ int main(void)
     RUN_TEST(test_names_that_exist_and_do_not);
     RUN_TEST(test_names_of_a_family_are_shown_and_may_be_removed);
     RUN_TEST(test_names_out_of_the_contract_are_invalid);
-    RUN_TEST(test_what_the_machine_cannot_hold_is_refused_and_leaves_no_name);
+    RUN_TEST(test_too_large_shared_memory_is_refused_and_leaves_no_name);
     return UNITY_END();
 }

@@ -108,7 +108,7 @@ static void a_name_without_a_socket_is_reported(void)
 }
 
 /// A receiver that does not read: datagrams without room come back. Nothing is lost between the two counts.
-static void what_a_slow_receiver_has_no_room_for_comes_back(void)
+static void messages_that_a_slow_receiver_has_no_room_for_are_returned(void)
 {
     unsigned sent     = 0U;
     unsigned returned = 0U;
@@ -201,7 +201,7 @@ int main(void)
     RUN_TEST(a_message_beyond_the_protocol_is_refused);
     RUN_TEST(a_message_beyond_the_buffer_is_dropped_and_reported);
     RUN_TEST(a_name_without_a_socket_is_reported);
-    RUN_TEST(what_a_slow_receiver_has_no_room_for_comes_back);
+    RUN_TEST(messages_that_a_slow_receiver_has_no_room_for_are_returned);
     RUN_TEST(samples_that_have_no_room_do_not_come_back);
     RUN_TEST(identities_differ_and_stay);
     RUN_TEST(an_adopted_socket_continues);

@@ -84,7 +84,7 @@ static void vectors_of_the_packet_standard(void)
     }
 }
 
-static void nothing_gives_the_start_values(void)
+static void empty_input_gives_the_start_values(void)
 {
     TEST_ASSERT_EQUAL_HEX16(0xFFFFU, crc16_ccitt(NULL, 0U));
     TEST_ASSERT_EQUAL_HEX32(0x00000000U, crc32_iso(NULL, 0U));
@@ -181,7 +181,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(published_check_values);
     RUN_TEST(vectors_of_the_packet_standard);
-    RUN_TEST(nothing_gives_the_start_values);
+    RUN_TEST(empty_input_gives_the_start_values);
     RUN_TEST(every_octet_and_every_pair_equals_the_reference);
     RUN_TEST(long_texts_equal_the_reference);
     RUN_TEST(a_packet_with_its_own_crc_gives_zero);

@@ -165,7 +165,7 @@ static void reads_zeros_and_both_exponent_signs(void)
 }
 
 /// A refused text changes neither the value nor the place in the text.
-static void refuses_what_a_type_cannot_hold(void)
+static void refuses_values_out_of_range_of_the_type(void)
 {
     static const struct {
         const char* text;
@@ -223,7 +223,7 @@ int main(void)
     RUN_TEST(rounds_as_the_c_library_does);
     RUN_TEST(walks_through_a_list);
     RUN_TEST(reads_zeros_and_both_exponent_signs);
-    RUN_TEST(refuses_what_a_type_cannot_hold);
+    RUN_TEST(refuses_values_out_of_range_of_the_type);
     RUN_TEST(reads_words_for_bool_and_bounds_of_float);
     return UNITY_END();
 }

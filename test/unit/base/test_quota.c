@@ -14,7 +14,7 @@ void tearDown(void)
 {
 }
 
-static void so_many_are_lent_and_no_more(void)
+static void a_quota_grants_no_more_than_its_limit(void)
 {
     for (uint16_t limit = 1U; limit <= 20U; limit++) {
         quota_init(&quota, limit);
@@ -80,7 +80,7 @@ static void coding_errors_are_assertions(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(so_many_are_lent_and_no_more);
+    RUN_TEST(a_quota_grants_no_more_than_its_limit);
     RUN_TEST(no_quota_refuses_nothing);
     RUN_TEST(the_warning_rises_at_three_quarters_and_falls_below_two_thirds);
     RUN_TEST(coding_errors_are_assertions);

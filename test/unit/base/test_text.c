@@ -137,7 +137,7 @@ static void parts_follow_each_other(void)
     TEST_ASSERT_EQUAL_STRING("a b-7beef", text.characters);
 }
 
-static void what_does_not_fit_is_cut_and_told(void)
+static void text_that_does_not_fit_is_cut_and_reported(void)
 {
     static const char words[] = "0123456789";
     for (size_t capacity = 1U; capacity <= 16U; capacity++) {
@@ -210,7 +210,7 @@ int main(void)
     RUN_TEST(every_octet_has_two_lower_case_digits);
     RUN_TEST(seconds_have_nine_decimals);
     RUN_TEST(parts_follow_each_other);
-    RUN_TEST(what_does_not_fit_is_cut_and_told);
+    RUN_TEST(text_that_does_not_fit_is_cut_and_reported);
     RUN_TEST(a_cut_stays_told);
     RUN_TEST(coding_errors_are_caught);
     return UNITY_END();

@@ -170,7 +170,7 @@ def test_link_lost(console):
     assert "closed the link" in err
 
 
-def test_time_out_names_what_is_missing(console):
+def test_time_out_names_the_missing_report(console):
     code, _, err, _ = console(lambda p: [(16, 1, 1, p.request_id, p.user)], "ping", "MANIPULATOR")
     assert code == 4
     assert "end of verification" in err

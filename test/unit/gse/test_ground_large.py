@@ -20,7 +20,7 @@ def _parts(raw, transaction=5, size=512):
 
 
 @pytest.mark.parametrize("size", [4097, 8158, 8159, 65542])
-def test_what_is_cut_is_put_together(size):
+def test_a_packet_cut_into_parts_is_reassembled(size):
     raw = packets.build_tc(SUPERVISOR, 9, 18, 1, random.Random(1).randbytes(size - 13), USER)
     parts = [packets.build_tc(SUPERVISOR, 0, 13, subtype, data, USER) for subtype, data in large.cut(raw, 7)]
     assert all(len(part) <= packets.PACKET_MAX for part in parts)

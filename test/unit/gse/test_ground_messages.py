@@ -33,7 +33,7 @@ def test_there_are_all_messages_of_the_standard(dictionary):
 
 
 @pytest.mark.parametrize("direction", ["TC", "TM"])
-def test_what_is_written_is_read_and_no_part_of_it_is(dictionary, direction):
+def test_an_encoded_message_is_decoded_and_a_truncated_one_is_refused(dictionary, direction):
     catalogue = dictionary.catalogue
     for entry in catalogue.all(direction):
         for seed in range(6):
@@ -48,7 +48,7 @@ def test_what_is_written_is_read_and_no_part_of_it_is(dictionary, direction):
                 catalogue.decode(packets.Packet(direction, 16, 0, *message, 1, octets + b"\0", b""))
 
 
-def test_errors_name_the_field_and_what_is_expected(dictionary):
+def test_errors_name_the_field_and_the_expected_value(dictionary):
     encode = dictionary.catalogue.encode
     for given, words in (
         ({}, "rate_exponential_value is missing"),

@@ -70,7 +70,7 @@ def _refit(raw):
         (lambda raw: _refit(raw[:6] + bytes([0x10]) + raw[7:]), "PUS version"),
     ],
 )
-def test_what_is_wrong_is_reported(change, reason):
+def test_each_error_of_a_packet_is_reported(change, reason):
     with pytest.raises(packets.PacketError, match=reason):
         packets.parse(change(_tm()))
 

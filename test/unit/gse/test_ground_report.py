@@ -53,7 +53,7 @@ def test_every_plot_is_a_png_beside(written):
 
 
 @pytest.mark.parametrize("kept", [[], ["run.json"], ["packets.log"], ["can-robot.log", "run.json"], ["truth.lcm"], ["can-joystick.log", "packets.log"]])
-def test_what_is_left_of_a_run_gets_a_report(flight_folder, dictionary_path, tmp_path, kept):
+def test_a_report_is_made_of_an_incomplete_run(flight_folder, dictionary_path, tmp_path, kept):
     for name in kept:
         octets = (flight_folder / name).read_bytes()
         (tmp_path / name).write_bytes(octets if name == "run.json" else octets[: len(octets) // 3 + 1])

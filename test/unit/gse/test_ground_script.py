@@ -157,7 +157,7 @@ def test_expected_refusal(dictionary):
         Flight(dictionary).run(text)
 
 
-def test_what_is_tried_may_fail(dictionary):
+def test_a_tried_step_may_fail(dictionary):
     text = "0 operator try state MANIPULATOR SAFE_OPERATIONAL\n0 operator try nowait ping MANIPULATOR\n"
     flight = Flight(dictionary, lambda p: failure(p, 2, 0x0111, 16 << 16 | 2)).run(text)
     assert flight.told[0]["outcome"].startswith("not carried out: ")

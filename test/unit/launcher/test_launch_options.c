@@ -150,7 +150,7 @@ static void a_foreign_program_takes_datagrams(void)
     TEST_ASSERT_EQUAL_STRING("", options.foreign);
 }
 
-static void what_makes_no_sense_is_refused_with_the_reason(void)
+static void contradictory_options_are_refused_with_the_reason(void)
 {
     static const struct {
         const char* line;
@@ -220,7 +220,7 @@ int main(void)
     RUN_TEST(a_key_is_a_path);
     RUN_TEST(real_controllers_are_named);
     RUN_TEST(a_foreign_program_takes_datagrams);
-    RUN_TEST(what_makes_no_sense_is_refused_with_the_reason);
+    RUN_TEST(contradictory_options_are_refused_with_the_reason);
     RUN_TEST(there_are_not_more_interfaces_than_buses);
     return UNITY_END();
 }

@@ -64,7 +64,7 @@ static void a_process_that_waits_for_a_processor_is_starved(void)
     end();
 }
 
-static void who_has_used_its_time_is_not(void)
+static void a_process_that_has_used_its_time_is_not_starved(void)
 {
     start("while :; do :; done");
     const osal_process_look_t look = look_until(true);
@@ -73,7 +73,7 @@ static void who_has_used_its_time_is_not(void)
     end();
 }
 
-static void who_waits_for_something_else_is_not(void)
+static void a_process_that_waits_for_an_event_is_not_starved(void)
 {
     start("read line </dev/null; exec sleep 1000");
     (void)look_until(false);
@@ -81,7 +81,7 @@ static void who_waits_for_something_else_is_not(void)
     end();
 }
 
-static void who_is_stopped_is_not(void)
+static void a_stopped_process_is_not_starved(void)
 {
     start("while :; do :; done");
     (void)look_until(true);
@@ -113,9 +113,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_process_that_waits_for_a_processor_is_starved);
-    RUN_TEST(who_has_used_its_time_is_not);
-    RUN_TEST(who_waits_for_something_else_is_not);
-    RUN_TEST(who_is_stopped_is_not);
+    RUN_TEST(a_process_that_has_used_its_time_is_not_starved);
+    RUN_TEST(a_process_that_waits_for_an_event_is_not_starved);
+    RUN_TEST(a_stopped_process_is_not_starved);
     RUN_TEST(only_the_holder_of_the_grant_can_be_starved);
     return UNITY_END();
 }

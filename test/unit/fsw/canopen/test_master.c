@@ -108,7 +108,7 @@ static void sync_is_the_last_frame_of_a_cycle(void)
     TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus, 0x080U));
 }
 
-static void its_heartbeat_comes_every_20_ms(void)
+static void the_heartbeat_has_a_period_of_20_ms(void)
 {
     unsigned beats = 0U;
     for (unsigned i = 0U; i < 400U; i++) {
@@ -314,7 +314,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(nodes_and_routes_have_their_limits);
     RUN_TEST(sync_is_the_last_frame_of_a_cycle);
-    RUN_TEST(its_heartbeat_comes_every_20_ms);
+    RUN_TEST(the_heartbeat_has_a_period_of_20_ms);
     RUN_TEST(a_master_that_begins_anew_sends_its_heartbeat_at_once);
     RUN_TEST(a_reset_counts_for_the_nodes_that_it_reaches);
     RUN_TEST(boot_up_and_heartbeats_tell_the_state);

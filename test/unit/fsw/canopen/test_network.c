@@ -100,7 +100,7 @@ static void a_joystick_has_two_axes_behind_one_node(void)
     expect_no_fault();
 }
 
-static void what_is_added_is_checked(void)
+static void the_network_checks_each_added_node(void)
 {
     uint8_t index = 0U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_add(&network, "toaster", 0x13U));
@@ -120,7 +120,7 @@ static void what_is_added_is_checked(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_set(&network, 0U, &setting));
 }
 
-static void nothing_works_out_of_order(void)
+static void functions_called_out_of_order_are_refused(void)
 {
     TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_start(&network, now_ns));
@@ -252,8 +252,8 @@ int main(void)
     RUN_TEST(drives_come_up_run_and_go_down);
     RUN_TEST(process_data_go_both_ways);
     RUN_TEST(a_joystick_has_two_axes_behind_one_node);
-    RUN_TEST(what_is_added_is_checked);
-    RUN_TEST(nothing_works_out_of_order);
+    RUN_TEST(the_network_checks_each_added_node);
+    RUN_TEST(functions_called_out_of_order_are_refused);
     RUN_TEST(a_node_that_does_not_boot_is_reported_again);
     RUN_TEST(a_device_of_another_type_is_refused);
     RUN_TEST(a_device_of_another_maker_or_kind_is_refused);

@@ -233,7 +233,7 @@ static void a_switch_in_mid_run_stops_process_data_first(void)
     run();
 }
 
-static void what_the_other_channel_brings_is_dropped(void)
+static void frames_of_a_node_on_the_wrong_channel_are_dropped(void)
 {
     const uint8_t stray[8] = {0x37U, 0x02U};
     open_network();
@@ -300,7 +300,7 @@ static void conditions_of_a_controller_are_reported_and_counted(void)
     TEST_ASSERT_EQUAL_UINT32(5U, counters.errors);
 }
 
-static void what_is_not_sent_is_counted_with_the_reason(void)
+static void unsent_frames_are_counted_with_the_reason(void)
 {
     static const uint8_t octets[8] = {0U};
     canopen_network_bus_counters_t before;
@@ -332,9 +332,9 @@ int main(void)
     RUN_TEST(a_cut_is_met_like_an_unplug_and_the_order_brings_them_back);
     RUN_TEST(a_selection_while_closed_counts_for_the_next_opening);
     RUN_TEST(a_switch_in_mid_run_stops_process_data_first);
-    RUN_TEST(what_the_other_channel_brings_is_dropped);
+    RUN_TEST(frames_of_a_node_on_the_wrong_channel_are_dropped);
     RUN_TEST(a_missing_channel_b_is_reported_and_cannot_be_selected);
     RUN_TEST(conditions_of_a_controller_are_reported_and_counted);
-    RUN_TEST(what_is_not_sent_is_counted_with_the_reason);
+    RUN_TEST(unsent_frames_are_counted_with_the_reason);
     return UNITY_END();
 }

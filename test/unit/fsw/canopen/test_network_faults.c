@@ -148,7 +148,7 @@ static void emergencies_go_by_their_class(void)
     expect_no_fault();
 }
 
-static void what_was_before_the_reset_does_not_matter(void)
+static void an_emergency_before_the_reset_is_no_fault(void)
 {
     scripted_bus_emergency(&bus, 0x11U, 0x8130U);
     TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
@@ -308,7 +308,7 @@ int main(void)
     RUN_TEST(a_fault_is_reported_once_with_its_code);
     RUN_TEST(leaving_operation_by_itself_is_a_fault);
     RUN_TEST(emergencies_go_by_their_class);
-    RUN_TEST(what_was_before_the_reset_does_not_matter);
+    RUN_TEST(an_emergency_before_the_reset_is_no_fault);
     RUN_TEST(a_fault_is_reset_on_the_way_to_standby_only);
     RUN_TEST(a_flood_of_faults_is_counted);
     RUN_TEST(securing_brakes_then_takes_the_voltage);

@@ -50,7 +50,7 @@ static status_t result(void)
     return canopen_sdo_client_result(&client, NULL);
 }
 
-static void nothing_is_said_unasked(void)
+static void the_client_sends_nothing_without_a_request(void)
 {
     TEST_ASSERT_EQUAL(STATUS_EMPTY, result());
     TEST_ASSERT_FALSE(next());
@@ -323,7 +323,7 @@ static void a_size_that_does_not_hold_is_refused(void)
     expect_abort(SDO_ABORT_LENGTH);
 }
 
-static void answers_for_somebody_else_are_counted_and_dropped(void)
+static void answers_to_another_client_are_counted_and_dropped(void)
 {
     answer(0x4BU, 0x08U, 0x10U, 0U, 1U, 2U, 0U, 0U); // There is no request.
     begin_upload();
@@ -377,7 +377,7 @@ static void a_server_that_talks_nonsense_does_no_harm(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(nothing_is_said_unasked);
+    RUN_TEST(the_client_sends_nothing_without_a_request);
     RUN_TEST(writes_1_to_4_octets_at_once);
     RUN_TEST(reads_expedited_values_of_every_size);
     RUN_TEST(writes_long_values_in_segments);
@@ -389,7 +389,7 @@ int main(void)
     RUN_TEST(an_answer_of_another_kind_is_refused_in_every_phase);
     RUN_TEST(too_long_a_value_is_refused);
     RUN_TEST(a_size_that_does_not_hold_is_refused);
-    RUN_TEST(answers_for_somebody_else_are_counted_and_dropped);
+    RUN_TEST(answers_to_another_client_are_counted_and_dropped);
     RUN_TEST(a_server_that_talks_nonsense_does_no_harm);
     return UNITY_END();
 }

@@ -139,7 +139,7 @@ static void silence_and_reset_end_in_a_timeout(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, canopen_setting_run_step(&run, &client));
 }
 
-static void it_waits_for_a_transfer_of_somebody_else(void)
+static void a_transfer_waits_for_that_of_another_client(void)
 {
     canopen_setting_t list[] = {{.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE}};
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&client, 0x1018U, 1U));
@@ -185,7 +185,7 @@ int main(void)
     RUN_TEST(a_value_of_another_size_ends_it);
     RUN_TEST(an_abort_tells_its_code_and_place);
     RUN_TEST(silence_and_reset_end_in_a_timeout);
-    RUN_TEST(it_waits_for_a_transfer_of_somebody_else);
+    RUN_TEST(a_transfer_waits_for_that_of_another_client);
     RUN_TEST(emergencies_are_decoded_and_ranked);
     return UNITY_END();
 }

@@ -112,7 +112,7 @@ static void registers_are_numbers(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(value, result.data, 4U);
 }
 
-static void what_cannot_be_reached_is_refused(void)
+static void a_command_with_an_invalid_device_or_address_is_refused(void)
 {
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 4};
     static const uint8_t none[]     = {0x60, 0x65, 0x01, 0};
@@ -139,7 +139,7 @@ static void what_cannot_be_reached_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_IO, begin(0U, &cases[0].action));
 }
 
-static void what_a_device_says_against_it_is_reported(void)
+static void an_sdo_abort_of_the_device_is_reported(void)
 {
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
     const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
@@ -207,8 +207,8 @@ int main(void)
     RUN_TEST(objects_are_written);
     RUN_TEST(objects_are_read);
     RUN_TEST(registers_are_numbers);
-    RUN_TEST(what_cannot_be_reached_is_refused);
-    RUN_TEST(what_a_device_says_against_it_is_reported);
+    RUN_TEST(a_command_with_an_invalid_device_or_address_is_refused);
+    RUN_TEST(an_sdo_abort_of_the_device_is_reported);
     RUN_TEST(one_transfer_to_a_node_at_a_time);
     RUN_TEST(commissioning_ends_a_transfer);
     return UNITY_END();

@@ -163,7 +163,7 @@ static void logical_devices_are_read_and_set(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(value(100 * 0.1), result.data, DRIVES_QUANTITY_OCTETS);
 }
 
-static void what_is_no_quantity_or_cannot_be_set_is_refused(void)
+static void an_unknown_or_unsettable_quantity_is_refused(void)
 {
     const struct {
         pus_device_action_t action;
@@ -209,7 +209,7 @@ int main(void)
     RUN_TEST(values_are_rounded_into_objects_that_can_hold_them);
     RUN_TEST(objects_become_values);
     RUN_TEST(logical_devices_are_read_and_set);
-    RUN_TEST(what_is_no_quantity_or_cannot_be_set_is_refused);
+    RUN_TEST(an_unknown_or_unsettable_quantity_is_refused);
     RUN_TEST(wrong_lines_of_a_descriptor_are_reported);
     return UNITY_END();
 }

@@ -95,7 +95,7 @@ static status_t poll(const uint8_t slot)
     return port.poll(port.context, slot, &result);
 }
 
-static void only_what_is_declared_is_there(void)
+static void only_declared_supplies_and_outputs_exist(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, check(turn(0x1F01U)));
     TEST_ASSERT_EQUAL(STATUS_OK, check(turn(0x1FFFU)));
@@ -141,7 +141,7 @@ static void a_closed_bus_is_borrowed(void)
     TEST_ASSERT_EQUAL(STATUS_OK, poll(1U));
 }
 
-static void hardware_init_keeps_what_was_borrowed(void)
+static void hardware_init_keeps_the_borrowed_resources(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U)));
     TEST_ASSERT_EQUAL(STATUS_BUSY, drives_hardware_init(&drives));
@@ -178,10 +178,10 @@ static void lines_of_a_supply_differ(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(only_what_is_declared_is_there);
+    RUN_TEST(only_declared_supplies_and_outputs_exist);
     RUN_TEST(a_pulse_is_a_frame_on_the_open_bus);
     RUN_TEST(a_closed_bus_is_borrowed);
-    RUN_TEST(hardware_init_keeps_what_was_borrowed);
+    RUN_TEST(hardware_init_keeps_the_borrowed_resources);
     RUN_TEST(a_pulse_that_is_abandoned_gives_the_bus_back);
     RUN_TEST(without_a_bus_it_fails);
     RUN_TEST(lines_of_a_supply_differ);

@@ -78,7 +78,7 @@ static void no_program_uses_more_than_its_share(void)
 }
 
 /// Neither addresses nor the interpreter's hash seed, which differ between slots, change the units used.
-static void what_is_used_depends_on_the_program_alone(void)
+static void the_cost_of_a_procedure_depends_on_its_code_alone(void)
 {
     static uint32_t first[CYCLES];
     for (size_t i = 0U; i < HOSTILE_PROCEDURES; i++) {
@@ -158,7 +158,7 @@ static const struct {
     {"local t = {} for i = 1, 100 do t['k' .. i] = i end", "pairs(t)", 4000U},
 };
 
-static void work_is_paid_for_by_what_it_touches(void)
+static void the_cost_of_work_is_proportional_to_the_data_it_touches(void)
 {
     for (size_t i = 0U; i < (sizeof paid / sizeof paid[0]); i++) {
         (void)snprintf(code, sizeof code, "%s for i = 1, 10 do end", paid[i].before);
@@ -183,7 +183,7 @@ static void ordinary_work_is_cheap(void)
                      1000U);
 }
 
-static void what_is_too_much_is_an_error(void)
+static void too_much_work_in_one_call_is_an_error(void)
 {
     expect_error("return ('%f'):rep(6):format(1, 1, 1, 1, 1, 1)", "too much in one call");
     expect_error("return ('%q'):format(('\\0'):rep(1100))", "too much in one call");
@@ -206,7 +206,7 @@ static void what_is_too_much_is_an_error(void)
     expect_error("pcall(function() return ('x'):rep(4096) .. 'x' end) local s = {} error('mine')", "mine");
 }
 
-static void metatables_are_what_they_were_when_set(void)
+static void a_metatable_keeps_its_content_after_it_is_set(void)
 {
     static const char* const same[] = {
         "local m = {} local t = setmetatable({}, m) m.__index = {x = 1} return t.x == nil",
@@ -278,11 +278,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(no_program_uses_more_than_its_share);
-    RUN_TEST(what_is_used_depends_on_the_program_alone);
-    RUN_TEST(work_is_paid_for_by_what_it_touches);
+    RUN_TEST(the_cost_of_a_procedure_depends_on_its_code_alone);
+    RUN_TEST(the_cost_of_work_is_proportional_to_the_data_it_touches);
     RUN_TEST(ordinary_work_is_cheap);
-    RUN_TEST(what_is_too_much_is_an_error);
-    RUN_TEST(metatables_are_what_they_were_when_set);
+    RUN_TEST(too_much_work_in_one_call_is_an_error);
+    RUN_TEST(a_metatable_keeps_its_content_after_it_is_set);
     RUN_TEST(a_debt_is_paid_before_anything_is_done);
     return UNITY_END();
 }

@@ -44,7 +44,7 @@ static void a_procedure_calls_its_host(void)
         host.log);
 }
 
-static void a_call_tells_what_it_wants(void)
+static void a_call_returns_the_request_of_the_procedure(void)
 {
     const pus_answer_t answer = {.kind = PUS_ANSWER_NONE};
     TEST_ASSERT_EQUAL(STATUS_OK,
@@ -200,7 +200,7 @@ static void pathological_patterns_are_paid_for(void)
     expect_error("return ('x'):match('(x')", "malformed pattern");
 }
 
-static void what_is_dangerous_is_not_there(void)
+static void dangerous_functions_are_absent_from_the_sandbox(void)
 {
     static const char* const names[] = {
         "io",         "os",          "package",     "debug",           "require",
@@ -324,7 +324,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_procedure_calls_its_host);
-    RUN_TEST(a_call_tells_what_it_wants);
+    RUN_TEST(a_call_returns_the_request_of_the_procedure);
     RUN_TEST(arguments_have_their_types);
     RUN_TEST(errors_tell_their_line);
     RUN_TEST(arguments_of_calls_are_checked);
@@ -332,7 +332,7 @@ int main(void)
     RUN_TEST(deep_recursion_is_an_error);
     RUN_TEST(a_memory_hog_gets_an_error);
     RUN_TEST(pathological_patterns_are_paid_for);
-    RUN_TEST(what_is_dangerous_is_not_there);
+    RUN_TEST(dangerous_functions_are_absent_from_the_sandbox);
     RUN_TEST(precompiled_code_is_refused);
     RUN_TEST(an_error_in_an_error_ends_it);
     RUN_TEST(the_same_code_gives_the_same_calls_in_every_slot);

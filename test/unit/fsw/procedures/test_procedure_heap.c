@@ -43,7 +43,7 @@ static void all_of_it_can_be_taken_and_given_back(void)
     TEST_ASSERT_EQUAL_UINT64(SIZE, heap.peak);
 }
 
-static void what_is_too_large_is_refused(void)
+static void a_block_that_is_too_large_is_refused(void)
 {
     TEST_ASSERT_NULL(procedure_heap_take(&heap, SIZE_MAX));
     TEST_ASSERT_NULL(procedure_heap_take(&heap, (1024U * 1024U) + 1U));
@@ -115,7 +115,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(all_of_it_can_be_taken_and_given_back);
-    RUN_TEST(what_is_too_large_is_refused);
+    RUN_TEST(a_block_that_is_too_large_is_refused);
     RUN_TEST(blocks_grow_and_shrink_with_their_content);
     RUN_TEST(blocks_never_overlap);
     return UNITY_END();

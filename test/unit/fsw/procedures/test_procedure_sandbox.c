@@ -52,7 +52,7 @@ static void texts_are_made_and_taken_apart(void)
     }
 }
 
-static void patterns_find_what_they_say(void)
+static void patterns_find_the_text_they_describe(void)
 {
     static const char* const cases[] = {
         "('hello world'):find('wor') == 7",
@@ -165,7 +165,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(texts_are_made_and_taken_apart);
-    RUN_TEST(patterns_find_what_they_say);
+    RUN_TEST(patterns_find_the_text_they_describe);
     RUN_TEST(tables_are_used_as_lists);
     RUN_TEST(a_sort_that_lies_ends);
     return UNITY_END();

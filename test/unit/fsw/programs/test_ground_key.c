@@ -95,7 +95,7 @@ static void other_contents_are_none(void)
     }
 }
 
-static void what_others_may_read_is_no_secret(void)
+static void a_key_file_that_other_users_may_access_is_refused(void)
 {
     static const mode_t modes[] = {0640U, 0604U, 0620U, 0602U, 0610U, 0644U};
     for (size_t i = 0U; i < (sizeof modes / sizeof modes[0]); i++) {
@@ -152,7 +152,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(octets_and_digits_are_keys);
     RUN_TEST(other_contents_are_none);
-    RUN_TEST(what_others_may_read_is_no_secret);
+    RUN_TEST(a_key_file_that_other_users_may_access_is_refused);
     RUN_TEST(a_mark_that_others_may_write_is_refused);
     RUN_TEST(missing_files_are_not_made);
     RUN_TEST(marks_of_others_and_damaged_ones);

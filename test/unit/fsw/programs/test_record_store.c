@@ -76,7 +76,7 @@ static void two_flights_do_not_share_it(void)
     record_store_close(&other);
 }
 
-static void what_cannot_be_kept_is_reported(void)
+static void a_record_store_that_cannot_be_opened_is_reported(void)
 {
     (void)strcpy(run.storage, "/nowhere");
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, record_store_open(&store, &runtime, slots, CAPACITY, true));
@@ -212,7 +212,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(records_outlive_the_program);
     RUN_TEST(two_flights_do_not_share_it);
-    RUN_TEST(what_cannot_be_kept_is_reported);
+    RUN_TEST(a_record_store_that_cannot_be_opened_is_reported);
     RUN_TEST(damaged_media_are_kept);
     RUN_TEST(media_larger_than_a_piece_are_kept_whole);
     RUN_TEST(media_that_cannot_be_kept_are_reported);

@@ -134,7 +134,7 @@ static void numbers_are_big_endian(void)
     TEST_ASSERT_EQUAL_HEX32(grant.octets, heard.octets);
 }
 
-static void what_was_done_is_reported(void)
+static void a_done_message_carries_its_values(void)
 {
     remote_endian_done_t done = {.wake_ns = OSAL_LOCKSTEP_NEVER, .opened = 5U, .is_lossy = true};
     remote_endian_done_t heard;
@@ -164,7 +164,7 @@ static void receive_refuses(const uint8_t* const octets, const size_t size, cons
     TEST_ASSERT_EQUAL(expected, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, 0U, &reader));
 }
 
-static void what_is_no_message_is_refused(void)
+static void octets_that_are_no_message_are_refused(void)
 {
     static const uint8_t empty[]      = {0U, 0U, 0U, 0U};
     static const uint8_t huge[]       = {0xFFU, 0xFFU, 0xFFU, 0xFFU};
@@ -325,8 +325,8 @@ int main(void)
     RUN_TEST(a_run_is_reported);
     RUN_TEST(a_run_cut_short_or_out_of_bounds_is_refused);
     RUN_TEST(numbers_are_big_endian);
-    RUN_TEST(what_was_done_is_reported);
-    RUN_TEST(what_is_no_message_is_refused);
+    RUN_TEST(a_done_message_carries_its_values);
+    RUN_TEST(octets_that_are_no_message_are_refused);
     RUN_TEST(a_message_may_come_in_pieces);
     RUN_TEST(an_end_that_is_gone_is_noticed);
     RUN_TEST(a_receiver_does_not_wait_longer_than_it_may);

@@ -75,7 +75,7 @@ static void a_name_is_noted_once(void)
     TEST_ASSERT_EQUAL_STRING("", block.flows[1].name);
 }
 
-static void what_does_not_fit_is_refused(void)
+static void a_flow_name_that_does_not_fit_is_refused(void)
 {
     char name[RUN_NAME_MAX + 1U];
     (void)memset(name, 'x', RUN_NAME_MAX);
@@ -140,7 +140,7 @@ int main(void)
     RUN_TEST(a_component_is_found_by_its_apid);
     RUN_TEST(the_last_beat_of_each_component_is_kept);
     RUN_TEST(a_name_is_noted_once);
-    RUN_TEST(what_does_not_fit_is_refused);
+    RUN_TEST(a_flow_name_that_does_not_fit_is_refused);
     RUN_TEST(components_note_theirs_at_a_time);
     RUN_TEST(lateness_is_counted_in_classes);
     return UNITY_END();

@@ -114,7 +114,7 @@ static status_t adopt(void)
     return supervisor_checkpoint_adopt(&checkpoint, &limits, &found, &taken_rings, &is_older);
 }
 
-static void memory_that_was_never_written_is_nobodys(void)
+static void memory_that_was_never_written_contains_no_checkpoint(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, adopt());
 }
@@ -322,7 +322,7 @@ static void a_plan_that_the_mission_does_not_have_is_refused(void)
     REFUSED(CHECKPOINT_PLAN, plans[0].start_ns, NOW);
 }
 
-static void what_numbers_packets_is_checked(void)
+static void a_checkpoint_with_invalid_packet_numbers_is_refused(void)
 {
     REFUSED(CHECKPOINT_REQUEST, passed[0].apid, 99U);
     REFUSED(CHECKPOINT_REQUEST, passed[0].since_ns, NOW);
@@ -356,7 +356,7 @@ static void expect_block(message_ring_t* ring, const char* text)
     TEST_ASSERT_EQUAL_MEMORY(text, octets, size);
 }
 
-static void what_waits_in_rings_goes_over_in_order(void)
+static void a_checkpoint_keeps_the_blocks_of_rings_in_order(void)
 {
     uint8_t block[64];
     size_t size = 0U;
@@ -384,7 +384,7 @@ static void an_octet_of_a_ring_that_changes_refuses_its_bank(void)
 }
 
 // Free entries of a table may hold anything.
-static void what_a_free_entry_holds_means_nothing(void)
+static void the_content_of_free_entries_is_not_checked(void)
 {
     (void)memset(&state.sessions[7], 0xFF, sizeof state.sessions[7]);
     state.sessions[7].step = 0U;
@@ -498,7 +498,7 @@ static void a_damaged_annex_is_read_without_harm(void)
     TEST_ASSERT_EQUAL_STRING("", blocks(true));
 }
 
-static void what_was_performed_is_noted_for_one_commit(void)
+static void performed_requests_are_noted_until_the_next_commit(void)
 {
     commit();
     TEST_ASSERT_EQUAL(0U, supervisor_checkpoint_performed(&checkpoint));
@@ -512,7 +512,7 @@ static void what_was_performed_is_noted_for_one_commit(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(memory_that_was_never_written_is_nobodys);
+    RUN_TEST(memory_that_was_never_written_contains_no_checkpoint);
     RUN_TEST(the_last_commit_is_adopted);
     RUN_TEST(any_octet_that_changes_refuses_its_bank);
     RUN_TEST(two_damaged_banks_are_reported);
@@ -522,14 +522,14 @@ int main(void)
     RUN_TEST(a_member_that_cannot_be_is_refused);
     RUN_TEST(a_link_that_the_mission_does_not_have_is_refused);
     RUN_TEST(a_plan_that_the_mission_does_not_have_is_refused);
-    RUN_TEST(what_numbers_packets_is_checked);
-    RUN_TEST(what_waits_in_rings_goes_over_in_order);
+    RUN_TEST(a_checkpoint_with_invalid_packet_numbers_is_refused);
+    RUN_TEST(a_checkpoint_keeps_the_blocks_of_rings_in_order);
     RUN_TEST(an_octet_of_a_ring_that_changes_refuses_its_bank);
-    RUN_TEST(what_a_free_entry_holds_means_nothing);
+    RUN_TEST(the_content_of_free_entries_is_not_checked);
     RUN_TEST(any_octets_are_judged);
     RUN_TEST(an_annex_belongs_to_the_last_commit);
     RUN_TEST(an_annex_that_is_full_takes_no_more);
     RUN_TEST(a_damaged_annex_is_read_without_harm);
-    RUN_TEST(what_was_performed_is_noted_for_one_commit);
+    RUN_TEST(performed_requests_are_noted_until_the_next_commit);
     return UNITY_END();
 }

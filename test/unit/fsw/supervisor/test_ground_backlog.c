@@ -115,7 +115,7 @@ static void each_class_has_its_own_room(void)
     TEST_ASSERT_EQUAL(GROUND_FIRM_REPORTS, firm);
 }
 
-static void what_is_not_firm_leaves_the_blocks_that_are_for_it(void)
+static void plain_reports_leave_the_blocks_reserved_for_firm_ones(void)
 {
     unsigned plain = 0U;
     while (put(1U, 17U, 2U, 0U, 200U) == STATUS_OK) {
@@ -180,7 +180,7 @@ static void a_report_waits_in_the_block_it_lies_in(void)
     TEST_ASSERT_EQUAL(0U, blocks_taken());
 }
 
-static void what_is_routed_leaves_the_blocks_for_firm_ones_too(void)
+static void routed_reports_leave_the_blocks_reserved_for_firm_ones(void)
 {
     unsigned others = 0U;
     unsigned firm   = 0U;
@@ -209,7 +209,7 @@ static void without_a_block_there_is_none_to_take(void)
     }
 }
 
-static void what_waits_is_copied_in_order(void)
+static void waiting_reports_are_copied_in_order(void)
 {
     static uint8_t storage[GROUND_OCTETS];
     static uint8_t packet[PUS_PACKET_MAX];
@@ -267,12 +267,12 @@ int main(void)
     RUN_TEST(reports_leave_in_the_order_they_came);
     RUN_TEST(firm_reports_overtake_but_no_verification_its_own_answer);
     RUN_TEST(each_class_has_its_own_room);
-    RUN_TEST(what_is_not_firm_leaves_the_blocks_that_are_for_it);
+    RUN_TEST(plain_reports_leave_the_blocks_reserved_for_firm_ones);
     RUN_TEST(bulk_reports_leave_room_for_requests);
     RUN_TEST(a_report_waits_in_the_block_it_lies_in);
-    RUN_TEST(what_is_routed_leaves_the_blocks_for_firm_ones_too);
+    RUN_TEST(routed_reports_leave_the_blocks_reserved_for_firm_ones);
     RUN_TEST(without_a_block_there_is_none_to_take);
-    RUN_TEST(what_waits_is_copied_in_order);
+    RUN_TEST(waiting_reports_are_copied_in_order);
     RUN_TEST(any_history_keeps_order_and_blocks);
     return UNITY_END();
 }

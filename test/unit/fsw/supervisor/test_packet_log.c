@@ -218,7 +218,7 @@ static void all_parts_together_are_the_whole(void)
     TEST_ASSERT_EQUAL(0U, packets.failures);
 }
 
-static void what_no_build_has_is_refused(void)
+static void an_unknown_log_strategy_is_refused(void)
 {
     const uint8_t packet[1] = {0x18U};
     open_log(PACKET_LOG_ASCII);
@@ -362,7 +362,7 @@ static void a_full_disk_loses_nothing_that_the_ring_holds(void)
     }
 }
 
-static void what_the_ring_has_lost_is_a_gap_in_the_file(void)
+static void packets_that_the_ring_lost_are_a_gap_in_the_file(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, 2U));
     append(1U);
@@ -518,13 +518,13 @@ int main(void)
     RUN_TEST(the_ring_is_written_when_it_is_left);
     RUN_TEST(the_ring_keeps_the_newest);
     RUN_TEST(all_parts_together_are_the_whole);
-    RUN_TEST(what_no_build_has_is_refused);
+    RUN_TEST(an_unknown_log_strategy_is_refused);
     RUN_TEST(a_strategy_that_cannot_open_leaves_the_old_one);
     RUN_TEST(a_ring_that_is_left_goes_into_the_next_file);
     RUN_TEST(a_mission_says_how_many_records_the_ring_keeps);
     RUN_TEST(a_folder_that_is_not_there_is_waited_for);
     RUN_TEST(a_full_disk_loses_nothing_that_the_ring_holds);
-    RUN_TEST(what_the_ring_has_lost_is_a_gap_in_the_file);
+    RUN_TEST(packets_that_the_ring_lost_are_a_gap_in_the_file);
     RUN_TEST(more_than_the_ring_between_two_steps);
     RUN_TEST(tries_become_rarer);
     RUN_TEST(a_file_that_was_removed_is_made_again);

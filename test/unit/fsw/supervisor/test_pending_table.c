@@ -161,7 +161,7 @@ static void equal_requests_end_one_by_one(void)
     TEST_ASSERT_EQUAL(0U, table.count);
 }
 
-static void what_a_lost_subsystem_owes_is_taken_out(void)
+static void pending_requests_of_a_lost_subsystem_are_removed(void)
 {
     pus_token_t taken;
     supervisor_pending_init(&table);
@@ -198,7 +198,7 @@ static void a_full_table_counts_what_it_cannot_track(void)
     TEST_ASSERT_EQUAL(PENDING_MAX, count);
 }
 
-static void only_what_is_late_and_unanswered_is_taken(void)
+static void only_overdue_unanswered_requests_are_taken(void)
 {
     pus_token_t taken;
     supervisor_pending_init(&table);
@@ -242,9 +242,9 @@ int main(void)
     RUN_TEST(a_request_that_is_like_a_refused_one_takes_its_place);
     RUN_TEST(reports_of_others_change_nothing);
     RUN_TEST(equal_requests_end_one_by_one);
-    RUN_TEST(what_a_lost_subsystem_owes_is_taken_out);
+    RUN_TEST(pending_requests_of_a_lost_subsystem_are_removed);
     RUN_TEST(a_full_table_counts_what_it_cannot_track);
-    RUN_TEST(only_what_is_late_and_unanswered_is_taken);
+    RUN_TEST(only_overdue_unanswered_requests_are_taken);
     RUN_TEST(an_own_request_is_open_until_it_ends);
     return UNITY_END();
 }

@@ -173,7 +173,7 @@ static void actions_come_in_their_time_and_the_run_ends(void)
     TEST_ASSERT_FALSE(run.is_used);
 }
 
-static void what_is_built_in_takes_the_network_offline(void)
+static void the_built_in_plan_takes_the_network_offline(void)
 {
     plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 1U);
     run.is_used    = true;
@@ -185,7 +185,7 @@ static void what_is_built_in_takes_the_network_offline(void)
     TEST_ASSERT_FALSE(run.is_used);
 }
 
-static void a_member_whose_process_died_is_no_concern_of_the_run(void)
+static void a_run_ignores_a_member_whose_process_died(void)
 {
     const plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 3U);
     (void)fail(&run, PLAN_STARTED);
@@ -206,7 +206,7 @@ int main(void)
     RUN_TEST(every_subsystem_of_the_largest_mission_has_room_for_its_run);
     RUN_TEST(no_order_of_failures_gives_a_member_two_runs);
     RUN_TEST(actions_come_in_their_time_and_the_run_ends);
-    RUN_TEST(what_is_built_in_takes_the_network_offline);
-    RUN_TEST(a_member_whose_process_died_is_no_concern_of_the_run);
+    RUN_TEST(the_built_in_plan_takes_the_network_offline);
+    RUN_TEST(a_run_ignores_a_member_whose_process_died);
     return UNITY_END();
 }

@@ -86,7 +86,7 @@ void tearDown(void)
     fixture_close();
 }
 
-static void what_is_reported_to_a_dead_one_waits_in_order(void)
+static void reports_wait_in_order_while_communication_is_down(void)
 {
     char expected[2048] = "";
     be_dead();
@@ -107,7 +107,7 @@ static void what_is_reported_to_a_dead_one_waits_in_order(void)
     TEST_ASSERT_EQUAL_STRING(expected, found);
 }
 
-static void what_has_no_room_is_counted_and_nothing_firm_is_lost(void)
+static void dropped_reports_are_counted_and_no_firm_report_is_lost(void)
 {
     be_dead();
     const supervisor_ground_t before = fixture.supervisor.ground;
@@ -157,8 +157,8 @@ static void the_first_firm_ones_are_kept_where_there_are_too_many(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(what_is_reported_to_a_dead_one_waits_in_order);
-    RUN_TEST(what_has_no_room_is_counted_and_nothing_firm_is_lost);
+    RUN_TEST(reports_wait_in_order_while_communication_is_down);
+    RUN_TEST(dropped_reports_are_counted_and_no_firm_report_is_lost);
     RUN_TEST(the_first_firm_ones_are_kept_where_there_are_too_many);
     return UNITY_END();
 }

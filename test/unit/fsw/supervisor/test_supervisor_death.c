@@ -100,7 +100,7 @@ static void it_continues_and_says_so(void)
     expect_whole_log();
 }
 
-static void who_is_stopped_is_not_asked(void)
+static void a_subsystem_that_was_stopped_is_not_asked_for_its_status(void)
 {
     const uint8_t apid[2] = {0U, LONE};
     (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, apid,
@@ -131,7 +131,7 @@ static void a_request_that_is_under_way_is_answered_once(void)
     expect_whole_log();
 }
 
-static void what_comes_while_it_is_dead_is_done_once(void)
+static void a_request_received_while_the_supervisor_is_dead_is_performed_once(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
     die();
@@ -156,7 +156,7 @@ static void a_subsystem_that_dies_meanwhile_still_ends_its_requests(void)
     TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0408 10"));
 }
 
-static void what_it_had_begun_itself_ends_with_the_reason(void)
+static void requests_that_the_dead_supervisor_was_performing_fail_with_the_reason(void)
 {
     const uint8_t apid[2]                   = {0U, ARM};
     fixture.members[FIXTURE_ARM].is_passive = true;
@@ -518,7 +518,7 @@ static bool keep_checkpoint(void* context, const checkpoint_t* of)
 }
 
 /// Kept for analysis, before it is overwritten.
-static void what_was_damaged_is_kept(void)
+static void a_damaged_checkpoint_is_preserved(void)
 {
     configuration.keep_checkpoint = keep_checkpoint;
     die();
@@ -561,11 +561,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(it_continues_and_says_so);
-    RUN_TEST(who_is_stopped_is_not_asked);
+    RUN_TEST(a_subsystem_that_was_stopped_is_not_asked_for_its_status);
     RUN_TEST(a_request_that_is_under_way_is_answered_once);
-    RUN_TEST(what_comes_while_it_is_dead_is_done_once);
+    RUN_TEST(a_request_received_while_the_supervisor_is_dead_is_performed_once);
     RUN_TEST(a_subsystem_that_dies_meanwhile_still_ends_its_requests);
-    RUN_TEST(what_it_had_begun_itself_ends_with_the_reason);
+    RUN_TEST(requests_that_the_dead_supervisor_was_performing_fail_with_the_reason);
     RUN_TEST(links_are_as_the_members_say);
     RUN_TEST(agreements_are_there_again);
     RUN_TEST(networks_are_there_again);
@@ -579,7 +579,7 @@ int main(void)
     RUN_TEST(the_report_of_the_member_takes_precedence);
     RUN_TEST(a_damaged_commit_falls_back_to_the_one_before);
     RUN_TEST(without_anything_to_take_over_it_starts_again_and_says_so);
-    RUN_TEST(what_was_damaged_is_kept);
+    RUN_TEST(a_damaged_checkpoint_is_preserved);
     RUN_TEST(messages_that_were_kept_continue_as_they_are);
     return UNITY_END();
 }

@@ -41,7 +41,7 @@ static void cut_off_arm(void)
     fixture_forget();
 }
 
-static void a_state_that_is_not_heard_of_bars_nobody_for_certain(void)
+static void a_request_barred_only_by_an_unknown_state_is_refused_as_uncertain(void)
 {
     cut_off_arm();
     (void)fixture_request_state(HAND, STATE_OFFLINE);
@@ -133,7 +133,7 @@ static void only_the_end_of_the_question_is_an_answer(void)
     TEST_ASSERT_EQUAL(DOUBT_NONE, arm()->doubt);
 }
 
-static void who_comes_back_offline_has_no_links(void)
+static void a_subsystem_that_returns_offline_has_no_links(void)
 {
     cut_off_arm();
     fixture.members[FIXTURE_ARM].state     = STATE_OFFLINE;
@@ -164,11 +164,11 @@ static void a_subsystem_that_reports_is_never_queried(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_state_that_is_not_heard_of_bars_nobody_for_certain);
+    RUN_TEST(a_request_barred_only_by_an_unknown_state_is_refused_as_uncertain);
     RUN_TEST(a_subsystem_heard_again_is_queried_and_then_trusted);
     RUN_TEST(an_answer_that_does_not_come_is_asked_for_again);
     RUN_TEST(only_the_end_of_the_question_is_an_answer);
-    RUN_TEST(who_comes_back_offline_has_no_links);
+    RUN_TEST(a_subsystem_that_returns_offline_has_no_links);
     RUN_TEST(a_process_that_starts_again_is_not_in_doubt);
     RUN_TEST(a_subsystem_that_reports_is_never_queried);
     return UNITY_END();

@@ -127,7 +127,7 @@ static void failures_apart_have_plans_apart(void)
     TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 00"));
 }
 
-static void who_is_in_error_or_gone_is_not_told_again(void)
+static void a_partner_in_error_or_lost_receives_no_second_order(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
@@ -148,7 +148,7 @@ static void who_is_in_error_or_gone_is_not_told_again(void)
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 00"));
 }
 
-static void a_plan_of_the_mission_replaces_what_is_built_in(void)
+static void a_plan_of_the_mission_replaces_the_built_in_one(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_event(FIXTURE_HAND, 4U, BROKEN);
@@ -493,8 +493,8 @@ int main(void)
     RUN_TEST(an_event_whose_report_is_disabled_has_the_same_reaction);
     RUN_TEST(one_failure_has_one_plan);
     RUN_TEST(failures_apart_have_plans_apart);
-    RUN_TEST(who_is_in_error_or_gone_is_not_told_again);
-    RUN_TEST(a_plan_of_the_mission_replaces_what_is_built_in);
+    RUN_TEST(a_partner_in_error_or_lost_receives_no_second_order);
+    RUN_TEST(a_plan_of_the_mission_replaces_the_built_in_one);
     RUN_TEST(a_plan_that_only_logs_does_nothing_else);
     RUN_TEST(a_lone_subsystem_goes_down_alone);
     RUN_TEST(a_medium_error_takes_it_to_safe_in_the_same_step);

@@ -88,7 +88,7 @@ static void a_file_is_written_and_lasts(void)
     TEST_ASSERT_EQUAL_MEMORY("abcde", made->octets, 5U);
 }
 
-static void what_cannot_be_opened_has_its_reason(void)
+static void each_failure_to_open_a_file_has_its_reason(void)
 {
     (void)disk_file("a/huge", (uint64_t)UINT32_MAX + 1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, files->open(files->context, NAME("a", "two"), &file, &file_size));
@@ -145,7 +145,7 @@ static void without_a_store_there_is_no_port(void)
 
 // ---- ST[23] ----
 
-static void copies_continue_while_nothing_else_wakes_the_supervisor(void)
+static void copies_continue_while_no_other_event_wakes_the_supervisor(void)
 {
     static const uint8_t copy[]     = "\0\1\0\1a\0\4long\0\1a\0\3two"; // Operation 1.
     const disk_file_t* const copied = disk_file("a/long", DISK_FILE_SIZE, 'B');
@@ -184,11 +184,11 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_file_is_read_in_pieces);
     RUN_TEST(a_file_is_written_and_lasts);
-    RUN_TEST(what_cannot_be_opened_has_its_reason);
+    RUN_TEST(each_failure_to_open_a_file_has_its_reason);
     RUN_TEST(paths_and_names_are_those_of_st23);
     RUN_TEST(only_some_are_open_at_once);
     RUN_TEST(without_a_store_there_is_no_port);
-    RUN_TEST(copies_continue_while_nothing_else_wakes_the_supervisor);
+    RUN_TEST(copies_continue_while_no_other_event_wakes_the_supervisor);
     RUN_TEST(a_sequence_is_loaded_from_a_file);
     return UNITY_END();
 }

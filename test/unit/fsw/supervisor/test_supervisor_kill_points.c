@@ -479,7 +479,7 @@ static void begin_anew(void)
     setUp();
 }
 
-static void wherever_it_dies_all_happens_once(void)
+static void a_supervisor_killed_at_any_step_performs_each_request_once(void)
 {
     unsigned at   = 0U;
     bool has_died = true;
@@ -513,7 +513,7 @@ static void wherever_two_die_all_happens_once(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(wherever_it_dies_all_happens_once);
+    RUN_TEST(a_supervisor_killed_at_any_step_performs_each_request_once);
     RUN_TEST(wherever_two_die_all_happens_once);
     return UNITY_END();
 }

@@ -176,7 +176,7 @@ static void a_mission_goes_down_with_communication_last(void)
 }
 
 /// A request that was lost on its way to a running subsystem.
-static void the_shutdown_ends_what_was_not_answered(void)
+static void the_shutdown_ends_unanswered_requests(void)
 {
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
@@ -421,7 +421,7 @@ static void processes_are_stopped_and_started(void)
     TEST_ASSERT_TRUE(fixture_has("18 TC 17.1"));
 }
 
-static void what_may_not_be_started_or_stopped_stays(void)
+static void a_request_to_start_or_stop_is_refused_where_it_is_not_permitted(void)
 {
     fixture_open_up();
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
@@ -494,7 +494,7 @@ static void reports_of_a_dead_life_do_not_count_for_the_next(void)
     TEST_ASSERT_TRUE(fixture.supervisor.registry[2].is_heard);
 }
 
-static void what_has_waited_for_longer_than_its_life_is_dropped(void)
+static void an_order_for_a_previous_life_is_dropped(void)
 {
     fixture_open_up();
     fixture_report(FIXTURE_GROUND, PUS_SERVICE_TEST, 2U, NULL, 0U);
@@ -565,7 +565,7 @@ int main(void)
     RUN_TEST(the_first_member_that_hangs_delays_no_other);
     RUN_TEST(a_member_that_hangs_delays_no_other);
     RUN_TEST(without_communication_it_shuts_down_too);
-    RUN_TEST(the_shutdown_ends_what_was_not_answered);
+    RUN_TEST(the_shutdown_ends_unanswered_requests);
     RUN_TEST(a_second_shutdown_is_refused);
     RUN_TEST(nothing_is_recovered_on_the_way_down);
     RUN_TEST(modes_are_set_and_told);
@@ -575,11 +575,11 @@ int main(void)
     RUN_TEST(a_log_that_can_be_written_again_is_reported);
     RUN_TEST(subsystems_are_listed);
     RUN_TEST(processes_are_stopped_and_started);
-    RUN_TEST(what_may_not_be_started_or_stopped_stays);
+    RUN_TEST(a_request_to_start_or_stop_is_refused_where_it_is_not_permitted);
     RUN_TEST(requests_to_a_stopped_process_end);
     RUN_TEST(a_request_that_has_ended_is_not_answered);
     RUN_TEST(reports_of_a_dead_life_do_not_count_for_the_next);
-    RUN_TEST(what_has_waited_for_longer_than_its_life_is_dropped);
+    RUN_TEST(an_order_for_a_previous_life_is_dropped);
     RUN_TEST(a_start_that_fails_is_reported);
     RUN_TEST(states_that_are_none_are_not_accepted);
     RUN_TEST(own_figures_are_parameters);

@@ -410,7 +410,7 @@ static void staleness_is_kept_in_the_graph(void)
 
 // ---- Invalid reports of members ----
 
-static void answers_of_strangers_count_nothing(void)
+static void answers_of_uninvolved_subsystems_are_ignored(void)
 {
     pus_link_accept_t accepted                 = {.transaction = 1U, .link = LINK_ARM_STATE};
     fixture.members[FIXTURE_ARM].ignores_links = true;
@@ -434,7 +434,7 @@ static void answers_of_strangers_count_nothing(void)
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
 }
 
-static void strangers_do_not_close_links(void)
+static void a_subsystem_outside_a_link_cannot_close_it(void)
 {
     fixture_link_up(STATE_PRE_OPERATIONAL);
     fixture_link_changed(FIXTURE_LONE, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
@@ -482,8 +482,8 @@ int main(void)
     RUN_TEST(an_agreement_that_ran_out_is_forgotten);
     RUN_TEST(a_lost_member_closes_its_links);
     RUN_TEST(staleness_is_kept_in_the_graph);
-    RUN_TEST(answers_of_strangers_count_nothing);
-    RUN_TEST(strangers_do_not_close_links);
+    RUN_TEST(answers_of_uninvolved_subsystems_are_ignored);
+    RUN_TEST(a_subsystem_outside_a_link_cannot_close_it);
     RUN_TEST(the_manager_tells_its_links);
     return UNITY_END();
 }

@@ -46,7 +46,7 @@ static void report_force(const uint16_t force)
     fixture_run(2U);
 }
 
-static void what_was_reported_is_watched_while_its_subsystem_runs(void)
+static void a_reported_parameter_is_monitored_while_its_subsystem_runs(void)
 {
     uint8_t octets[2]     = {0U};
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -61,7 +61,7 @@ static void what_was_reported_is_watched_while_its_subsystem_runs(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
 }
 
-static void a_value_that_is_not_reported_any_more_is_none(void)
+static void a_value_that_is_no_longer_reported_is_absent(void)
 {
     uint16_t handle = 0U;
     report_force(1U);
@@ -107,7 +107,7 @@ static void its_own_parameters_are_watched_as_they_are(void)
                       find(PARAMETER_ID(DESCRIPTOR_SUPERVISOR_APID, VALUE_UINT8, 999U), &handle));
 }
 
-static void what_no_descriptor_tells_of_is_unknown(void)
+static void a_parameter_without_a_descriptor_is_unknown(void)
 {
     uint16_t handle = 0U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(PARAMETER_ID(ARM, VALUE_UINT16, 8U), &handle));
@@ -116,7 +116,7 @@ static void what_no_descriptor_tells_of_is_unknown(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(FORCE, &handle));
 }
 
-static void what_the_telemetry_cache_has_no_room_for_is_unknown(void)
+static void a_parameter_without_room_in_the_telemetry_cache_is_unknown(void)
 {
     uint16_t handle                                 = 0U;
     fixture.supervisor.spacecraft.cache.value_count = TELEMETRY_CACHE_PARAMETERS;
@@ -126,11 +126,11 @@ static void what_the_telemetry_cache_has_no_room_for_is_unknown(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(what_was_reported_is_watched_while_its_subsystem_runs);
-    RUN_TEST(a_value_that_is_not_reported_any_more_is_none);
+    RUN_TEST(a_reported_parameter_is_monitored_while_its_subsystem_runs);
+    RUN_TEST(a_value_that_is_no_longer_reported_is_absent);
     RUN_TEST(a_subsystem_that_is_offline_or_not_heard_has_no_values);
     RUN_TEST(its_own_parameters_are_watched_as_they_are);
-    RUN_TEST(what_no_descriptor_tells_of_is_unknown);
-    RUN_TEST(what_the_telemetry_cache_has_no_room_for_is_unknown);
+    RUN_TEST(a_parameter_without_a_descriptor_is_unknown);
+    RUN_TEST(a_parameter_without_room_in_the_telemetry_cache_is_unknown);
     return UNITY_END();
 }

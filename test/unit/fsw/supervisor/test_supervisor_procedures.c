@@ -98,7 +98,7 @@ static void a_request_is_routed_and_its_end_awaited(void)
     expect_ends(1U, 0U);
 }
 
-static void what_is_not_permitted_is_refused(void)
+static void a_procedure_s_request_without_permission_is_refused(void)
 {
     run("local ok, code = send(16, 8, 1, 'MOVE\\0\\0\\0\\0\\0', true) assert(not ok and code == 0x0110)\n"
         "ok, code = send(99, 17, 1, '', true) assert(not ok and code == 0x0001)");
@@ -107,7 +107,7 @@ static void what_is_not_permitted_is_refused(void)
     expect_ends(1U, 0U);
 }
 
-static void who_does_not_answer_is_reported(void)
+static void a_procedure_is_told_that_an_addressee_does_not_answer(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
     run("local ok, code = send(16, 17, 1, '', true) assert(not ok and code == 0x0406, code)");
@@ -221,8 +221,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_request_is_routed_and_its_end_awaited);
-    RUN_TEST(what_is_not_permitted_is_refused);
-    RUN_TEST(who_does_not_answer_is_reported);
+    RUN_TEST(a_procedure_s_request_without_permission_is_refused);
+    RUN_TEST(a_procedure_is_told_that_an_addressee_does_not_answer);
     RUN_TEST(requests_share_the_counts_of_the_supervisor);
     RUN_TEST(telemetry_is_read_by_name_and_number);
     RUN_TEST(names_come_from_descriptors);

@@ -101,7 +101,7 @@ static void a_request_that_has_waited_enough_is_refused(void)
     fixture_expect("G 1.10 #3 0109 12\n17 TC 17.1 from 1\n");
 }
 
-static void what_is_no_request_delays_no_other(void)
+static void a_malformed_request_delays_no_other(void)
 {
     static const uint8_t nonsense[] = "This is not a telecommand.";
     const uint32_t before           = fixture.supervisor.counters.tc_malformed;
@@ -179,7 +179,7 @@ int main(void)
     RUN_TEST(in_a_sequence);
     RUN_TEST(a_request_waits_for_its_addressee_and_others_behind_it);
     RUN_TEST(a_request_that_has_waited_enough_is_refused);
-    RUN_TEST(what_is_no_request_delays_no_other);
+    RUN_TEST(a_malformed_request_delays_no_other);
     RUN_TEST(a_service_that_finds_the_queue_full_tries_again);
     RUN_TEST(an_event_that_finds_the_queue_full_is_remembered);
     RUN_TEST(a_sequence_that_finds_the_queue_full_waits);

@@ -172,7 +172,7 @@ static void reports_of_others_are_dropped(void)
     TEST_ASSERT_EQUAL(malformed + 2U + size, fixture.supervisor.counters.tm_malformed);
 }
 
-static void what_cannot_be_delivered_is_unrouted(void)
+static void a_request_to_an_unknown_addressee_is_reported_as_unrouted(void)
 {
     (void)fixture_tc(99U, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(1U);
@@ -281,7 +281,7 @@ static void reports_wait_for_the_ground_in_order(void)
 
 // ---- Permission ----
 
-static void what_nothing_allows_is_denied(void)
+static void a_request_that_no_rule_allows_is_denied(void)
 {
     (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
     fixture_run(1U);
@@ -306,7 +306,7 @@ static void what_nothing_allows_is_denied(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC 8.1 524553"));
 }
 
-static void what_a_rule_allows_passes_in_its_mode_and_state(void)
+static void a_rule_allows_a_request_in_its_mode_and_state(void)
 {
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture_forget();
@@ -576,13 +576,13 @@ int main(void)
     RUN_TEST(a_cut_request_is_told_if_its_source_is_there);
     RUN_TEST(no_subsystem_sends_in_the_name_of_another);
     RUN_TEST(reports_of_others_are_dropped);
-    RUN_TEST(what_cannot_be_delivered_is_unrouted);
+    RUN_TEST(a_request_to_an_unknown_addressee_is_reported_as_unrouted);
     RUN_TEST(a_request_waits_for_room_at_its_addressee);
     RUN_TEST(a_subsystem_that_takes_nothing_in_does_not_delay_others);
     RUN_TEST(a_request_to_an_ended_process_does_not_wait);
     RUN_TEST(reports_wait_for_the_ground_in_order);
-    RUN_TEST(what_nothing_allows_is_denied);
-    RUN_TEST(what_a_rule_allows_passes_in_its_mode_and_state);
+    RUN_TEST(a_request_that_no_rule_allows_is_denied);
+    RUN_TEST(a_rule_allows_a_request_in_its_mode_and_state);
     RUN_TEST(some_things_are_always_allowed);
     RUN_TEST(power_is_not_overdrawn);
     RUN_TEST(links_are_needed_on_the_way_up);

@@ -70,7 +70,7 @@ static void stored_reports_are_sent_again(void)
     TEST_ASSERT_EQUAL_UINT32(2U, fixture.supervisor.spacecraft.storage.service.stores[0].log.counters.stored);
 }
 
-static void what_is_sent_again_waits_for_ground(void)
+static void retrieved_reports_wait_for_ground(void)
 {
     open_store();
     report("ab");
@@ -126,7 +126,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(stored_reports_are_sent_again);
-    RUN_TEST(what_is_sent_again_waits_for_ground);
+    RUN_TEST(retrieved_reports_wait_for_ground);
     RUN_TEST(without_media_nothing_fits);
     RUN_TEST(time_is_reported_as_often_as_asked);
     return UNITY_END();

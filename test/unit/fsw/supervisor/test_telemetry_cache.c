@@ -122,7 +122,7 @@ static void values_of_structures_are_kept(void)
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
 }
 
-static void what_does_not_fit_is_left_alone(void)
+static void reports_that_do_not_match_their_structure_are_ignored(void)
 {
     define(10U);
     report(25U, 1U, 17U, 2000U);
@@ -304,7 +304,7 @@ static void octets_have_an_end(void)
     TEST_ASSERT_EQUAL_UINT32(2U, cache.counters.full);
 }
 
-static void what_is_not_reported_any_more_is_old(void)
+static void a_value_that_is_no_longer_reported_is_old(void)
 {
     const uint64_t start_ns = 2U * TELEMETRY_CACHE_AGE_MIN_NS;
     const uint64_t each_ns  = TELEMETRY_CACHE_AGE_MIN_NS;
@@ -334,13 +334,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(values_of_structures_are_kept);
-    RUN_TEST(what_does_not_fit_is_left_alone);
+    RUN_TEST(reports_that_do_not_match_their_structure_are_ignored);
     RUN_TEST(a_definition_replaces_the_one_before);
     RUN_TEST(bad_definitions_are_no_definitions);
     RUN_TEST(reported_values_are_kept);
     RUN_TEST(an_unknown_subsystem_is_not_found);
     RUN_TEST(there_is_an_end_of_everything);
     RUN_TEST(octets_have_an_end);
-    RUN_TEST(what_is_not_reported_any_more_is_old);
+    RUN_TEST(a_value_that_is_no_longer_reported_is_old);
     return UNITY_END();
 }

@@ -69,7 +69,7 @@ static void scalars_are_found_by_name(void)
     TEST_ASSERT_EQUAL_UINT32(0U, directory.full);
 }
 
-static void what_is_no_scalar_is_not_found(void)
+static void a_name_of_no_scalar_is_not_found(void)
 {
     static const char* const names[] = {"",
                                         "ARM",
@@ -149,7 +149,7 @@ static void sizes_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, sizes.size_of(sizes.context, VALUES + 1U, &size));
 }
 
-static void what_has_no_room_is_counted(void)
+static void entries_without_room_in_the_directory_are_counted(void)
 {
     directory.field_count = TELEMETRY_FIELDS - 2U;
     supervisor_telemetry_directory_learn(&directory, &descriptor);
@@ -175,9 +175,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(scalars_are_found_by_name);
-    RUN_TEST(what_is_no_scalar_is_not_found);
+    RUN_TEST(a_name_of_no_scalar_is_not_found);
     RUN_TEST(the_telemetry_cache_takes_reports_of_the_configuration);
     RUN_TEST(sizes_are_reported);
-    RUN_TEST(what_has_no_room_is_counted);
+    RUN_TEST(entries_without_room_in_the_directory_are_counted);
     return UNITY_END();
 }

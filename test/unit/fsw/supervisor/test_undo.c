@@ -70,7 +70,7 @@ static void expect_text(const char* text)
     TEST_ASSERT_EQUAL(0, memcmp(text, recorded.image[0].octets, strlen(text)));
 }
 
-static void what_is_committed_stays(void)
+static void a_restart_restores_the_committed_content(void)
 {
     write_text(0U, "abcdef");
     commit();
@@ -181,7 +181,7 @@ static void any_writes_are_undone(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(what_is_committed_stays);
+    RUN_TEST(a_restart_restores_the_committed_content);
     RUN_TEST(the_medium_is_otherwise_what_it_was);
     RUN_TEST(each_medium_has_its_own);
     RUN_TEST(much_that_is_cut_off_does_not_come_back);

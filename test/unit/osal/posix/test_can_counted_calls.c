@@ -257,7 +257,7 @@ static void an_announced_frame_is_waited_for(void** state)
     destroy();
 }
 
-static void what_the_controller_refuses_is_counted(void** state)
+static void frames_that_the_controller_refuses_are_counted(void** state)
 {
     osal_can_frame_t received;
     (void)state;
@@ -326,7 +326,7 @@ static void a_real_controller_reports_its_own_errors(void** state)
 }
 
 /// Frames that were sent while an end was not open are skipped when it opens, also those under way.
-static void an_end_that_opens_late_passes_over_what_was_sent(void** state)
+static void an_end_that_opens_late_skips_the_frames_sent_before(void** state)
 {
     osal_can_frame_t received;
     (void)state;
@@ -440,10 +440,10 @@ int main(void)
         cmocka_unit_test_setup(a_bus_that_cannot_be_made_or_opened_is_reported, set_up),
         cmocka_unit_test_setup(frames_are_counted_in_each_direction, set_up),
         cmocka_unit_test_setup(an_announced_frame_is_waited_for, set_up),
-        cmocka_unit_test_setup(what_the_controller_refuses_is_counted, set_up),
+        cmocka_unit_test_setup(frames_that_the_controller_refuses_are_counted, set_up),
         cmocka_unit_test_setup(no_more_frames_are_under_way_than_a_ring_holds, set_up),
         cmocka_unit_test_setup(a_real_controller_reports_its_own_errors, set_up),
-        cmocka_unit_test_setup(an_end_that_opens_late_passes_over_what_was_sent, set_up),
+        cmocka_unit_test_setup(an_end_that_opens_late_skips_the_frames_sent_before, set_up),
         cmocka_unit_test_setup(an_address_says_whether_frames_are_counted, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -264,7 +264,7 @@ static status_t look(osal_can_interface_t* out_seen)
 
 // ---- Queries ----
 
-static void what_the_kernel_knows_of_an_interface_is_reported(void** state)
+static void the_attributes_of_an_interface_are_reported(void** state)
 {
     static const char long_label[] = "0123456789012345678901234567890123456789";
     static const struct {
@@ -375,7 +375,7 @@ static void attributes_of_a_wrong_size_end_the_walk(void** state)
     assert_false(seen.carries_fd);
 }
 
-static void what_is_no_can_interface_is_reported(void** state)
+static void an_interface_that_is_no_can_interface_is_reported(void** state)
 {
     const link_t link = {IFF_UP, 65536U, "", "can", 0U, 0U, 0U};
     osal_can_interface_t seen;
@@ -551,10 +551,10 @@ static void a_claim_that_is_not_granted_leaves_nothing(void** state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(what_the_kernel_knows_of_an_interface_is_reported, set_up),
+        cmocka_unit_test_setup(the_attributes_of_an_interface_are_reported, set_up),
         cmocka_unit_test_setup(an_answer_that_is_cut_off_is_taken_as_far_as_it_is_whole, set_up),
         cmocka_unit_test_setup(attributes_of_a_wrong_size_end_the_walk, set_up),
-        cmocka_unit_test_setup(what_is_no_can_interface_is_reported, set_up),
+        cmocka_unit_test_setup(an_interface_that_is_no_can_interface_is_reported, set_up),
         cmocka_unit_test_setup(errors_of_the_kernel_are_reported, set_up),
         cmocka_unit_test_setup(an_interface_is_made_with_its_label, set_up),
         cmocka_unit_test_setup(an_interface_that_gets_no_label_is_removed, set_up),

@@ -226,7 +226,7 @@ static void an_interface_is_opened_as_the_contract_says(void** state)
     can_socket_close(&can);
 }
 
-static void what_does_not_open_is_reported_and_closed(void** state)
+static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
 {
     static const struct {
         int error;
@@ -270,7 +270,7 @@ static void a_smaller_queue_will_do(void** state)
     assert_int_equal(STATUS_OK, can_socket_open(&can, "can7"));
 }
 
-static void what_is_no_can_interface_or_down_is_reported(void** state)
+static void an_interface_that_is_down_or_no_can_interface_is_reported(void** state)
 {
     (void)state;
     interface.family = ARPHRD_ETHER;
@@ -446,9 +446,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(an_interface_is_opened_as_the_contract_says, set_up),
-        cmocka_unit_test_setup(what_does_not_open_is_reported_and_closed, set_up),
+        cmocka_unit_test_setup(a_socket_that_does_not_open_is_reported_and_closed, set_up),
         cmocka_unit_test_setup(a_smaller_queue_will_do, set_up),
-        cmocka_unit_test_setup(what_is_no_can_interface_or_down_is_reported, set_up),
+        cmocka_unit_test_setup(an_interface_that_is_down_or_no_can_interface_is_reported, set_up),
         cmocka_unit_test_setup(filters_with_the_kernel_s_own_bit_are_left_out, set_up),
         cmocka_unit_test_setup(frames_are_sent_with_the_size_of_their_kind, set_up),
         cmocka_unit_test_setup(why_a_frame_is_not_sent_is_reported, set_up),

@@ -183,7 +183,7 @@ static void expect_write(const size_t done, const int result)
     will_return(__wrap_write, result);
 }
 
-static void what_is_written_in_parts_is_whole_in_the_end(void** state)
+static void partial_writes_are_continued_to_the_end(void** state)
 {
     (void)state;
     expect_write(0U, -EINTR);
@@ -208,7 +208,7 @@ static void expect_write_at(const size_t done, const int result)
     will_return(__wrap_pwrite, result);
 }
 
-static void what_is_written_in_parts_at_a_place_is_whole_in_the_end(void** state)
+static void partial_writes_at_an_offset_are_continued_to_the_end(void** state)
 {
     (void)state;
     expect_write_at(0U, -EINTR);
@@ -251,7 +251,7 @@ static void why_a_file_does_not_grow_is_reported(void** state)
     assert_int_equal(STATUS_OK, osal_file_resize(&file, (uint64_t)INT64_MAX));
 }
 
-static void what_is_not_on_the_disk_is_reported(void** state)
+static void a_failed_sync_is_reported(void** state)
 {
     (void)state;
     will_return(__wrap_fsync, -EIO);
@@ -296,7 +296,7 @@ static void expect_read_at(const size_t done, const int result)
     will_return(__wrap_pread, result);
 }
 
-static void what_is_read_in_parts_is_whole_in_the_end(void** state)
+static void partial_reads_are_continued_to_the_end(void** state)
 {
     (void)state;
     expect_read_at(0U, -EINTR);
@@ -337,7 +337,7 @@ static void a_file_that_fails_while_it_is_loaded_is_closed(void** state)
 
 // ---- Properties of a file ----
 
-static void what_the_kernel_does_not_know_is_reported(void** state)
+static void a_failed_inquiry_about_a_file_is_reported(void** state)
 {
     uint64_t end = 5U;
     (void)state;
@@ -362,14 +362,14 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(an_interrupted_opening_is_repeated, set_up),
         cmocka_unit_test_setup(why_a_file_does_not_open_is_reported, set_up),
-        cmocka_unit_test_setup(what_is_written_in_parts_is_whole_in_the_end, set_up),
-        cmocka_unit_test_setup(what_is_written_in_parts_at_a_place_is_whole_in_the_end, set_up),
+        cmocka_unit_test_setup(partial_writes_are_continued_to_the_end, set_up),
+        cmocka_unit_test_setup(partial_writes_at_an_offset_are_continued_to_the_end, set_up),
         cmocka_unit_test_setup(why_a_file_does_not_grow_is_reported, set_up),
-        cmocka_unit_test_setup(what_is_not_on_the_disk_is_reported, set_up),
+        cmocka_unit_test_setup(a_failed_sync_is_reported, set_up),
         cmocka_unit_test_setup(a_new_name_is_on_the_disk_before_the_old_one_is_gone, set_up),
-        cmocka_unit_test_setup(what_is_read_in_parts_is_whole_in_the_end, set_up),
+        cmocka_unit_test_setup(partial_reads_are_continued_to_the_end, set_up),
         cmocka_unit_test_setup(a_file_that_fails_while_it_is_loaded_is_closed, set_up),
-        cmocka_unit_test_setup(what_the_kernel_does_not_know_is_reported, set_up),
+        cmocka_unit_test_setup(a_failed_inquiry_about_a_file_is_reported, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

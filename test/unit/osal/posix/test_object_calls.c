@@ -348,7 +348,7 @@ static void queues_that_cannot_be_had_are_reported(void** state)
     assert_false(osal_mqueue_is_open(&queue));
 }
 
-static void what_a_queue_answers_is_reported(void** state)
+static void each_error_of_a_queue_has_its_status(void** state)
 {
     static const told_t sendings[] = {
         {0, STATUS_OK}, {EAGAIN, STATUS_FULL}, {EMSGSIZE, STATUS_TOO_LARGE}, {EBADF, STATUS_IO}};
@@ -478,7 +478,7 @@ int main(void)
         cmocka_unit_test(memory_that_cannot_be_opened_is_reported),
         cmocka_unit_test(names_that_cannot_be_removed_or_listed_are_reported),
         cmocka_unit_test(queues_that_cannot_be_had_are_reported),
-        cmocka_unit_test(what_a_queue_answers_is_reported),
+        cmocka_unit_test(each_error_of_a_queue_has_its_status),
         cmocka_unit_test(a_lock_that_lacks_anything_is_none),
         cmocka_unit_test(a_task_starts_without_a_priority_that_is_not_permitted),
         cmocka_unit_test(a_task_that_does_not_start_is_reported),

@@ -205,7 +205,7 @@ static int set_up(void** state)
 
 // ---- Opening ----
 
-static void what_does_not_open_is_reported_and_closed(void** state)
+static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
 {
     static const told_t binds[] = {{EADDRINUSE, STATUS_EXISTS},
                                    {EEXIST, STATUS_EXISTS},
@@ -230,7 +230,7 @@ static void what_does_not_open_is_reported_and_closed(void** state)
     }
 }
 
-static void why_nobody_is_accepted_is_reported(void** state)
+static void the_reason_for_an_unaccepted_connection_is_reported(void** state)
 {
     static const told_t errors[] = {{EAGAIN, STATUS_EMPTY},     {EMFILE, STATUS_EXHAUSTED},
                                     {ENFILE, STATUS_EXHAUSTED}, {ENOBUFS, STATUS_EXHAUSTED},
@@ -372,7 +372,7 @@ static void why_octets_are_not_sent_is_reported(void** state)
     assert_int_equal(1U, size);
 }
 
-static void what_a_stream_ends_with_is_reported(void** state)
+static void each_end_of_a_stream_has_its_status(void** state)
 {
     static const struct {
         int result;
@@ -570,12 +570,12 @@ static void a_pair_is_two_ends_or_none(void** state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(what_does_not_open_is_reported_and_closed, set_up),
-        cmocka_unit_test_setup(why_nobody_is_accepted_is_reported, set_up),
+        cmocka_unit_test_setup(a_socket_that_does_not_open_is_reported_and_closed, set_up),
+        cmocka_unit_test_setup(the_reason_for_an_unaccepted_connection_is_reported, set_up),
         cmocka_unit_test_setup(a_connection_that_is_interrupted_is_waited_for, set_up),
         cmocka_unit_test_setup(a_connection_that_is_begun_is_asked_for_its_end, set_up),
         cmocka_unit_test_setup(why_octets_are_not_sent_is_reported, set_up),
-        cmocka_unit_test_setup(what_a_stream_ends_with_is_reported, set_up),
+        cmocka_unit_test_setup(each_end_of_a_stream_has_its_status, set_up),
         cmocka_unit_test_setup(a_datagram_is_told_from_the_errors_of_earlier_ones, set_up),
         cmocka_unit_test_setup(a_deferred_datagram_is_taken_out_by_the_next_call, set_up),
         cmocka_unit_test_setup(a_wait_looks_the_less_the_less_often_it_finds_anything, set_up),

@@ -190,7 +190,7 @@ static void a_sample_socket_has_its_kind_and_name(void** state)
                      osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE)); // Nobody finds it.
 }
 
-static void what_does_not_open_is_reported_and_closed(void** state)
+static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
 {
     static const told_t openings[] = {{EAFNOSUPPORT, STATUS_UNSUPPORTED},
                                       {EPROTONOSUPPORT, STATUS_UNSUPPORTED},
@@ -260,7 +260,7 @@ static void expect_received(const status_t status, const size_t received)
     assert_int_equal(received, size);
 }
 
-static void what_comes_is_told_apart(void** state)
+static void received_messages_and_returned_messages_are_distinguished(void** state)
 {
     (void)state;
     will_return(__wrap_recvmsg, -EINTR);
@@ -344,9 +344,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_message_socket_has_its_kind_importance_and_name, set_up),
         cmocka_unit_test_setup(a_sample_socket_has_its_kind_and_name, set_up),
-        cmocka_unit_test_setup(what_does_not_open_is_reported_and_closed, set_up),
+        cmocka_unit_test_setup(a_socket_that_does_not_open_is_reported_and_closed, set_up),
         cmocka_unit_test_setup(a_message_goes_to_a_name, set_up),
-        cmocka_unit_test_setup(what_comes_is_told_apart, set_up),
+        cmocka_unit_test_setup(received_messages_and_returned_messages_are_distinguished, set_up),
         cmocka_unit_test_setup(a_socket_has_an_identity, set_up),
         cmocka_unit_test_setup(a_watch_asks_for_all_of_a_type, set_up),
         cmocka_unit_test_setup(names_that_come_and_go_are_reported, set_up),

@@ -254,7 +254,7 @@ static void a_process_without_rings_keeps_nothing(void)
     TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
 }
 
-static void an_answer_has_room_whatever_nobody_asked_for(void)
+static void an_answer_has_room_however_many_unrequested_reports_wait(void)
 {
     while (post_refused(5U, 2U, 0U, 2U) == STATUS_OK) {
     }
@@ -321,7 +321,7 @@ static void the_largest_answer_can_wait_too(void)
     TEST_ASSERT_EQUAL_UINT64(PUS_TM_DATA_MAX, bench_report(0U).size);
 }
 
-static void what_does_not_fit_is_refused_whole(void)
+static void a_report_that_does_not_fit_is_refused_whole(void)
 {
     static uint8_t data[PUS_TM_DATA_MAX + 1U];
     octet_writer_t writer = begin(3U, 25U, 0U);
@@ -418,11 +418,11 @@ int main(void)
     RUN_TEST(a_firm_report_does_not_wait_for_plain_ones);
     RUN_TEST(bulk_is_never_kept);
     RUN_TEST(a_process_without_rings_keeps_nothing);
-    RUN_TEST(an_answer_has_room_whatever_nobody_asked_for);
+    RUN_TEST(an_answer_has_room_however_many_unrequested_reports_wait);
     RUN_TEST(a_request_is_taken_in_as_long_as_its_verification_has_room);
     RUN_TEST(an_event_that_waits_is_known_until_it_is_sent);
     RUN_TEST(the_largest_answer_can_wait_too);
-    RUN_TEST(what_does_not_fit_is_refused_whole);
+    RUN_TEST(a_report_that_does_not_fit_is_refused_whole);
     RUN_TEST(a_report_begun_in_another_is_sent_and_the_outer_is_refused);
     RUN_TEST(a_report_is_sent_once_and_can_be_cancelled);
     RUN_TEST(more_message_types_than_counters_are_sent_uncounted);

@@ -87,7 +87,7 @@ static void full_tables_go_over(void)
     TEST_ASSERT_EQUAL(1U, request((uint16_t)(100U + PUS_ADDRESSEES - 1U)));
 }
 
-static void what_cannot_be_a_count_is_not_sound(void)
+static void counts_out_of_range_are_not_sound(void)
 {
     (void)memset(&counts, 0, sizeof counts);
     TEST_ASSERT_TRUE(pus_counts_are_sound(&counts));
@@ -106,6 +106,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(numbers_continue_where_they_ended);
     RUN_TEST(full_tables_go_over);
-    RUN_TEST(what_cannot_be_a_count_is_not_sound);
+    RUN_TEST(counts_out_of_range_are_not_sound);
     return UNITY_END();
 }

@@ -123,7 +123,7 @@ static void names_are_joined(void)
     TEST_ASSERT_EQUAL_STRING("a/b", path.text);
 }
 
-static void what_lies_within_is_reported(void)
+static void a_path_lies_within_its_own_folder_and_those_above(void)
 {
     static const pus_file_path_t root = {""};
     static const pus_file_path_t a    = {"a"};
@@ -201,7 +201,7 @@ int main(void)
     RUN_TEST(hostile_paths_are_none);
     RUN_TEST(names_and_paths_have_a_longest);
     RUN_TEST(names_are_joined);
-    RUN_TEST(what_lies_within_is_reported);
+    RUN_TEST(a_path_lies_within_its_own_folder_and_those_above);
     RUN_TEST(patterns_match);
     RUN_TEST(patterns_are_read);
     RUN_TEST(texts_are_written);

@@ -69,7 +69,7 @@ static void entries_go_over_as_many_packets_as_needed(void)
     expect_split(PUS_LIST_ENTRY_MAX, 3U);
 }
 
-static void what_is_lost_is_reported(void)
+static void lost_reports_fail_the_request(void)
 {
     begin(NULL, 0U);
     bench.refusals = 100U; // No report of their class is kept.
@@ -135,7 +135,7 @@ static void expect_whole_list(const size_t first)
     }
 }
 
-static void what_the_port_refuses_is_sent_later_and_then_the_request_ends(void)
+static void reports_that_the_port_refuses_are_sent_later_before_the_request_ends(void)
 {
     serve_list();
     for (unsigned sent = 0U; sent <= (unsigned)PACKETS; sent++) {
@@ -191,7 +191,7 @@ static void a_request_without_data_is_put_off_too(void)
 }
 
 /// The reports of acceptance and start themselves wait: the list continues after them.
-static void a_list_waits_for_what_waits_already(void)
+static void a_list_waits_for_reports_queued_before_it(void)
 {
     serve_list();
     bench.accepts  = REPORTS_MAX;
@@ -243,11 +243,11 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(an_empty_list_is_one_packet);
     RUN_TEST(entries_go_over_as_many_packets_as_needed);
-    RUN_TEST(what_is_lost_is_reported);
-    RUN_TEST(what_the_port_refuses_is_sent_later_and_then_the_request_ends);
+    RUN_TEST(lost_reports_fail_the_request);
+    RUN_TEST(reports_that_the_port_refuses_are_sent_later_before_the_request_ends);
     RUN_TEST(packet_after_packet_goes_out_as_the_port_takes_them);
     RUN_TEST(a_request_without_data_is_put_off_too);
-    RUN_TEST(a_list_waits_for_what_waits_already);
+    RUN_TEST(a_list_waits_for_reports_queued_before_it);
     RUN_TEST(a_second_list_meanwhile_fails_honestly);
     RUN_TEST(a_request_too_long_to_be_executed_again_fails_honestly);
     return UNITY_END();

@@ -269,7 +269,7 @@ static void a_store_is_recovered(void)
     expect_nothing(); // The record of another store.
 }
 
-static void what_was_deleted_stays_deleted(void)
+static void deleted_packets_stay_deleted_after_reopening(void)
 {
     fill(1U, 12U, LARGE);
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, false, pus_packet_store_find_after(&store, 9U)));
@@ -445,7 +445,7 @@ static void append_nothing(void)
     (void)append(1U, 0U);
 }
 
-static void what_a_caller_may_not_do_is_asserted(void)
+static void calls_against_the_contract_are_asserted(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(init_without_blocks));
     TEST_ASSERT_TRUE(assertion_fails(create_too_large));
@@ -464,13 +464,13 @@ int main(void)
     RUN_TEST(times_need_not_grow);
     RUN_TEST(a_block_whose_latest_is_deleted_is_gone_over);
     RUN_TEST(a_store_is_recovered);
-    RUN_TEST(what_was_deleted_stays_deleted);
+    RUN_TEST(deleted_packets_stay_deleted_after_reopening);
     RUN_TEST(a_resized_store_is_recovered);
     RUN_TEST(damage_costs_the_rest_of_a_block);
     RUN_TEST(a_damaged_header_ends_the_chain);
     RUN_TEST(a_medium_that_fails_loses_nothing_else);
     RUN_TEST(a_medium_that_fails_at_the_start_is_reported);
     RUN_TEST(a_medium_that_ends_anywhere_is_read);
-    RUN_TEST(what_a_caller_may_not_do_is_asserted);
+    RUN_TEST(calls_against_the_contract_are_asserted);
     return UNITY_END();
 }

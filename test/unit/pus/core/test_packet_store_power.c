@@ -181,7 +181,7 @@ static void every_cut_leaves_a_run_of_packets(void)
     TEST_ASSERT_TRUE(cuts > 100U);
 }
 
-static void so_it_does_where_only_blocks_are_synced(void)
+static void every_cut_leaves_a_run_of_packets_where_only_blocks_are_synced(void)
 {
     cuts = 0U;
     fly(1000U);
@@ -192,6 +192,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_cut_leaves_a_run_of_packets);
-    RUN_TEST(so_it_does_where_only_blocks_are_synced);
+    RUN_TEST(every_cut_leaves_a_run_of_packets_where_only_blocks_are_synced);
     return UNITY_END();
 }

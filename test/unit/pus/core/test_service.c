@@ -78,7 +78,7 @@ void tearDown(void)
 {
 }
 
-static void what_is_done_is_accepted_started_and_completed(void)
+static void a_performed_request_is_accepted_started_and_completed(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
@@ -90,7 +90,7 @@ static void what_is_done_is_accepted_started_and_completed(void)
     TEST_ASSERT_EQUAL_UINT32(1U, bench.dispatcher.counters.accepted);
 }
 
-static void what_takes_time_is_completed_with_the_token(void)
+static void a_longer_request_is_completed_with_its_token(void)
 {
     served.reply = pus_later();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
@@ -256,7 +256,7 @@ static void counts_are_bounded_by_the_octets_that_are_there(void)
     }
 }
 
-static void a_step_sends_what_is_kept_and_steps_the_services(void)
+static void a_step_sends_queued_reports_and_steps_the_services(void)
 {
     bench.refusals = 2U;
     bench.ack      = PUS_ACK_COMPLETION;
@@ -339,7 +339,7 @@ static status_t fail_to_keep(void* const context)
 }
 
 /// A failure with an event of its own is reported as that, whatever the records say.
-static void what_is_not_kept_is_not_completed(void)
+static void a_request_whose_effect_is_not_stored_is_not_completed(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};
     pus_dispatcher_persist(&bench.dispatcher, &persistence);
@@ -359,7 +359,7 @@ static void what_is_not_kept_is_not_completed(void)
 }
 
 /// The performer of a continuing request ends it; a request of which all parts were refused has ended.
-static void what_is_not_kept_ends_once(void)
+static void a_request_whose_effect_is_not_stored_ends_once(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};
     pus_dispatcher_persist(&bench.dispatcher, &persistence);
@@ -392,8 +392,8 @@ static void what_is_not_kept_ends_once(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(what_is_done_is_accepted_started_and_completed);
-    RUN_TEST(what_takes_time_is_completed_with_the_token);
+    RUN_TEST(a_performed_request_is_accepted_started_and_completed);
+    RUN_TEST(a_longer_request_is_completed_with_its_token);
     RUN_TEST(a_refused_start_and_a_failed_execution_are_told_apart);
     RUN_TEST(without_flags_only_failures_are_reported);
     RUN_TEST(each_instruction_stands_on_its_own);
@@ -402,10 +402,10 @@ int main(void)
     RUN_TEST(a_malformed_packet_is_rejected_if_it_can_be_named);
     RUN_TEST(formats_end_exactly_on_the_last_octet);
     RUN_TEST(counts_are_bounded_by_the_octets_that_are_there);
-    RUN_TEST(a_step_sends_what_is_kept_and_steps_the_services);
+    RUN_TEST(a_step_sends_queued_reports_and_steps_the_services);
     RUN_TEST(a_request_that_is_taken_is_performed_later);
     RUN_TEST(a_performer_may_have_no_room_or_no_business);
-    RUN_TEST(what_is_not_kept_is_not_completed);
-    RUN_TEST(what_is_not_kept_ends_once);
+    RUN_TEST(a_request_whose_effect_is_not_stored_is_not_completed);
+    RUN_TEST(a_request_whose_effect_is_not_stored_ends_once);
     return UNITY_END();
 }

@@ -34,7 +34,7 @@ static pus_class_t of_request(const uint8_t service, const uint16_t source)
     return pus_class_of(packet, sizeof(packet));
 }
 
-static void what_must_be_reacted_to_is_firm(void)
+static void reports_that_need_a_reaction_are_firm(void)
 {
     for (uint8_t subtype = 1U; subtype <= 10U; subtype++) {
         TEST_ASSERT_EQUAL(PUS_CLASS_FIRM, of_report(1U, subtype));
@@ -58,7 +58,7 @@ static void a_notice_that_is_cut_is_not_firm(void)
     TEST_ASSERT_EQUAL(PUS_CLASS_PLAIN, pus_class_of(packet, 23U));
 }
 
-static void what_can_be_asked_for_again_is_bulk(void)
+static void reports_that_can_be_requested_again_are_bulk(void)
 {
     static const uint8_t bulk[][2]  = {{3, 25}, {3, 26}, {6, 4},   {6, 6},   {11, 10}, {11, 13},
                                        {13, 1}, {13, 3}, {19, 11}, {22, 13}, {23, 13}, {4, 2}};
@@ -81,7 +81,7 @@ static void orders_of_the_supervisor_are_firm(void)
     TEST_ASSERT_EQUAL(PUS_CLASS_PLAIN, of_request(129U, 0x8010U));
 }
 
-static void what_is_too_short_is_bulk(void)
+static void packets_that_are_too_short_are_bulk(void)
 {
     TEST_ASSERT_EQUAL(PUS_CLASS_BULK, pus_class_of(NULL, 0U));
     (void)of_report(1U, 1U);
@@ -95,10 +95,10 @@ static void what_is_too_short_is_bulk(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(what_must_be_reacted_to_is_firm);
+    RUN_TEST(reports_that_need_a_reaction_are_firm);
     RUN_TEST(a_notice_that_is_cut_is_not_firm);
-    RUN_TEST(what_can_be_asked_for_again_is_bulk);
+    RUN_TEST(reports_that_can_be_requested_again_are_bulk);
     RUN_TEST(orders_of_the_supervisor_are_firm);
-    RUN_TEST(what_is_too_short_is_bulk);
+    RUN_TEST(packets_that_are_too_short_are_bulk);
     return UNITY_END();
 }

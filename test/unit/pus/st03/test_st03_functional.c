@@ -383,7 +383,7 @@ static void records_that_are_none_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_hk_restore(&hk, 3U, good, sizeof good));
 }
 
-static void what_cannot_be_kept_changes_nothing(void)
+static void a_change_that_cannot_be_stored_is_not_made(void)
 {
     records.put_status = STATUS_FULL;
     create(40U);
@@ -426,6 +426,6 @@ int main(void)
     RUN_TEST(definitions_outlive_a_power_cut);
     RUN_TEST(records_that_are_none_are_refused);
     RUN_TEST(a_set_of_no_parameters_is_none);
-    RUN_TEST(what_cannot_be_kept_changes_nothing);
+    RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
     return UNITY_END();
 }

@@ -356,7 +356,7 @@ static void long_reports_go_over_several_packets(void)
     TEST_ASSERT_EQUAL_UINT32(0U, entries[0].samples);
 }
 
-static void what_is_lost_is_not_reset_by_request_and_counted_otherwise(void)
+static void a_lost_statistic_is_counted_or_not_reset_after_a_request(void)
 {
     begin(CAPACITY);
     for (uint32_t i = 0U; i < CAPACITY; i++) {
@@ -436,7 +436,7 @@ static void definitions_are_reported_and_outlast_a_power_cut(void)
     EXPECT_MESSAGES(4, 2);
 }
 
-static void what_is_not_kept_is_refused(void)
+static void a_change_that_cannot_be_stored_is_refused(void)
 {
     records.put_status = STATUS_FULL;
     begin(1U);
@@ -512,10 +512,10 @@ int main(void)
     RUN_TEST(intervals_below_a_cycle_are_refused);
     RUN_TEST(each_refusal_has_its_code);
     RUN_TEST(long_reports_go_over_several_packets);
-    RUN_TEST(what_is_lost_is_not_reset_by_request_and_counted_otherwise);
+    RUN_TEST(a_lost_statistic_is_counted_or_not_reset_after_a_request);
     RUN_TEST(definitions_are_deleted);
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
-    RUN_TEST(what_is_not_kept_is_refused);
+    RUN_TEST(a_change_that_cannot_be_stored_is_refused);
     RUN_TEST(without_a_store_all_is_done);
     RUN_TEST(records_that_are_no_good_are_reported);
     RUN_TEST(every_request_has_a_strict_format);

@@ -231,7 +231,7 @@ static uint32_t told(const size_t index, const uint16_t id)
     return octet_read_u32(&reader);
 }
 
-static void what_is_suppressed_is_reported_once_a_second(void)
+static void suppressed_events_are_reported_once_a_second(void)
 {
     limit();
     TEST_ASSERT_FALSE(pus_events_step(&events, 0U));
@@ -254,7 +254,7 @@ static void what_is_suppressed_is_reported_once_a_second(void)
     TEST_ASSERT_EQUAL_UINT64(2U, bench.count);
 }
 
-static void what_cannot_be_told_is_reported_later(void)
+static void the_number_of_suppressed_events_is_reported_later_if_there_is_no_room(void)
 {
     limit();
     (void)passed(1U, 30U, MS);
@@ -374,8 +374,8 @@ int main(void)
     RUN_TEST(an_event_waits_while_the_port_refuses);
     RUN_TEST(a_burst_passes_and_then_the_rate);
     RUN_TEST(an_event_without_a_rate_always_passes);
-    RUN_TEST(what_is_suppressed_is_reported_once_a_second);
-    RUN_TEST(what_cannot_be_told_is_reported_later);
+    RUN_TEST(suppressed_events_are_reported_once_a_second);
+    RUN_TEST(the_number_of_suppressed_events_is_reported_later_if_there_is_no_room);
     RUN_TEST(without_the_event_nothing_is_reported);
     RUN_TEST(a_high_event_passes_unless_it_still_waits);
     RUN_TEST(all_occurrences_of_a_storm_add_up);

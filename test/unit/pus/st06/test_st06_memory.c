@@ -103,7 +103,7 @@ static void addresses_at_the_end_of_the_range_do_not_wrap(void)
     TEST_ASSERT_EQUAL_HEX8(0U, memory_words[0]);
 }
 
-static void what_is_not_aligned_is_refused(void)
+static void an_unaligned_area_is_refused(void)
 {
     memory_begin(WORDS);
     octet_write_u8(&memory_writer, 2U);
@@ -135,7 +135,7 @@ static void unknown_memories_and_objects_are_refused(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 7U);
 }
 
-static void what_reads_back_differently_fails_the_request(void)
+static void data_that_read_back_differently_fail_the_request(void)
 {
     memory_hardware.stuck_at = RAM_BASE + 2U;
     memory_begin(RAM);
@@ -349,9 +349,9 @@ int main(void)
     RUN_TEST(object_areas_are_loaded_by_their_offset);
     RUN_TEST(each_bad_area_is_refused_alone);
     RUN_TEST(addresses_at_the_end_of_the_range_do_not_wrap);
-    RUN_TEST(what_is_not_aligned_is_refused);
+    RUN_TEST(an_unaligned_area_is_refused);
     RUN_TEST(unknown_memories_and_objects_are_refused);
-    RUN_TEST(what_reads_back_differently_fails_the_request);
+    RUN_TEST(data_that_read_back_differently_fail_the_request);
     RUN_TEST(an_access_that_fails_fails_the_request);
     RUN_TEST(bits_are_loaded_in_one_write);
     RUN_TEST(bits_that_cannot_be_loaded_fail_the_request);

@@ -123,7 +123,7 @@ static void a_dump_waits_while_no_report_is_taken(void)
     TEST_ASSERT_EQUAL_UINT32(1U, memory_service.counters.dumped);
 }
 
-static void what_cannot_be_read_is_left_out_of_a_dump(void)
+static void an_unreadable_area_is_omitted_from_a_dump(void)
 {
     memory_hardware.broken_at = RAM_BASE + 1500U;
     memory_begin(RAM);
@@ -238,7 +238,7 @@ static void objects_are_checked_in_parts_and_whole(void)
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 1U, 0U);
 }
 
-static void what_cannot_be_read_is_left_out_of_a_check(void)
+static void an_unreadable_area_is_omitted_from_a_check(void)
 {
     memory_hardware.broken_at = RAM_BASE + 0x100U;
     memory_begin_object(RAM, 7U);
@@ -476,12 +476,12 @@ int main(void)
     RUN_TEST(the_most_areas_of_one_request_are_dumped);
     RUN_TEST(a_dump_of_nothing_good_is_no_operation);
     RUN_TEST(a_dump_waits_while_no_report_is_taken);
-    RUN_TEST(what_cannot_be_read_is_left_out_of_a_dump);
+    RUN_TEST(an_unreadable_area_is_omitted_from_a_dump);
     RUN_TEST(all_dumps_are_ended_together);
     RUN_TEST(a_dump_continues_when_the_one_before_it_has_ended);
     RUN_TEST(raw_areas_are_checked);
     RUN_TEST(objects_are_checked_in_parts_and_whole);
-    RUN_TEST(what_cannot_be_read_is_left_out_of_a_check);
+    RUN_TEST(an_unreadable_area_is_omitted_from_a_check);
     RUN_TEST(raw_areas_are_loaded_from_a_file);
     RUN_TEST(an_object_is_loaded_from_a_file);
     RUN_TEST(a_file_with_a_wrong_checksum_changes_nothing);

@@ -124,7 +124,7 @@ static void reports_come_at_multiples_of_the_period(void)
     TEST_ASSERT_EQUAL_UINT32(4U, service.counters.sent);
 }
 
-static void what_is_refused_is_sent_later(void)
+static void a_time_report_that_the_port_refuses_is_sent_later(void)
 {
     ground.refusals = 2U;
     pus_time_step(&service, 0U);
@@ -225,7 +225,7 @@ static void start_with_a_wrong_rate(void)
     start(PUS_TIME_CUC, 9U);
 }
 
-static void what_a_caller_may_not_do_is_asserted(void)
+static void calls_against_the_contract_are_asserted(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(start_with_a_wrong_rate));
 }
@@ -236,11 +236,11 @@ int main(void)
     RUN_TEST(a_cuc_report_has_this_layout);
     RUN_TEST(a_cds_report_has_this_layout);
     RUN_TEST(reports_come_at_multiples_of_the_period);
-    RUN_TEST(what_is_refused_is_sent_later);
+    RUN_TEST(a_time_report_that_the_port_refuses_is_sent_later);
     RUN_TEST(the_rate_is_set);
     RUN_TEST(there_may_be_no_reports_at_first);
     RUN_TEST(the_rate_outlives_a_power_cut);
     RUN_TEST(other_packets_are_no_time_packets);
-    RUN_TEST(what_a_caller_may_not_do_is_asserted);
+    RUN_TEST(calls_against_the_contract_are_asserted);
     return UNITY_END();
 }

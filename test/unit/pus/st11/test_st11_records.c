@@ -20,7 +20,7 @@ void tearDown(void)
     records_start();
 }
 
-static void a_power_cut_leaves_what_was_acknowledged(void)
+static void acknowledged_changes_survive_a_power_cut(void)
 {
     static const uint8_t ss[] = {SS};
     st11_fixture_start_with_records();
@@ -63,7 +63,7 @@ static void a_power_cut_leaves_what_was_acknowledged(void)
     TEST_ASSERT_EQUAL_UINT64(0U, released.lost_count);
 }
 
-static void what_was_under_release_is_reported_and_not_released_again(void)
+static void an_activity_under_release_at_a_restart_is_reported_and_not_released_again(void)
 {
     st11_fixture_start_with_records();
     st11_fixture_enable_all();
@@ -92,7 +92,7 @@ static void what_was_under_release_is_reported_and_not_released_again(void)
     TEST_ASSERT_EQUAL_UINT64(3U, released.lost_count);
 }
 
-static void without_somebody_to_tell_it_is_counted(void)
+static void a_loss_without_a_callback_is_counted(void)
 {
     st11_fixture_start_with_records();
     st11_fixture_enable_all();
@@ -124,7 +124,7 @@ static void a_step_commits_once_before_and_once_after_it_releases(void)
     TEST_ASSERT_EQUAL_UINT32(0U, st11_fixture.schedule.schedule.counters.unsaved);
 }
 
-static void what_cannot_be_kept_is_not_acknowledged(void)
+static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
 {
     static const uint8_t g[] = {G};
     st11_fixture_start_with_records();
@@ -169,7 +169,7 @@ static void what_cannot_be_kept_is_not_acknowledged(void)
     EXPECT_SCHEDULE(1);
 }
 
-static void what_is_due_is_released_though_keeping_fails(void)
+static void due_activities_are_released_though_their_records_cannot_be_stored(void)
 {
     st11_fixture_start_with_records();
     st11_fixture_enable_all();
@@ -261,12 +261,12 @@ static void a_state_that_makes_no_sense_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_power_cut_leaves_what_was_acknowledged);
-    RUN_TEST(what_was_under_release_is_reported_and_not_released_again);
-    RUN_TEST(without_somebody_to_tell_it_is_counted);
+    RUN_TEST(acknowledged_changes_survive_a_power_cut);
+    RUN_TEST(an_activity_under_release_at_a_restart_is_reported_and_not_released_again);
+    RUN_TEST(a_loss_without_a_callback_is_counted);
     RUN_TEST(a_step_commits_once_before_and_once_after_it_releases);
-    RUN_TEST(what_cannot_be_kept_is_not_acknowledged);
-    RUN_TEST(what_is_due_is_released_though_keeping_fails);
+    RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
+    RUN_TEST(due_activities_are_released_though_their_records_cannot_be_stored);
     RUN_TEST(a_record_that_makes_no_sense_is_refused);
     RUN_TEST(a_state_that_makes_no_sense_is_refused);
     return UNITY_END();

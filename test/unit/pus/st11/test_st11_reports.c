@@ -167,7 +167,7 @@ static void a_long_report_continues_in_the_steps(void)
     TEST_ASSERT_EQUAL_UINT(600U, details_so_far(2U));
 }
 
-static void what_the_port_refuses_of_a_report_is_sent_later(void)
+static void packets_of_a_report_that_the_port_refuses_are_sent_later(void)
 {
     st11_fixture_insert_ten();
     bench.ack = 0U;
@@ -193,6 +193,6 @@ int main(void)
     RUN_TEST(a_report_by_identifier_has_those_in_order);
     RUN_TEST(a_report_is_split_where_it_does_not_fit);
     RUN_TEST(a_long_report_continues_in_the_steps);
-    RUN_TEST(what_the_port_refuses_of_a_report_is_sent_later);
+    RUN_TEST(packets_of_a_report_that_the_port_refuses_are_sent_later);
     return UNITY_END();
 }

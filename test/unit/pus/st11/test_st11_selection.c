@@ -182,7 +182,7 @@ static void a_shift_keeps_the_distance_exactly(void)
     TEST_ASSERT_EQUAL_UINT64(before, pus_schedule_next(&st11_fixture.schedule.schedule));
 }
 
-static void a_shift_of_what_a_filter_selects_is_whole_or_not_at_all(void)
+static void a_shift_by_filter_is_complete_or_not_made(void)
 {
     st11_fixture_insert_ten();
     st11_fixture_begin();
@@ -304,7 +304,7 @@ int main(void)
     RUN_TEST(a_faulty_filter_is_refused);
     RUN_TEST(activities_are_shifted_by_identifier);
     RUN_TEST(a_shift_keeps_the_distance_exactly);
-    RUN_TEST(a_shift_of_what_a_filter_selects_is_whole_or_not_at_all);
+    RUN_TEST(a_shift_by_filter_is_complete_or_not_made);
     RUN_TEST(a_shift_of_all_is_whole_or_not_at_all);
     RUN_TEST(a_reset_forgets_all_but_the_groups);
     RUN_TEST(groups_are_created_and_deleted);

@@ -40,7 +40,7 @@ static void an_activity_is_released_when_its_time_comes(void)
     TEST_ASSERT_EQUAL_UINT32(0U, st11_fixture.schedule.schedule.count);
 }
 
-static void what_is_due_while_disabled_is_deleted_and_counted(void)
+static void activities_due_while_disabled_are_deleted_and_counted(void)
 {
     static const uint8_t ss[] = {SS};
     static const uint8_t g[]  = {G};
@@ -116,7 +116,7 @@ static void a_step_releases_a_batch_at_most(void)
     TEST_ASSERT_EQUAL_UINT64(PUS_SCHEDULE_BATCH + 1U, released.count);
 }
 
-static void what_the_port_refuses_is_released_later_in_order(void)
+static void requests_that_the_port_refuses_are_released_later_in_order(void)
 {
     st11_fixture_enable_all();
     for (uint16_t i = 0U; i < 4U; i++) {
@@ -326,11 +326,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(an_activity_is_released_when_its_time_comes);
-    RUN_TEST(what_is_due_while_disabled_is_deleted_and_counted);
+    RUN_TEST(activities_due_while_disabled_are_deleted_and_counted);
     RUN_TEST(a_sub_schedule_begins_disabled_with_its_first_activity);
     RUN_TEST(time_may_jump);
     RUN_TEST(a_step_releases_a_batch_at_most);
-    RUN_TEST(what_the_port_refuses_is_released_later_in_order);
+    RUN_TEST(requests_that_the_port_refuses_are_released_later_in_order);
     RUN_TEST(each_instruction_of_an_insertion_is_refused_alone);
     RUN_TEST(an_insertion_that_is_refused_makes_no_sub_schedule);
     RUN_TEST(a_tag_must_be_later_than_now_by_the_margin);

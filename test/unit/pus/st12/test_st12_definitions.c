@@ -140,7 +140,7 @@ static void limits_may_be_one(void)
 }
 
 /// A definition whose record is lost in the store.
-static void what_was_not_kept_is_deleted_all_the_same(void)
+static void a_definition_without_a_stored_record_is_deleted(void)
 {
     limit_added(1U, LEVEL);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
@@ -149,7 +149,7 @@ static void what_was_not_kept_is_deleted_all_the_same(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-static void the_table_takes_what_it_holds_and_no_id_twice(void)
+static void the_table_accepts_its_capacity_and_no_id_twice(void)
 {
     data_begin(MONITORS_PMONS + 2U);
     for (uint16_t i = 0U; i < MONITORS_PMONS; i++) {
@@ -175,7 +175,7 @@ static void the_table_takes_what_it_holds_and_no_id_twice(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-static void only_what_is_disabled_is_deleted(void)
+static void only_disabled_definitions_are_deleted(void)
 {
     limit_added(1U, LEVEL);
     data_begin(2U);
@@ -240,7 +240,7 @@ static void modification(const uint16_t id, const uint32_t parameter, const uint
     }
 }
 
-static void only_what_is_disabled_is_modified(void)
+static void only_disabled_definitions_are_modified(void)
 {
     limit_added(1U, LEVEL);
     modification(1U, LEVEL, PUS_CHECK_LIMIT, 50U);
@@ -301,7 +301,7 @@ static void definitions_are_reported_as_they_were_added(void)
     expect_id_refused(8U, 4U, PUS_FAILURE_UNKNOWN_ID);
 }
 
-static void what_is_not_kept_is_refused(void)
+static void a_change_that_cannot_be_stored_is_refused(void)
 {
     limit_added(1U, LEVEL);
     records.put_status = STATUS_FULL;
@@ -438,14 +438,14 @@ int main(void)
     RUN_TEST(a_port_that_fills_every_event_refuses_none);
     RUN_TEST(parameters_and_events_must_be_there);
     RUN_TEST(limits_may_be_one);
-    RUN_TEST(what_was_not_kept_is_deleted_all_the_same);
-    RUN_TEST(the_table_takes_what_it_holds_and_no_id_twice);
-    RUN_TEST(only_what_is_disabled_is_deleted);
+    RUN_TEST(a_definition_without_a_stored_record_is_deleted);
+    RUN_TEST(the_table_accepts_its_capacity_and_no_id_twice);
+    RUN_TEST(only_disabled_definitions_are_deleted);
     RUN_TEST(unknown_ids_are_refused_alone);
     RUN_TEST(all_are_deleted_while_the_function_is_disabled);
-    RUN_TEST(only_what_is_disabled_is_modified);
+    RUN_TEST(only_disabled_definitions_are_modified);
     RUN_TEST(definitions_are_reported_as_they_were_added);
-    RUN_TEST(what_is_not_kept_is_refused);
+    RUN_TEST(a_change_that_cannot_be_stored_is_refused);
     RUN_TEST(definitions_outlast_a_power_cut);
     RUN_TEST(records_that_are_no_good_are_reported);
     RUN_TEST(without_a_store_all_is_done_and_nothing_kept);

@@ -221,7 +221,7 @@ static void a_protected_one_and_its_monitors_stay(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-static void only_what_is_neither_enabled_nor_protected_is_deleted(void)
+static void only_disabled_unprotected_definitions_are_deleted(void)
 {
     fmon_runs(0U, 1U);
     expect_id_refused(24U, 1U, PUS_FAILURE_STATE);
@@ -289,7 +289,7 @@ static void definitions_that_make_no_sense_are_refused(void)
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size); // There is none.
 }
 
-static void the_table_takes_what_it_holds_and_no_id_twice(void)
+static void the_table_accepts_its_capacity_and_no_id_twice(void)
 {
     data_begin(MONITORS_FMONS + 2U);
     for (uint16_t i = 0U; i < MONITORS_FMONS; i++) {
@@ -429,9 +429,9 @@ int main(void)
     RUN_TEST(touched_and_then_the_function_disabled);
     RUN_TEST(the_functions_depend_on_each_other);
     RUN_TEST(a_protected_one_and_its_monitors_stay);
-    RUN_TEST(only_what_is_neither_enabled_nor_protected_is_deleted);
+    RUN_TEST(only_disabled_unprotected_definitions_are_deleted);
     RUN_TEST(definitions_that_make_no_sense_are_refused);
-    RUN_TEST(the_table_takes_what_it_holds_and_no_id_twice);
+    RUN_TEST(the_table_accepts_its_capacity_and_no_id_twice);
     RUN_TEST(unknown_ids_are_refused);
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
     RUN_TEST(a_record_that_is_no_good_is_reported);

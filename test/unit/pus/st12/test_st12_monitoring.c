@@ -113,7 +113,7 @@ static void a_full_list_is_sent_before_more_is_added(void)
     TEST_ASSERT_EQUAL_UINT16(4U, transition_at(0U, 0U).pmon_id);
 }
 
-static void refused_transitions_wait_and_what_finds_no_room_is_counted(void)
+static void refused_transitions_wait_and_those_without_room_are_counted(void)
 {
     for (uint16_t i = 0U; i < 6U; i++) {
         limit_added(i, LEVEL);
@@ -234,7 +234,7 @@ static void limits_belong_to_the_range(void)
     }
 }
 
-static void what_is_not_a_number_is_out_of_limits(void)
+static void a_value_that_is_not_a_number_is_out_of_limits(void)
 {
     const uint32_t real = SCALAR_ID(VALUE_DOUBLE, 1U);
     data_begin(1U);
@@ -445,13 +445,13 @@ int main(void)
     RUN_TEST(transitions_are_reported_when_the_delay_is_over);
     RUN_TEST(transitions_are_reported_when_the_list_is_full);
     RUN_TEST(a_full_list_is_sent_before_more_is_added);
-    RUN_TEST(refused_transitions_wait_and_what_finds_no_room_is_counted);
+    RUN_TEST(refused_transitions_wait_and_those_without_room_are_counted);
     RUN_TEST(transitions_go_over_several_packets);
     RUN_TEST(the_delay_is_changed);
     RUN_TEST(a_status_needs_its_repetitions);
     RUN_TEST(each_limit_has_its_event);
     RUN_TEST(limits_belong_to_the_range);
-    RUN_TEST(what_is_not_a_number_is_out_of_limits);
+    RUN_TEST(a_value_that_is_not_a_number_is_out_of_limits);
     RUN_TEST(expected_values_are_compared_under_their_mask);
     RUN_TEST(differences_are_checked_from_the_second_sample_on);
     RUN_TEST(the_mean_of_consecutive_differences_counts);

@@ -321,7 +321,7 @@ static void expect_no_request(const uint32_t detail)
     TEST_ASSERT_EQUAL_UINT64(0U, taken_size);
 }
 
-static void what_is_no_request_is_not_taken(void)
+static void a_large_packet_that_is_no_valid_request_is_refused(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
     whole[4999] ^= 1U; // Its checksum.
@@ -422,7 +422,7 @@ int main(void)
     RUN_TEST(a_request_to_another_process_may_have_another_limit);
     RUN_TEST(it_has_that_limit_when_its_length_field_lies_too);
     RUN_TEST(all_buffers_may_be_taken);
-    RUN_TEST(what_is_no_request_is_not_taken);
+    RUN_TEST(a_large_packet_that_is_no_valid_request_is_refused);
     RUN_TEST(an_uplink_that_stops_is_given_up);
     RUN_TEST(a_request_that_is_not_taken_is_offered_again);
     RUN_TEST(a_large_request_is_dispatched);

@@ -175,7 +175,7 @@ static void the_longest_report_of_all_goes_too(void)
     expect_whole(PUS_LARGE_MAX - PUS_TM_MIN, 3U, 0U);
 }
 
-static void what_does_not_fit_the_buffer_is_not_sent(void)
+static void a_report_larger_than_the_buffer_is_not_sent(void)
 {
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, post((REPORT_SIZE - PUS_TM_MIN) + 1U, 1U));
     TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.oversized);
@@ -284,7 +284,7 @@ int main(void)
     RUN_TEST(a_report_that_fits_is_sent_as_it_is);
     RUN_TEST(a_longer_report_goes_in_parts);
     RUN_TEST(the_longest_report_of_all_goes_too);
-    RUN_TEST(what_does_not_fit_the_buffer_is_not_sent);
+    RUN_TEST(a_report_larger_than_the_buffer_is_not_sent);
     RUN_TEST(reports_follow_one_another);
     RUN_TEST(a_port_that_takes_nothing_loses_no_part);
     RUN_TEST(a_report_may_be_given_up);

@@ -312,7 +312,7 @@ static void the_configuration_outlives_a_power_cut(void)
     CONTENT(7, 0, 3, 0, 16, 0, 1, 0, 2, 0, 3, 0, 17, 0, 0, 0, 20, 0, 0);
 }
 
-static void what_cannot_be_kept_is_not_done(void)
+static void a_change_that_cannot_be_stored_is_not_made(void)
 {
     records.put_status = STATUS_FULL;
     TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(2, 1, 0, 16, 0));
@@ -384,7 +384,7 @@ static void start_without_room_for_all(void)
     start(8U, 3U);
 }
 
-static void what_a_caller_may_not_do_is_asserted(void)
+static void calls_against_the_contract_are_asserted(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(start_without_capacity));
     TEST_ASSERT_TRUE(assertion_fails(start_with_too_much));
@@ -404,9 +404,9 @@ int main(void)
     RUN_TEST(large_contents_are_split);
     RUN_TEST(types_are_split_within_a_service);
     RUN_TEST(the_configuration_outlives_a_power_cut);
-    RUN_TEST(what_cannot_be_kept_is_not_done);
+    RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
     RUN_TEST(nothing_is_kept_without_a_place);
     RUN_TEST(bad_records_are_refused);
-    RUN_TEST(what_a_caller_may_not_do_is_asserted);
+    RUN_TEST(calls_against_the_contract_are_asserted);
     return UNITY_END();
 }

@@ -14,7 +14,7 @@ void tearDown(void)
 {
 }
 
-static void what_cannot_be_kept_is_not_done(void)
+static void a_change_that_cannot_be_stored_is_not_made(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     records.put_status = STATUS_FULL;
@@ -128,7 +128,7 @@ static void bad_records_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(what_cannot_be_kept_is_not_done);
+    RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
     RUN_TEST(media_that_fail_at_the_start);
     RUN_TEST(a_failed_store_is_no_target);
     RUN_TEST(configured_stores_are_checked);

@@ -62,7 +62,7 @@ static void expect_status(const uint8_t enabled, const uint8_t open, const uint8
     TEST_ASSERT_EQUAL_UINT8(range, octet_read_u8(&reader));
 }
 
-static void an_open_retrieval_follows_what_comes_in(void)
+static void an_open_retrieval_follows_incoming_packets(void)
 {
     only_ring();
     stores_reports(1U, 4U);
@@ -123,7 +123,7 @@ static void an_open_retrieval_begins_at_its_tag(void)
     expect_stores_sent(16U, 16U);
 }
 
-static void what_was_given_up_is_skipped(void)
+static void a_retrieval_skips_blocks_that_were_overwritten(void)
 {
     only_ring();
     stores_reports(1U, 4U);
@@ -178,7 +178,7 @@ static void a_range_can_be_aborted(void)
     expect_status(1U, 1U, 0U);
 }
 
-static void what_the_port_refuses_is_sent_later(void)
+static void packets_that_the_port_refuses_are_sent_later(void)
 {
     only_ring();
     stores_reports(1U, 5U);
@@ -247,7 +247,7 @@ static void a_step_reads_no_more_than_it_may(void)
     expect_stores_sent(6U, 8U);
 }
 
-static void what_is_passed_over_counts_too(void)
+static void skipped_packets_count_towards_the_limit_of_a_step(void)
 {
     only_ring();
     stores_config.octets_per_step = 1U;
@@ -343,7 +343,7 @@ static void between_checkpoints_packets_are_sent_again(void)
     expect_stores_sent(4U, 12U);
 }
 
-static void what_was_not_synced_is_lost_and_not_waited_for(void)
+static void a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost(void)
 {
     only_ring();
     stores_config.sync_interval_ns = 5000000000ULL;
@@ -566,20 +566,20 @@ static void copies_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(an_open_retrieval_follows_what_comes_in);
+    RUN_TEST(an_open_retrieval_follows_incoming_packets);
     RUN_TEST(an_open_retrieval_begins_at_its_tag);
-    RUN_TEST(what_was_given_up_is_skipped);
+    RUN_TEST(a_retrieval_skips_blocks_that_were_overwritten);
     RUN_TEST(a_range_is_sent_once_and_ends);
     RUN_TEST(a_range_can_be_aborted);
-    RUN_TEST(what_the_port_refuses_is_sent_later);
+    RUN_TEST(packets_that_the_port_refuses_are_sent_later);
     RUN_TEST(priorities_and_turns);
     RUN_TEST(a_step_reads_no_more_than_it_may);
-    RUN_TEST(what_is_passed_over_counts_too);
+    RUN_TEST(skipped_packets_count_towards_the_limit_of_a_step);
     RUN_TEST(damage_is_passed_over);
     RUN_TEST(a_medium_that_fails_is_read_again);
     RUN_TEST(a_retrieval_continues_after_a_restart);
     RUN_TEST(between_checkpoints_packets_are_sent_again);
-    RUN_TEST(what_was_not_synced_is_lost_and_not_waited_for);
+    RUN_TEST(a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost);
     RUN_TEST(checkpoints_that_fail_are_tried_again);
     RUN_TEST(nothing_is_kept_without_a_place);
     RUN_TEST(packets_are_copied_by_time_window);

@@ -417,7 +417,7 @@ static void requests_are_strict(void)
 }
 
 /// A damaged block invalidates the blocks before it: this is reported at the start.
-static void what_cannot_be_reached_is_reported(void)
+static void damaged_or_unreadable_stores_are_reported(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_add("box", 4U, PUS_STORE_BOUNDED);
@@ -440,7 +440,7 @@ static void start_without_stores(void)
     (void)stores_restart();
 }
 
-static void what_a_caller_may_not_do_is_asserted(void)
+static void calls_against_the_contract_are_asserted(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(start_without_stores));
 }
@@ -461,7 +461,7 @@ int main(void)
     RUN_TEST(a_store_of_the_same_name_is_another);
     RUN_TEST(selections_by_request);
     RUN_TEST(requests_are_strict);
-    RUN_TEST(what_cannot_be_reached_is_reported);
-    RUN_TEST(what_a_caller_may_not_do_is_asserted);
+    RUN_TEST(damaged_or_unreadable_stores_are_reported);
+    RUN_TEST(calls_against_the_contract_are_asserted);
     return UNITY_END();
 }

@@ -61,7 +61,7 @@ static void code_is_loaded_with_its_checksum(void)
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
 }
 
-static void the_table_takes_what_it_holds(void)
+static void the_table_accepts_its_capacity(void)
 {
     static const uint8_t code[] = {0, 9, '1', '2', '3', '4', '5', '6', '7', '8', '9', 0x29, 0xB1};
     st18_fixture_loaded("A", 4000U, 'a');
@@ -118,7 +118,7 @@ static void a_file_is_loaded_and_activated(void)
     expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 0U, ABCD);
 }
 
-static void what_is_not_kept_is_not_loaded(void)
+static void a_procedure_that_cannot_be_stored_is_not_loaded(void)
 {
     uint16_t checksum      = 0U;
     st18_fixture.file.size = PUS_PROCEDURE_CODE_MAX;
@@ -256,11 +256,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(code_is_loaded_with_its_checksum);
-    RUN_TEST(the_table_takes_what_it_holds);
+    RUN_TEST(the_table_accepts_its_capacity);
     RUN_TEST(files_are_loaded_whole);
     RUN_TEST(files_that_fail_are_reported);
     RUN_TEST(a_file_is_loaded_and_activated);
-    RUN_TEST(what_is_not_kept_is_not_loaded);
+    RUN_TEST(a_procedure_that_cannot_be_stored_is_not_loaded);
     RUN_TEST(without_a_store_all_is_done);
     RUN_TEST(code_outlasts_a_power_cut);
     RUN_TEST(records_that_are_no_good_are_reported);

@@ -100,7 +100,7 @@ static void a_long_text_is_cut(void)
     TEST_ASSERT_EQUAL_STRING_LEN(text, &st18_fixture.events.auxiliary[15], PUS_OBSERVATION_TEXT);
 }
 
-static void activation_is_refused_where_it_makes_no_sense(void)
+static void activation_is_refused_in_a_wrong_state(void)
 {
     static const uint8_t body[] = {0, 0};
     static const uint8_t high[] = {4, 0};
@@ -117,7 +117,7 @@ static void activation_is_refused_where_it_makes_no_sense(void)
 }
 
 /// A cycle has the sum of the budgets of all running procedures.
-static void what_one_uses_too_much_the_next_has_not(void)
+static void a_procedure_that_exceeds_its_share_reduces_that_of_the_next(void)
 {
     st18_fixture_loaded("B", 1U, 'x');
     st18_fixture_activated("ABCD", 0U);
@@ -219,7 +219,7 @@ static void one_step_at_a_time(void)
     TEST_ASSERT_EQUAL_UINT64(2U, st18_fixture.slots[0].next);
 }
 
-static void what_is_not_active_is_neither_held_nor_aborted(void)
+static void an_inactive_procedure_is_neither_held_nor_aborted(void)
 {
     static const uint8_t none[] = {0};
     expect_refused(4U, "ABCD", next_step, 2U, PUS_FAILURE_STATE, ABCD);
@@ -571,13 +571,13 @@ int main(void)
     RUN_TEST(a_procedure_runs_to_its_end);
     RUN_TEST(errors_are_told_at_every_level);
     RUN_TEST(a_long_text_is_cut);
-    RUN_TEST(activation_is_refused_where_it_makes_no_sense);
-    RUN_TEST(what_one_uses_too_much_the_next_has_not);
+    RUN_TEST(activation_is_refused_in_a_wrong_state);
+    RUN_TEST(a_procedure_that_exceeds_its_share_reduces_that_of_the_next);
     RUN_TEST(it_is_held_where_the_next_step_begins);
     RUN_TEST(it_is_held_and_stopped_at_the_step_named);
     RUN_TEST(a_held_one_is_stopped_at_once);
     RUN_TEST(one_step_at_a_time);
-    RUN_TEST(what_is_not_active_is_neither_held_nor_aborted);
+    RUN_TEST(an_inactive_procedure_is_neither_held_nor_aborted);
     RUN_TEST(it_is_aborted_anywhere);
     RUN_TEST(all_are_aborted_and_reported);
     RUN_TEST(waiting_takes_cycles);

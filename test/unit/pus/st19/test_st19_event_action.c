@@ -231,7 +231,7 @@ static void the_room_is_limited(void)
     expect_failure(2U, 4U, PUS_FAILURE_TABLE_FULL, 3U, 2U);
 }
 
-static void what_the_port_refuses_waits_in_order(void)
+static void requests_that_the_port_refuses_wait_in_order(void)
 {
     define(3U);
     released.accepts  = 0U;
@@ -249,7 +249,7 @@ static void what_the_port_refuses_waits_in_order(void)
     TEST_ASSERT_EQUAL_UINT32(0U, actions.counters.dropped);
 }
 
-static void what_waits_is_dropped_when_it_is_disabled(void)
+static void queued_requests_are_dropped_when_their_definition_is_disabled(void)
 {
     define(3U);
     released.accepts  = 0U;
@@ -278,7 +278,7 @@ static void what_waits_is_dropped_when_it_is_disabled(void)
     TEST_ASSERT_FALSE(pus_event_action_is_waiting(&actions));
 }
 
-static void more_than_can_wait_is_dropped(void)
+static void requests_beyond_the_queue_are_dropped(void)
 {
     define(1U);
     released.accepts  = 0U;
@@ -388,7 +388,7 @@ static void restart(void)
     (void)records_replay(PUS_SERVICE_EVENT_ACTION, restore, &actions);
 }
 
-static void a_power_cut_leaves_what_was_acknowledged(void)
+static void acknowledged_changes_survive_a_power_cut(void)
 {
     restart();
     define(3U);
@@ -416,7 +416,7 @@ static void a_power_cut_leaves_what_was_acknowledged(void)
     TEST_ASSERT_EQUAL_UINT16(0U, actions.count);
 }
 
-static void what_cannot_be_kept_is_not_acknowledged(void)
+static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
 {
     restart();
     define(1U);
@@ -541,14 +541,14 @@ int main(void)
     RUN_TEST(a_definition_is_replaced_and_deleted_only_while_disabled);
     RUN_TEST(each_faulty_definition_is_refused_alone);
     RUN_TEST(the_room_is_limited);
-    RUN_TEST(what_the_port_refuses_waits_in_order);
-    RUN_TEST(what_waits_is_dropped_when_it_is_disabled);
-    RUN_TEST(more_than_can_wait_is_dropped);
+    RUN_TEST(requests_that_the_port_refuses_wait_in_order);
+    RUN_TEST(queued_requests_are_dropped_when_their_definition_is_disabled);
+    RUN_TEST(requests_beyond_the_queue_are_dropped);
     RUN_TEST(all_are_deleted_and_the_function_is_disabled);
     RUN_TEST(status_and_definitions_are_reported);
     RUN_TEST(a_thousand_definitions_are_found_and_reported);
-    RUN_TEST(a_power_cut_leaves_what_was_acknowledged);
-    RUN_TEST(what_cannot_be_kept_is_not_acknowledged);
+    RUN_TEST(acknowledged_changes_survive_a_power_cut);
+    RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
     RUN_TEST(a_record_that_is_not_there_counts_as_erased);
     RUN_TEST(a_record_that_makes_no_sense_is_refused);
     RUN_TEST(definitions_that_share_a_bucket_are_told_apart);

@@ -135,7 +135,7 @@ static void parameters_of_the_dictionary_are_as_before(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-static void what_cannot_be_set_is_refused(void)
+static void a_parameter_that_cannot_be_set_is_refused(void)
 {
     define(NEW_BOOL, RAM, RAM_BASE, 1U, 0U);
     set(NEW_BOOL, "\2", 1U);
@@ -291,7 +291,7 @@ int main(void)
     RUN_TEST(values_in_memory_are_reported_and_set);
     RUN_TEST(a_value_that_cannot_be_read_is_zero);
     RUN_TEST(parameters_of_the_dictionary_are_as_before);
-    RUN_TEST(what_cannot_be_set_is_refused);
+    RUN_TEST(a_parameter_that_cannot_be_set_is_refused);
     RUN_TEST(objects_hold_parameters_too);
     RUN_TEST(each_faulty_definition_is_refused_alone);
     RUN_TEST(definitions_of_all_parameters_are_reported);

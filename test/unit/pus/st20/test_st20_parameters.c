@@ -67,7 +67,7 @@ static void values_are_reported_in_the_order_asked(void)
     TEST_ASSERT_EQUAL_UINT32(3U, parameters.counters.read);
 }
 
-static void what_cannot_be_reported_is_refused_alone(void)
+static void only_the_parameters_that_cannot_be_reported_are_refused(void)
 {
     static const uint8_t expected[] = {0, 1, 2, 0, 0, 1, 0};
     begin(3U);
@@ -87,7 +87,7 @@ static void what_cannot_be_reported_is_refused_alone(void)
     EXPECT_MESSAGES(1, 1, 1, 4);
 }
 
-static void what_does_not_fit_the_report_is_refused_alone(void)
+static void only_the_parameters_without_room_in_the_report_are_refused(void)
 {
     begin(4U); // Two of 2004 octets leave 63.
     add(P_LARGE);
@@ -126,7 +126,7 @@ static status_t post_long(void* const context, octet_writer_t* const report)
     return STATUS_OK;
 }
 
-static void what_fits_no_packet_goes_as_a_long_report(void)
+static void values_that_fit_no_packet_are_sent_as_a_long_report(void)
 {
     const pus_long_port_t port = {&long_size, sizeof long_octets - PUS_TM_MIN, begin_long, post_long};
     pus_app_process_lengthen(&bench.process, &port);
@@ -219,7 +219,7 @@ static void an_unknown_value_is_skipped_by_its_layout(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(3U, data, writer.position - 1U));
 }
 
-static void what_cannot_be_delimited_is_refused_with_all_that_follows(void)
+static void a_value_of_unknown_length_is_refused_with_all_that_follow(void)
 {
     begin(3U);
     add_value(P_U8, 1U, 42U);
@@ -278,14 +278,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(values_are_reported_in_the_order_asked);
-    RUN_TEST(what_cannot_be_reported_is_refused_alone);
-    RUN_TEST(what_does_not_fit_the_report_is_refused_alone);
-    RUN_TEST(what_fits_no_packet_goes_as_a_long_report);
+    RUN_TEST(only_the_parameters_that_cannot_be_reported_are_refused);
+    RUN_TEST(only_the_parameters_without_room_in_the_report_are_refused);
+    RUN_TEST(values_that_fit_no_packet_are_sent_as_a_long_report);
     RUN_TEST(up_to_255_values_are_reported);
     RUN_TEST(a_value_is_set_whole);
     RUN_TEST(each_refusal_has_its_code_and_the_rest_is_set);
     RUN_TEST(an_unknown_value_is_skipped_by_its_layout);
-    RUN_TEST(what_cannot_be_delimited_is_refused_with_all_that_follows);
+    RUN_TEST(a_value_of_unknown_length_is_refused_with_all_that_follow);
     RUN_TEST(without_a_write_port_nothing_is_settable);
     RUN_TEST(up_to_255_values_are_set);
     RUN_TEST(every_request_has_a_strict_format);

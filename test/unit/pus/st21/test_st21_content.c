@@ -145,7 +145,7 @@ static void loaded_sequences_outlive_a_power_cut(void)
     TEST_ASSERT_EQUAL_UINT16(0U, st21_fixture.chains.pool.stats.taken);
 }
 
-static void what_cannot_be_kept_is_not_acknowledged(void)
+static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
 {
     restart();
     st21_fixture_make_long_file();
@@ -223,7 +223,7 @@ int main(void)
     RUN_TEST(a_file_that_cannot_be_opened_has_its_reason);
     RUN_TEST(a_foreign_file_is_refused);
     RUN_TEST(loaded_sequences_outlive_a_power_cut);
-    RUN_TEST(what_cannot_be_kept_is_not_acknowledged);
+    RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
     RUN_TEST(a_record_that_makes_no_sense_is_refused);
     return UNITY_END();
 }

@@ -75,7 +75,7 @@ static void a_delay_may_be_nothing_or_long(void)
     TEST_ASSERT_TRUE(pus_sequences_next_ns(&st21_fixture.service) > (2147483647ULL * 1000U * MS));
 }
 
-static void a_step_releases_so_many_at_most(void)
+static void a_step_releases_a_limited_number_of_requests(void)
 {
     st21_fixture_begin('a');
     octet_write_u8(&st21_fixture.writer, 200U);
@@ -94,7 +94,7 @@ static void a_step_releases_so_many_at_most(void)
     TEST_ASSERT_EQUAL_UINT32(2U, st21_fixture.service.counters.completed);
 }
 
-static void what_the_port_refuses_waits_and_its_delay_too(void)
+static void a_request_that_the_port_refuses_waits_and_its_delay_begins_later(void)
 {
     st21_fixture_load('a', 1U, 2U);
     st21_fixture_command(4U, 'a');
@@ -201,7 +201,7 @@ static void the_room_is_limited(void)
     st21_fixture_expect_done(1U);
 }
 
-static void what_may_not_be_done_is_refused(void)
+static void requests_in_a_wrong_state_or_for_an_unknown_sequence_are_refused(void)
 {
     static const uint8_t by_name[] = {3, 4, 5, 9, 11};
     st21_fixture_load('a', 1U, 2U);
@@ -329,13 +329,13 @@ int main(void)
     RUN_TEST(delays_separate_the_requests);
     RUN_TEST(sequences_run_side_by_side);
     RUN_TEST(a_delay_may_be_nothing_or_long);
-    RUN_TEST(a_step_releases_so_many_at_most);
-    RUN_TEST(what_the_port_refuses_waits_and_its_delay_too);
+    RUN_TEST(a_step_releases_a_limited_number_of_requests);
+    RUN_TEST(a_request_that_the_port_refuses_waits_and_its_delay_begins_later);
     RUN_TEST(a_later_request_that_waits_delays_the_next_one);
     RUN_TEST(a_sequence_is_loaded_whole_or_not_at_all);
     RUN_TEST(a_name_is_printable_and_padded);
     RUN_TEST(the_room_is_limited);
-    RUN_TEST(what_may_not_be_done_is_refused);
+    RUN_TEST(requests_in_a_wrong_state_or_for_an_unknown_sequence_are_refused);
     RUN_TEST(status_and_aborted_are_reported);
     RUN_TEST(the_checksum_is_that_of_the_content);
     RUN_TEST(the_content_is_reported_in_as_many_packets_as_it_needs);

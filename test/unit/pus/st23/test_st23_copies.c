@@ -92,7 +92,7 @@ static void an_empty_file_is_copied(void)
     expect_copied("empty", "x");
 }
 
-static void what_cannot_be_copied_is_refused(void)
+static void an_invalid_copy_is_refused(void)
 {
     st23_fixture_order(14U, 1U, "a", "no", "", "x");
     st23_fixture_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
@@ -126,7 +126,7 @@ static void what_cannot_be_copied_is_refused(void)
     st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
-static void what_is_being_copied_stays_as_it_is(void)
+static void a_file_being_copied_cannot_be_changed(void)
 {
     st23_fixture_order(14U, 1U, "a", "one", "a/b", "x");
     st23_fixture_request(2U, "a", "one");
@@ -193,7 +193,7 @@ static void a_source_that_becomes_shorter_fails_the_copy(void)
     expect_failure(1U, 8U, PUS_FAILURE_IO, 0U, STATUS_TRUNCATED);
 }
 
-static void a_part_of_somebody_else_is_replaced(void)
+static void a_foreign_part_file_is_replaced(void)
 {
     (void)disk_file(".copy-1", 100U, 7U);
     st23_fixture_order(14U, 1U, "a", "one", "", "x");
@@ -412,12 +412,12 @@ int main(void)
     RUN_TEST(a_file_is_copied_slice_by_slice);
     RUN_TEST(copies_take_turns);
     RUN_TEST(an_empty_file_is_copied);
-    RUN_TEST(what_cannot_be_copied_is_refused);
-    RUN_TEST(what_is_being_copied_stays_as_it_is);
+    RUN_TEST(an_invalid_copy_is_refused);
+    RUN_TEST(a_file_being_copied_cannot_be_changed);
     RUN_TEST(a_file_is_moved_at_once);
     RUN_TEST(a_copy_that_fails_leaves_nothing);
     RUN_TEST(a_source_that_becomes_shorter_fails_the_copy);
-    RUN_TEST(a_part_of_somebody_else_is_replaced);
+    RUN_TEST(a_foreign_part_file_is_replaced);
     RUN_TEST(copies_are_suspended_resumed_and_aborted);
     RUN_TEST(copies_of_a_path_are_changed);
     RUN_TEST(a_power_cut_leaves_nothing_of_a_copy);

@@ -53,7 +53,7 @@ static void files_are_created_and_deleted(void)
     TEST_ASSERT_EQUAL_UINT32(9U, st23_fixture.files.counters.refused);
 }
 
-static void what_the_store_cannot_do_is_reported(void)
+static void failures_of_the_file_store_are_reported(void)
 {
     static const status_t failures[] = {STATUS_IO, STATUS_FULL, STATUS_DENIED};
     for (size_t i = 0U; i < 3U; i++) {
@@ -305,7 +305,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(files_are_created_and_deleted);
-    RUN_TEST(what_the_store_cannot_do_is_reported);
+    RUN_TEST(failures_of_the_file_store_are_reported);
     RUN_TEST(attributes_are_reported);
     RUN_TEST(a_locked_file_stays_as_it_is);
     RUN_TEST(locks_are_counted);

@@ -147,7 +147,7 @@ static void files_are_found_below_a_directory(void)
     TEST_ASSERT_EQUAL_UINT32(calls, disk.calls);
 }
 
-static void what_cannot_be_searched_is_refused(void)
+static void an_invalid_search_is_refused(void)
 {
     place_files();
     find("/a/no", "*");
@@ -401,7 +401,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(files_are_found_below_a_directory);
-    RUN_TEST(what_cannot_be_searched_is_refused);
+    RUN_TEST(an_invalid_search_is_refused);
     RUN_TEST(a_directory_is_summarised);
     RUN_TEST(long_answers_become_several_reports);
     RUN_TEST(a_port_that_takes_nothing_delays_the_search);

@@ -94,7 +94,7 @@ static void mistakes_are_reported_with_file_line_value_and_expectation(void)
                    "'5', expected a node id that no");
 }
 
-static void what_is_not_there_is_reported(void)
+static void a_missing_file_of_the_bench_is_reported(void)
 {
     const bench_devices_config_t nowhere = {.path = "/nowhere/bench.txt", .segments = segments};
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, bench_devices_open(&nowhere, &bench_devices, error));
@@ -158,7 +158,7 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(mistakes_are_reported_with_file_line_value_and_expectation);
-    RUN_TEST(what_is_not_there_is_reported);
+    RUN_TEST(a_missing_file_of_the_bench_is_reported);
     RUN_TEST(too_many_devices_are_refused);
     RUN_TEST(a_device_boots_on_its_bus_and_is_reported);
     RUN_TEST(no_bench_devices_is_no_trouble);

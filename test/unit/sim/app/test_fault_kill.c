@@ -91,7 +91,7 @@ static void test_the_operator_is_an_interpreter_with_a_script(void)
     expect_killed(other);
 }
 
-static void test_nobody_dies_for_a_name_that_is_not_there(void)
+static void test_killing_an_unknown_name_ends_no_process(void)
 {
     const pid_t other = start("supervisor", "-");
     kill_by_sibling("manipulator");
@@ -122,7 +122,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_sibling_is_found_by_its_program);
     RUN_TEST(test_the_operator_is_an_interpreter_with_a_script);
-    RUN_TEST(test_nobody_dies_for_a_name_that_is_not_there);
+    RUN_TEST(test_killing_an_unknown_name_ends_no_process);
     RUN_TEST(test_the_launcher_is_the_parent);
     return UNITY_END();
 }

@@ -84,7 +84,7 @@ static void expect_error(const char* line, const char* words)
     }
 }
 
-static void test_errors_name_file_line_and_what_is_expected(void)
+static void test_errors_name_file_line_and_expected_value(void)
 {
     expect_error("1 fault unplugg joystick", "unplug, plug");
     expect_error("1 fault unplug wheel", "robot or joystick");
@@ -303,7 +303,7 @@ int main(void)
     RUN_TEST(test_a_kill_names_its_process);
     RUN_TEST(test_a_process_hangs_and_continues);
     RUN_TEST(test_every_verb);
-    RUN_TEST(test_errors_name_file_line_and_what_is_expected);
+    RUN_TEST(test_errors_name_file_line_and_expected_value);
     RUN_TEST(test_no_scenario_means_no_faults);
     RUN_TEST(test_scenarios_of_the_mission_are_read);
     RUN_TEST(test_faults_reach_the_bus);

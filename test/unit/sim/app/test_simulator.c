@@ -360,7 +360,7 @@ static void expect_open_error(const simulator_config_t* config, status_t status,
     }
 }
 
-static void test_what_cannot_be_opened_is_reported_in_one_line(void)
+static void test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line(void)
 {
     expect_open_error(
         &(simulator_config_t){.bus = {{.name = "robot", .address = "shm:nobody-made-this"}}, .bus_count = 1U},
@@ -400,7 +400,7 @@ int main(void)
     RUN_TEST(test_an_injected_error_is_reported_and_stops_the_drive);
     RUN_TEST(test_a_seed_gives_the_same_logs_again_and_another_does_not);
     RUN_TEST(test_loads_are_those_computed);
-    RUN_TEST(test_what_cannot_be_opened_is_reported_in_one_line);
+    RUN_TEST(test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line);
     RUN_TEST(test_it_catches_up_when_called_late);
     return UNITY_END();
 }

@@ -364,7 +364,7 @@ static void test_equal_frames_merge_and_unequal_ones_destroy_each_other(void)
     TEST_ASSERT_EQUAL_UINT(2U, ear[2].count);
 }
 
-static void test_unequal_frames_destroy_each_other_also_when_nobody_listens(void)
+static void test_unequal_frames_destroy_each_other_without_any_receiver(void)
 {
     const osal_can_frame_t one = {.id = 0x591U, .length = 1U, .data = {1U}};
     const osal_can_frame_t two = {.id = 0x591U, .length = 0U};
@@ -544,7 +544,7 @@ int main(void)
     RUN_TEST(test_unplugging_the_sender_breaks_its_frame);
     RUN_TEST(test_unplugging_the_only_receiver_leaves_no_acknowledge);
     RUN_TEST(test_equal_frames_merge_and_unequal_ones_destroy_each_other);
-    RUN_TEST(test_unequal_frames_destroy_each_other_also_when_nobody_listens);
+    RUN_TEST(test_unequal_frames_destroy_each_other_without_any_receiver);
     RUN_TEST(test_loss_takes_its_share_from_each_receiver);
     RUN_TEST(test_corruption_costs_time_and_counters_but_no_frame);
     RUN_TEST(test_duplication_lets_frames_arrive_twice);

@@ -88,7 +88,7 @@ static void test_a_closed_relay_stays_closed(void)
     TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(nodes[0])); // It has not booted again.
 }
 
-static void test_what_is_no_pulse_of_the_unit_is_ignored(void)
+static void test_frames_that_are_no_pulse_of_the_unit_are_ignored(void)
 {
     pulse(0x200U + UNIT, 2U, 0U, 3U); // Too short for the relay.
     pulse(0x200U + UNIT, 2U, 8U, 3U);
@@ -108,6 +108,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_pulse_opens_and_one_closes);
     RUN_TEST(test_a_closed_relay_stays_closed);
-    RUN_TEST(test_what_is_no_pulse_of_the_unit_is_ignored);
+    RUN_TEST(test_frames_that_are_no_pulse_of_the_unit_are_ignored);
     return UNITY_END();
 }

@@ -146,7 +146,7 @@ static void test_the_pcap_header_names_socketcan_and_nanoseconds(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(wanted, octets, 24U);
 }
 
-static void test_what_cannot_be_written_is_reported(void)
+static void test_a_log_that_cannot_be_written_is_reported(void)
 {
     frame_log_t* log = NULL;
     TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_open("/nowhere", "robot", &log));
@@ -197,7 +197,7 @@ int main(void)
     RUN_TEST(test_records);
     RUN_TEST(test_files_hold_every_frame);
     RUN_TEST(test_the_pcap_header_names_socketcan_and_nanoseconds);
-    RUN_TEST(test_what_cannot_be_written_is_reported);
+    RUN_TEST(test_a_log_that_cannot_be_written_is_reported);
     RUN_TEST(test_a_full_disk_leaves_whole_lines_and_records);
     return UNITY_END();
 }

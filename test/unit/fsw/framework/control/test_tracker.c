@@ -61,7 +61,7 @@ static void a_step_settles_without_ringing(void)
     EXPECT_WITHIN(1.0, 1.0e-9, tracker.position);
 }
 
-static void bandwidth_is_where_it_is_said_to_be(void)
+static void the_filter_has_its_stated_bandwidth(void)
 {
     // Gain of the position, (2 w s + w^2) / (s + w)^2, at s = j w: sqrt(5) / 2.
     const double omega = 125.0;
@@ -81,6 +81,6 @@ int main(void)
     RUN_TEST(a_constant_is_left_alone);
     RUN_TEST(a_ramp_is_followed_without_lag);
     RUN_TEST(a_step_settles_without_ringing);
-    RUN_TEST(bandwidth_is_where_it_is_said_to_be);
+    RUN_TEST(the_filter_has_its_stated_bandwidth);
     return UNITY_END();
 }

@@ -31,7 +31,7 @@ static void addresses_are_read(void)
     }
 }
 
-static void what_is_no_address_is_refused(void)
+static void an_invalid_address_is_refused(void)
 {
     const char* const bad[] = {"",
                                "127.0.0.1",
@@ -87,7 +87,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(addresses_are_read);
-    RUN_TEST(what_is_no_address_is_refused);
+    RUN_TEST(an_invalid_address_is_refused);
     RUN_TEST(the_resolver_is_asked_and_not_trusted);
     return UNITY_END();
 }

@@ -150,7 +150,7 @@ static void error_frames_are_counted_by_class(void)
     TEST_ASSERT_EQUAL_UINT32(9U, flow.errors.bus_errors);
 }
 
-static void a_missing_acknowledge_lasts_until_somebody_is_heard(void)
+static void a_missing_acknowledge_lasts_until_another_node_is_heard(void)
 {
     osal_can_frame_t frame;
     scripted_bus_error(&bus, OSAL_CAN_ERROR_NO_ACK, 0U);
@@ -162,7 +162,7 @@ static void a_missing_acknowledge_lasts_until_somebody_is_heard(void)
     TEST_ASSERT_EQUAL_HEX32(0x711U, frame.id);
 }
 
-static void what_came_before_opening_is_thrown_away(void)
+static void frames_received_before_opening_are_discarded(void)
 {
     osal_can_frame_t frame;
     flow_can_close(&flow);
@@ -183,7 +183,7 @@ int main(void)
     RUN_TEST(each_refusal_is_counted);
     RUN_TEST(error_frames_become_health);
     RUN_TEST(error_frames_are_counted_by_class);
-    RUN_TEST(a_missing_acknowledge_lasts_until_somebody_is_heard);
-    RUN_TEST(what_came_before_opening_is_thrown_away);
+    RUN_TEST(a_missing_acknowledge_lasts_until_another_node_is_heard);
+    RUN_TEST(frames_received_before_opening_are_discarded);
     return UNITY_END();
 }

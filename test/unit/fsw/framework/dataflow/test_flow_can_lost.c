@@ -158,7 +158,7 @@ static void an_interface_lost_while_receiving_is_opened_again(void** state)
     lose_and_find(false);
 }
 
-static void what_does_not_open_whole_is_closed(void** state)
+static void an_interface_that_opens_only_in_part_is_closed(void** state)
 {
     (void)state;
     is_fd_wanted = true;
@@ -204,7 +204,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(an_interface_lost_while_sending_is_opened_again, set_up),
         cmocka_unit_test_setup(an_interface_lost_while_receiving_is_opened_again, set_up),
-        cmocka_unit_test_setup(what_does_not_open_whole_is_closed, set_up),
+        cmocka_unit_test_setup(an_interface_that_opens_only_in_part_is_closed, set_up),
         cmocka_unit_test_setup(a_flood_of_error_frames_is_taken_in_piecewise, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -353,7 +353,7 @@ static void a_server_that_does_not_read_fills_the_outbox(void)
     TEST_ASSERT_FALSE(flow_stream_is_connected(&flow));
 }
 
-static void what_lies_in_the_outbox_ends_with_its_connection(void)
+static void octets_in_the_outbox_are_discarded_with_their_connection(void)
 {
     uint8_t payload[32] = {0U};
     listen_at(0U);
@@ -488,7 +488,7 @@ int main(void)
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
     RUN_TEST(a_server_that_vanishes_is_called_until_it_is_back);
     RUN_TEST(a_server_that_does_not_read_fills_the_outbox);
-    RUN_TEST(what_lies_in_the_outbox_ends_with_its_connection);
+    RUN_TEST(octets_in_the_outbox_are_discarded_with_their_connection);
     RUN_TEST(frames_that_cannot_be_sent_are_refused);
     RUN_TEST(a_quota_that_is_used_up_is_a_refusal);
     RUN_TEST(a_file_is_read_as_it_grows);

@@ -102,7 +102,7 @@ static void datagrams_go_both_ways_whole(void)
     TEST_ASSERT_EQUAL_UINT32(2U, right.counters.received);
 }
 
-static void strangers_and_giants_are_passed_over(void)
+static void datagrams_of_unknown_peers_and_too_long_ones_are_skipped(void)
 {
     const uint8_t big[40] = {0U};
     uint8_t octets[16];
@@ -119,7 +119,7 @@ static void strangers_and_giants_are_passed_over(void)
 }
 
 /// A sender that never pauses does not hold up the cycle.
-static void so_many_strangers_are_passed_over_in_one_call(void)
+static void one_call_skips_a_limited_number_of_foreign_datagrams(void)
 {
     uint8_t octets[16] = {0U};
     size_t size        = 9U;
@@ -253,10 +253,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(datagrams_go_both_ways_whole);
-    RUN_TEST(strangers_and_giants_are_passed_over);
+    RUN_TEST(datagrams_of_unknown_peers_and_too_long_ones_are_skipped);
     RUN_TEST(records_travel_in_the_flows_order);
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
-    RUN_TEST(so_many_strangers_are_passed_over_in_one_call);
+    RUN_TEST(one_call_skips_a_limited_number_of_foreign_datagrams);
     RUN_TEST(opening_is_refused_for_a_reason_and_counted);
     RUN_TEST(a_port_in_use_is_tried_again_with_back_off);
     RUN_TEST(a_socket_that_fails_is_opened_again);

@@ -141,7 +141,7 @@ static void frames_may_be_cut_anywhere(void)
     }
 }
 
-static void what_is_too_long_is_passed_over(void)
+static void frames_that_are_too_long_are_skipped(void)
 {
     for (size_t f = 0U; f < FORMATS; f++) {
         octets_t stream   = {.size = 0U};
@@ -288,7 +288,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(frames_are_as_written_down);
     RUN_TEST(frames_may_be_cut_anywhere);
-    RUN_TEST(what_is_too_long_is_passed_over);
+    RUN_TEST(frames_that_are_too_long_are_skipped);
     RUN_TEST(slip_recovers_from_garbage);
     RUN_TEST(lines_end_as_any_instrument_ends_them);
     RUN_TEST(lengths_at_their_ends);

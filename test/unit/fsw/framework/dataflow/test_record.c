@@ -85,7 +85,7 @@ static void a_record_needs_its_room(void)
                       flow_record_encode(&layout, FLOW_ORDER_BIG, &sample, octets, sizeof big, &size));
 }
 
-static void what_is_no_record_changes_nothing(void)
+static void octets_that_are_no_record_change_no_value(void)
 {
     uint8_t octets[sizeof big + 1U];
     sample_t seen = sample;
@@ -116,7 +116,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(both_orders_are_as_written_down);
     RUN_TEST(a_record_needs_its_room);
-    RUN_TEST(what_is_no_record_changes_nothing);
+    RUN_TEST(octets_that_are_no_record_change_no_value);
     RUN_TEST(a_layout_without_fields_has_no_octets);
     return UNITY_END();
 }

@@ -84,7 +84,7 @@ static const struct {
      "</Configuration>", DESCRIPTOR_STRUCTURES_MAX, "too many <HKService>, at most 32"},
 };
 
-static void every_list_holds_what_it_says_and_no_more(void)
+static void every_list_holds_its_stated_number_of_entries_and_no_more(void)
 {
     for (size_t i = 0U; i < (sizeof lists / sizeof lists[0]); i++) {
         for (unsigned more = 0U; more < 2U; more++) {
@@ -270,7 +270,7 @@ static void an_arena_that_is_used_up_is_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_list_holds_what_it_says_and_no_more);
+    RUN_TEST(every_list_holds_its_stated_number_of_entries_and_no_more);
     RUN_TEST(references_are_counted_over_all_that_refer);
     RUN_TEST(a_port_with_too_long_names_is_refused);
     RUN_TEST(more_octets_than_allowed_are_refused_with_their_number);

@@ -26,7 +26,7 @@ static status_t load_with(const char* const services)
     return descriptor_parse_subsystem(&loader, "arm.xml", text, strlen(text), &arm);
 }
 
-static void they_are_read_with_what_they_have_room_for(void)
+static void services_are_read_with_their_capacities(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load_with(""));
     TEST_ASSERT_EQUAL_UINT16(0U, arm.service_count);
@@ -64,7 +64,7 @@ static void the_supervisor_is_granted_entries_of_the_whole_spacecrafts(void)
                              descriptor_error(&loader));
 }
 
-static void what_is_wrong_with_them_is_reported(void)
+static void an_error_in_a_service_list_is_reported_with_its_line(void)
 {
     static const struct {
         const char* services;
@@ -87,8 +87,8 @@ static void what_is_wrong_with_them_is_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(they_are_read_with_what_they_have_room_for);
+    RUN_TEST(services_are_read_with_their_capacities);
     RUN_TEST(the_supervisor_is_granted_entries_of_the_whole_spacecrafts);
-    RUN_TEST(what_is_wrong_with_them_is_reported);
+    RUN_TEST(an_error_in_a_service_list_is_reported_with_its_line);
     return UNITY_END();
 }

@@ -479,7 +479,7 @@ static void a_subsystem_reads_no_descriptor_but_its_own(void)
 }
 
 /// For the program of the supervisor: the whole mission as for all, with its own model at the end.
-static void a_whole_mission_leaves_the_model_that_was_asked_for(void)
+static void loading_a_mission_leaves_the_requested_model(void)
 {
     load_the_good_one();
     const uint64_t interface_hash     = mission.interface_hash;
@@ -498,14 +498,14 @@ static void load_nothing_of_a_mission(void)
     (void)!descriptor_load_mission(&loader, path, MISSION_ANY_TARGET, NULL, &mission, &scratch);
 }
 
-static void who_reads_no_whole_mission_is_a_subsystem_of_it(void)
+static void loading_a_part_of_a_mission_without_a_subsystem_is_asserted(void)
 {
     write_file("flight.xml", flight_document);
     TEST_ASSERT_TRUE(assertion_fails(load_nothing_of_a_mission));
 }
 
 /// Conditions between descriptors that launcher and supervisor check before they start.
-static void a_subsystem_finds_what_is_wrong_about_itself(void)
+static void a_subsystem_finds_the_errors_of_its_own_descriptor(void)
 {
     static const struct {
         uint16_t apid;
@@ -566,9 +566,9 @@ int main(void)
     RUN_TEST(a_folder_is_no_descriptor);
     RUN_TEST(its_hashes_see_every_subsystem);
     RUN_TEST(a_subsystem_reads_no_descriptor_but_its_own);
-    RUN_TEST(a_whole_mission_leaves_the_model_that_was_asked_for);
-    RUN_TEST(who_reads_no_whole_mission_is_a_subsystem_of_it);
-    RUN_TEST(a_subsystem_finds_what_is_wrong_about_itself);
+    RUN_TEST(loading_a_mission_leaves_the_requested_model);
+    RUN_TEST(loading_a_part_of_a_mission_without_a_subsystem_is_asserted);
+    RUN_TEST(a_subsystem_finds_the_errors_of_its_own_descriptor);
     RUN_TEST(a_mission_cut_at_every_octet_is_an_error);
     static const char* const names[] = {"arm.xml", "hand.xml", "flight.xml"};
     for (size_t i = 0U; i < 3U; i++) {

@@ -118,7 +118,7 @@ static void records_come_back_in_the_order_of_their_last_put(void)
                              journal.stats.live);
 }
 
-static void what_was_erased_is_gone_and_what_is_not_there_is_not_found(void)
+static void an_erased_record_is_gone_and_erasing_a_missing_one_reports_not_found(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, journal_erase(&journal, 11U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -131,7 +131,7 @@ static void what_was_erased_is_gone_and_what_is_not_there_is_not_found(void)
     TEST_ASSERT_EQUAL_UINT64(0U, kept_count);
 }
 
-static void what_is_not_committed_does_not_last(void)
+static void uncommitted_records_are_lost_at_reopening(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
     reopen(); // All was written, but nothing was committed.
@@ -363,7 +363,7 @@ static void any_damaged_octet_is_noticed(void)
 }
 
 /// The journal never writes such a record, but a reader does not rely on that.
-static void an_erasure_of_what_is_not_there_is_passed_over(void)
+static void erasing_a_missing_record_is_skipped(void)
 {
     const medium_t medium = recorded_medium(1U);
     journal_place_t place = journal_first_place(9U);
@@ -576,8 +576,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(records_come_back_in_the_order_of_their_last_put);
-    RUN_TEST(what_was_erased_is_gone_and_what_is_not_there_is_not_found);
-    RUN_TEST(what_is_not_committed_does_not_last);
+    RUN_TEST(an_erased_record_is_gone_and_erasing_a_missing_one_reports_not_found);
+    RUN_TEST(uncommitted_records_are_lost_at_reopening);
     RUN_TEST(a_commit_without_changes_touches_no_medium);
     RUN_TEST(a_full_index_refuses_new_records_only);
     RUN_TEST(too_large_a_record_is_refused);
@@ -588,7 +588,7 @@ int main(void)
     RUN_TEST(a_stale_generation_is_not_accepted);
     RUN_TEST(a_record_of_another_history_is_not_accepted);
     RUN_TEST(any_damaged_octet_is_noticed);
-    RUN_TEST(an_erasure_of_what_is_not_there_is_passed_over);
+    RUN_TEST(erasing_a_missing_record_is_skipped);
     RUN_TEST(octets_that_are_no_journal_are_replaced);
     RUN_TEST(a_commit_that_failed_is_made_up_for);
     RUN_TEST(a_torn_record_leaves_nothing_behind_the_next_one);

@@ -250,7 +250,7 @@ static void many_damages_are_told_or_do_no_harm(void)
 }
 
 /// Cases that operators have met: a flipped bit early in the file; a file of zeros.
-static void what_is_lost_is_counted(void)
+static void lost_transactions_are_counted(void)
 {
     recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
     open_journal();
@@ -332,7 +332,7 @@ static void errors_of_damaged_media_are_reported(void)
     }
 }
 
-static void nobody_needs_to_keep_it(void)
+static void a_damaged_journal_opens_without_a_preserving_callback(void)
 {
     write_journal(3U);
     recorded_copy(work, original);
@@ -351,9 +351,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(damage_anywhere_is_told_or_does_no_harm);
     RUN_TEST(many_damages_are_told_or_do_no_harm);
-    RUN_TEST(what_is_lost_is_counted);
+    RUN_TEST(lost_transactions_are_counted);
     RUN_TEST(damage_of_both_media_is_reported);
     RUN_TEST(errors_of_damaged_media_are_reported);
-    RUN_TEST(nobody_needs_to_keep_it);
+    RUN_TEST(a_damaged_journal_opens_without_a_preserving_callback);
     return UNITY_END();
 }

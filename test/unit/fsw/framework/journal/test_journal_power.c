@@ -328,7 +328,7 @@ static void every_cut_leaves_a_whole_transaction(void)
 /// A medium holds octets that would be valid after a missing record. Emptying it fails, and then succeeds;
 /// that record is written, and the power is cut: the journal must not accept it together with the octets
 /// after it.
-static void what_was_emptied_in_vain_is_emptied_again(void)
+static void an_area_whose_erasure_failed_is_erased_again(void)
 {
     uint8_t octets[64];
     const size_t size = content(1U, octets);
@@ -365,6 +365,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_cut_leaves_a_whole_transaction);
-    RUN_TEST(what_was_emptied_in_vain_is_emptied_again);
+    RUN_TEST(an_area_whose_erasure_failed_is_erased_again);
     return UNITY_END();
 }

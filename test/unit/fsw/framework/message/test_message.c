@@ -328,7 +328,7 @@ static void meet_nobody(void)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-static void nobody_there_is_reported_and_counted(void)
+static void a_missing_peer_is_reported_and_counted(void)
 {
     party_in_each_form(&party, meet_nobody);
 }
@@ -476,7 +476,7 @@ int main(void)
     RUN_TEST(data_carries_credit_along);
     RUN_TEST(whatever_is_accepted_arrives_in_order);
     RUN_TEST(a_full_carrier_loses_nothing);
-    RUN_TEST(nobody_there_is_reported_and_counted);
+    RUN_TEST(a_missing_peer_is_reported_and_counted);
     RUN_TEST(lost_blocks_are_counted_and_give_their_credit_back);
     RUN_TEST(the_last_of_a_window_may_come_alone);
     RUN_TEST(a_lost_window_does_not_silence_the_sender);

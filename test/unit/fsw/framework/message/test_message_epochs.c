@@ -176,7 +176,7 @@ static void die_after_hello(void)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-static void what_was_said_to_a_predecessor_costs_nothing(void)
+static void messages_to_a_previous_life_consume_no_credit(void)
 {
     party_in_each_form(&party, die_after_hello);
 }
@@ -391,7 +391,7 @@ static void credit_beyond_what_was_sent_is_not_accepted(void)
     party_in_each_form(&party, claim_credit);
 }
 
-static void strangers_are_not_heard(void)
+static void messages_of_unknown_peers_are_dropped(void)
 {
     party_open(&party, PARTY_UDP);
     osal_socket_t stranger = OSAL_SOCKET_CLOSED;
@@ -418,7 +418,7 @@ static void too_long_for_any_frame(void)
     party_close(&party);
 }
 
-static void noise_breaks_nothing(void)
+static void random_octets_cause_no_failure(void)
 {
     party_open(&party, PARTY_RING);
     for (unsigned i = 0U; i < 200000U; i++) {
@@ -518,7 +518,7 @@ int main(void)
     RUN_TEST(a_sender_that_comes_back_starts_again);
     RUN_TEST(an_old_peer_is_never_taken_for_the_new);
     RUN_TEST(two_that_come_back_meet_again);
-    RUN_TEST(what_was_said_to_a_predecessor_costs_nothing);
+    RUN_TEST(messages_to_a_previous_life_consume_no_credit);
     RUN_TEST(a_restarted_component_is_heard_before_it_is_reported);
     RUN_TEST(no_history_of_restarts_doubles_or_disorders);
     RUN_TEST(the_frame_is_as_the_header_says);
@@ -526,9 +526,9 @@ int main(void)
     RUN_TEST(each_field_is_checked);
     RUN_TEST(a_sequence_beyond_the_window_is_not_accepted);
     RUN_TEST(credit_beyond_what_was_sent_is_not_accepted);
-    RUN_TEST(strangers_are_not_heard);
+    RUN_TEST(messages_of_unknown_peers_are_dropped);
     RUN_TEST(too_long_for_any_frame);
-    RUN_TEST(noise_breaks_nothing);
+    RUN_TEST(random_octets_cause_no_failure);
     RUN_TEST(both_forms_behave_as_one);
     return UNITY_END();
 }

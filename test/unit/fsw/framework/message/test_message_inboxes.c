@@ -182,7 +182,7 @@ static void answer_then_give_credit(void)
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
 }
 
-static void what_says_less_is_heard_before_what_says_more(void)
+static void an_older_answer_on_credit_is_handled_before_a_newer_credit(void)
 {
     party_in_each_form(&party, answer_then_give_credit);
 }
@@ -241,7 +241,7 @@ int main(void)
     RUN_TEST(the_last_octets_of_a_window_are_reserved);
     RUN_TEST(a_receiver_that_takes_no_data_still_takes_credit);
     RUN_TEST(credit_is_taken_without_a_block);
-    RUN_TEST(what_says_less_is_heard_before_what_says_more);
+    RUN_TEST(an_older_answer_on_credit_is_handled_before_a_newer_credit);
     RUN_TEST(blocks_come_in_order_of_arrival);
     RUN_TEST(frames_beyond_a_window_are_dropped_and_counted);
     return UNITY_END();

@@ -135,7 +135,7 @@ static void a_frame_goes_to_the_name_of_its_component(void** state)
     assert_memory_equal(octets, &sent[MESSAGE_HEADER_OCTETS], sizeof octets);
 }
 
-static void what_the_kernel_refuses_is_reported_and_not_announced(void** state)
+static void a_message_that_the_kernel_refuses_is_reported_and_not_announced(void** state)
 {
     (void)state;
     will_send(PEER, MESSAGE_HEADER_OCTETS + sizeof octets, STATUS_FULL);
@@ -158,7 +158,7 @@ static void no_more_peers_than_there_is_room_for(void** state)
 
 // ---- Receiving ----
 
-static void what_comes_back_is_counted_and_is_no_message(void** state)
+static void returned_messages_are_counted_and_not_delivered(void** state)
 {
     (void)state;
     will_return_count(__wrap_osal_tipc_receive, STATUS_FORBIDDEN, 2);
@@ -261,9 +261,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_frame_goes_to_the_name_of_its_component, set_up),
-        cmocka_unit_test_setup(what_the_kernel_refuses_is_reported_and_not_announced, set_up),
+        cmocka_unit_test_setup(a_message_that_the_kernel_refuses_is_reported_and_not_announced, set_up),
         cmocka_unit_test_setup(no_more_peers_than_there_is_room_for, set_up),
-        cmocka_unit_test_setup(what_comes_back_is_counted_and_is_no_message, set_up),
+        cmocka_unit_test_setup(returned_messages_are_counted_and_not_delivered, set_up),
         cmocka_unit_test_setup(a_stranger_is_not_heard, set_up),
         cmocka_unit_test_setup(errors_are_passed_on, set_up),
         cmocka_unit_test_setup(a_message_beyond_the_window_is_dropped_and_counted, set_up),

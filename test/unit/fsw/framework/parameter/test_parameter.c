@@ -99,7 +99,7 @@ static void finds_by_id(void)
     TEST_ASSERT_EQUAL_UINT32(2U, dictionary.refusals.unknown);
 }
 
-static void refuses_what_is_published_already_or_does_not_fit(void)
+static void refuses_parameters_already_published_or_without_room(void)
 {
     static parameter_entry_t few[1];
     static parameter_bounds_t four[4];
@@ -192,7 +192,7 @@ static octet_reader_t target_value(const double first, const double second)
     return octet_reader(octets, writer.position);
 }
 
-static void writes_only_what_is_settable(void)
+static void writes_only_settable_parameters(void)
 {
     octet_reader_t reader = target_value(-0.5, 1.0);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_write(&dictionary, UNKNOWN, &reader));
@@ -237,7 +237,7 @@ static void a_write_changes_all_fields_or_none(void)
 }
 
 /// NaN and infinity are refused even without bounds in the descriptor; a BOOL is 0 or 1.
-static void refuses_what_is_no_value_of_the_type(void)
+static void refuses_octets_that_are_no_value_of_the_type(void)
 {
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, VALUES, true));
@@ -392,14 +392,14 @@ int main(void)
     RUN_TEST(id_holds_apid_layout_and_number);
     RUN_TEST(reads_a_structure_big_endian_without_padding);
     RUN_TEST(finds_by_id);
-    RUN_TEST(refuses_what_is_published_already_or_does_not_fit);
+    RUN_TEST(refuses_parameters_already_published_or_without_room);
     RUN_TEST(a_read_that_does_not_fit_writes_nothing);
     RUN_TEST(an_entry_is_read_without_the_lock);
     RUN_TEST(a_read_that_the_owner_overtakes_takes_the_lock);
     RUN_TEST(while_values_change_an_entry_is_read_with_the_lock);
-    RUN_TEST(writes_only_what_is_settable);
+    RUN_TEST(writes_only_settable_parameters);
     RUN_TEST(a_write_changes_all_fields_or_none);
-    RUN_TEST(refuses_what_is_no_value_of_the_type);
+    RUN_TEST(refuses_octets_that_are_no_value_of_the_type);
     RUN_TEST(a_read_written_back_reads_the_same);
     RUN_TEST(sets_initial_values_from_text);
     RUN_TEST(finds_all_of_many_in_any_order);

@@ -119,7 +119,7 @@ static void every_pair_of_offers(void)
     }
 }
 
-static void a_refusal_says_what_would_be_acceptable(void)
+static void a_refusal_names_the_acceptable_value(void)
 {
     rtlink_terms_t wanted = plain;
     rtlink_terms_t told   = {0};
@@ -151,7 +151,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_pair_of_offers);
-    RUN_TEST(a_refusal_says_what_would_be_acceptable);
+    RUN_TEST(a_refusal_names_the_acceptable_value);
     RUN_TEST(the_native_order_is_this_machine_s);
     return UNITY_END();
 }

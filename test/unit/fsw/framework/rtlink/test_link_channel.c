@@ -266,7 +266,7 @@ static void an_old_reader_of_replaced_memory_goes_stale(void)
 
 // ---- What cannot be opened ----
 
-static void nothing_to_open_is_said(void)
+static void an_impossible_opening_is_reported(void)
 {
     rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
@@ -486,7 +486,7 @@ int main(void)
     RUN_TEST(an_earlier_opening_is_forgotten);
     RUN_TEST(an_old_producer_is_not_accepted);
     RUN_TEST(an_old_reader_of_replaced_memory_goes_stale);
-    RUN_TEST(nothing_to_open_is_said);
+    RUN_TEST(an_impossible_opening_is_reported);
     RUN_TEST(memory_of_another_size_is_not_read);
     RUN_TEST(a_closed_link_leaves_no_name);
     RUN_TEST(a_damaged_slot_is_refused);

@@ -193,7 +193,7 @@ static void test_two_connections_keep_their_sessions(void)
     TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
 }
 
-static void test_what_is_shown_again_is_the_same(void)
+static void test_opening_a_frame_again_before_acceptance_gives_the_same_packet(void)
 {
     seal(&frame, sealer_key, (const uint8_t*)"again", 5U);
     for (unsigned i = 0U; i < 3U; i++) {
@@ -366,7 +366,7 @@ int main(void)
     RUN_TEST(test_last_number);
     RUN_TEST(test_counts_are_taken_one_by_one);
     RUN_TEST(test_two_connections_keep_their_sessions);
-    RUN_TEST(test_what_is_shown_again_is_the_same);
+    RUN_TEST(test_opening_a_frame_again_before_acceptance_gives_the_same_packet);
     RUN_TEST(test_each_octet_and_each_bit_counts);
     RUN_TEST(test_headers_of_others);
     RUN_TEST(test_other_keys_and_associations);

@@ -112,7 +112,7 @@ static void records_go_to_the_service_they_are_of(void)
                       subsystem_restore(&fixture.subsystem, 202U, 5U, (const uint8_t*)"\11", 1U));
 }
 
-static void what_is_not_kept_is_not_acknowledged(void)
+static void a_request_whose_effect_is_not_stored_fails(void)
 {
     begin(&persistence);
     (void)fixture_command(17U, 1U, NULL, 0U);
@@ -291,7 +291,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(they_are_stepped_in_every_cycle_in_offline_too);
     RUN_TEST(records_go_to_the_service_they_are_of);
-    RUN_TEST(what_is_not_kept_is_not_acknowledged);
+    RUN_TEST(a_request_whose_effect_is_not_stored_fails);
     RUN_TEST(a_subsystem_reaches_itself_and_the_supervisor);
     RUN_TEST(devices_are_reached_by_the_port_of_the_subsystem);
     RUN_TEST(the_device_service_without_a_port_ends_the_program_at_its_start);

@@ -332,7 +332,7 @@ static void a_request_at_rest_supersedes_nothing(void)
     }
 }
 
-static void what_makes_safe_is_never_cut_short(void)
+static void the_secure_action_is_never_interrupted(void)
 {
     state_machine_t machine = machine_running(ACTION_SECURE);
     TEST_ASSERT_EQUAL(ANSWER_STARTED,
@@ -354,7 +354,7 @@ static void what_makes_safe_is_never_cut_short(void)
     TEST_ASSERT_EQUAL(ACTION_STOP_CONTROL, machine.action);
 }
 
-static void who_is_being_secured_may_be_told_to_stay(void)
+static void a_transition_during_the_secure_action_may_be_superseded(void)
 {
     state_machine_t machine = machine_running(ACTION_SECURE);
     TEST_ASSERT_EQUAL(ANSWER_STARTED,
@@ -401,8 +401,8 @@ int main(void)
     RUN_TEST(requests_for_0_and_6_cut_an_action_short);
     RUN_TEST(all_other_requests_wait);
     RUN_TEST(a_request_at_rest_supersedes_nothing);
-    RUN_TEST(what_makes_safe_is_never_cut_short);
-    RUN_TEST(who_is_being_secured_may_be_told_to_stay);
+    RUN_TEST(the_secure_action_is_never_interrupted);
+    RUN_TEST(a_transition_during_the_secure_action_may_be_superseded);
     RUN_TEST(a_descriptor_may_come_later);
     return UNITY_END();
 }

@@ -46,7 +46,7 @@ static unsigned fill(const uint8_t service, const uint8_t subtype, const void* c
     return taken;
 }
 
-static void what_is_taken_in_is_answered_to_its_end(void)
+static void an_accepted_request_receives_all_its_answers(void)
 {
     for (unsigned round = 0U; round < 3U; round++) { // The room is available again.
         fixture.is_port_closed = true;
@@ -137,7 +137,7 @@ static void of_many_refused_instructions_the_first_and_their_number_are_reported
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(what_is_taken_in_is_answered_to_its_end);
+    RUN_TEST(an_accepted_request_receives_all_its_answers);
     RUN_TEST(a_high_event_and_its_transition_have_room_behind_them);
     RUN_TEST(while_an_answer_is_unfinished_nothing_is_taken_in);
     RUN_TEST(events_that_wait_keep_no_request_out);

@@ -80,7 +80,7 @@ static void carry(void* self, const uint8_t* packet, size_t size)
     carried = size;
 }
 
-static void reports_of_others_go_to_who_carries_them(void)
+static void reports_of_other_processes_go_to_their_carrier(void)
 {
     some.report                        = carry;
     fixture.subsystem.config.callbacks = &some;
@@ -175,7 +175,7 @@ static void suppress(const char* const teller)
     fixture_run(500U);
 }
 
-static void what_was_suppressed_is_reported_by_an_event_that_fits(void)
+static void suppressed_events_are_reported_by_an_event_with_fitting_fields(void)
 {
     suppress("<ParamRef name='EVENT' type='UINT16'/><ParamRef name='COUNT' type='UINT32'/>");
     TEST_ASSERT_TRUE(fixture_has("5.2 event 20 aux 000400000050\n"));
@@ -351,12 +351,12 @@ int main(void)
     RUN_TEST(without_callbacks_it_walks_through_all_states);
     RUN_TEST(a_parameter_is_set_without_a_callback_for_it);
     RUN_TEST(without_a_supervisor_errors_are_reported_and_change_nothing);
-    RUN_TEST(reports_of_others_go_to_who_carries_them);
+    RUN_TEST(reports_of_other_processes_go_to_their_carrier);
     RUN_TEST(it_misses_no_supervisor_that_it_never_heard);
     RUN_TEST(an_event_the_descriptor_lacks_is_not_raised);
     RUN_TEST(how_long_a_device_may_be_silent_is_the_missions);
     RUN_TEST(the_time_between_events_follows_from_their_rate);
-    RUN_TEST(what_was_suppressed_is_reported_by_an_event_that_fits);
+    RUN_TEST(suppressed_events_are_reported_by_an_event_with_fitting_fields);
     RUN_TEST(a_pool_warns_only_where_there_is_an_event_for_it);
     RUN_TEST(a_function_that_ended_itself_leaves_no_token);
     RUN_TEST(a_name_of_eight_characters_is_a_whole_name);

@@ -313,7 +313,7 @@ static void an_error_inside_an_action_takes_over(void)
         "5.4 event 1 aux 0007\n* control\n* secure\n129.2 6>6 SECURED cause 1 code 0000 cfg 1\n* emit\n");
 }
 
-static void errors_turn_back_what_is_being_initialised(void)
+static void an_error_during_initialisation_reverses_it(void)
 {
     fixture.delays[ACTION_HARDWARE_INIT] = 4U;
     (void)fixture_state(STATE_PRE_OPERATIONAL);
@@ -472,7 +472,7 @@ static void heartbeats_keep_it_operational(void)
     fixture_expect("");
 }
 
-static void what_a_port_refuses_comes_later_in_order(void)
+static void reports_that_the_port_refuses_are_sent_later_in_order(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture.is_port_closed = true;
@@ -524,7 +524,7 @@ int main(void)
     RUN_TEST(every_request_ends_exactly_once);
     RUN_TEST(an_error_secures_before_anything_is_emitted);
     RUN_TEST(an_error_inside_an_action_takes_over);
-    RUN_TEST(errors_turn_back_what_is_being_initialised);
+    RUN_TEST(an_error_during_initialisation_reverses_it);
     RUN_TEST(an_error_in_error_is_only_reported);
     RUN_TEST(events_without_their_data_sample_parameters);
     RUN_TEST(only_events_of_low_severity_are_raised_by_command);
@@ -534,7 +534,7 @@ int main(void)
     RUN_TEST(a_strain_below_operational_is_logged);
     RUN_TEST(without_a_supervisor_nothing_stays_operational);
     RUN_TEST(heartbeats_keep_it_operational);
-    RUN_TEST(what_a_port_refuses_comes_later_in_order);
+    RUN_TEST(reports_that_the_port_refuses_are_sent_later_in_order);
     RUN_TEST(a_port_that_refuses_for_long_costs_no_cycle);
     return UNITY_END();
 }

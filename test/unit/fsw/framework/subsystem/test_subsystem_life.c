@@ -50,7 +50,7 @@ static void the_whole_way_up_and_down(void)
                    "129.2 9>0 IDLE cause 0 code 0000 cfg 0\n1.5 #4 step 0\n1.7 #4\n");
 }
 
-static void only_what_was_asked_for_is_reported(void)
+static void only_requested_verification_is_reported(void)
 {
     fixture.ack = PUS_ACK_COMPLETION;
     (void)fixture_state(STATE_PRE_OPERATIONAL);
@@ -184,7 +184,7 @@ static void a_cycle_keeps_its_order(void)
         "* sense\n* start_control\n129.2 4>4 IDLE cause 0 code 0000 cfg 1\n1.7 #0\n* control\n* emit\n");
 }
 
-static void nothing_runs_where_nothing_lives(void)
+static void no_loop_runs_without_an_active_configuration(void)
 {
     fixture.shows_cycle = true;
     fixture_run(5U);
@@ -344,14 +344,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_whole_way_up_and_down);
-    RUN_TEST(only_what_was_asked_for_is_reported);
+    RUN_TEST(only_requested_verification_is_reported);
     RUN_TEST(refused_requests_change_nothing);
     RUN_TEST(malformed_requests_are_rejected);
     RUN_TEST(a_superseded_request_ends);
     RUN_TEST(a_request_cut_short_by_an_error_ends_too);
     RUN_TEST(causes_name_the_requester);
     RUN_TEST(a_cycle_keeps_its_order);
-    RUN_TEST(nothing_runs_where_nothing_lives);
+    RUN_TEST(no_loop_runs_without_an_active_configuration);
     RUN_TEST(an_action_runs_once_a_cycle);
     RUN_TEST(callbacks_are_told_the_time);
     RUN_TEST(the_cycle_follows_the_configuration);

@@ -128,7 +128,7 @@ static void a_lost_link_is_reported_only_where_there_is_an_event_for_it(void)
 
 /// As at the end of its process: no report, the memory of its own ends is released, and the callback is
 /// called once.
-static void released_it_has_let_go_of_its_links(void)
+static void a_released_subsystem_has_closed_its_links(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     connect_in();
@@ -172,7 +172,7 @@ int main(void)
     RUN_TEST(the_wrong_end_of_a_link_is_closed_to_its_user);
     RUN_TEST(the_status_of_a_producer_tells_what_it_sent);
     RUN_TEST(a_lost_link_is_reported_only_where_there_is_an_event_for_it);
-    RUN_TEST(released_it_has_let_go_of_its_links);
+    RUN_TEST(a_released_subsystem_has_closed_its_links);
     RUN_TEST(a_component_without_links_and_callback_is_released_too);
     return UNITY_END();
 }

@@ -98,7 +98,7 @@ static bool spoil(pus_link_request_t* request, unsigned what, bool is_producer)
     }
 }
 
-static void what_a_refusal_calls_supported_is_accepted(void)
+static void a_link_with_the_values_that_a_refusal_names_is_accepted(void)
 {
     static const uint16_t ports[]       = {PORT_IN, PORT_OUT};
     static const char* const accepted[] = {"130.4 link 1 method 0 period 1000",
@@ -251,7 +251,7 @@ static void a_slower_consumer_lets_samples_pass(void)
     TEST_ASSERT_EQUAL(40U, totals.received); // The totals outlive the link.
 }
 
-static void what_cannot_be_opened_is_refused(void)
+static void a_link_that_cannot_be_opened_is_refused(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     open(1U, 1U);
@@ -343,13 +343,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(ports_are_offered_once_per_method);
     RUN_TEST(each_refusal_names_its_field);
-    RUN_TEST(what_a_refusal_calls_supported_is_accepted);
+    RUN_TEST(a_link_with_the_values_that_a_refusal_names_is_accepted);
     RUN_TEST(links_are_made_in_pre_operational_with_a_configuration);
     RUN_TEST(a_consumer_opens_and_reads);
     RUN_TEST(a_producer_opens_and_writes_its_true_state);
     RUN_TEST(foreign_octets_are_turned);
     RUN_TEST(a_slower_consumer_lets_samples_pass);
-    RUN_TEST(what_cannot_be_opened_is_refused);
+    RUN_TEST(a_link_that_cannot_be_opened_is_refused);
     RUN_TEST(an_accepted_link_waits_five_seconds);
     RUN_TEST(a_second_request_replaces_the_first);
     RUN_TEST(links_go_with_their_configuration);

@@ -121,7 +121,7 @@ static void without_the_configuration_all_is_performed_at_once(void)
     TEST_ASSERT_TRUE(fixture_has("1.7 #3"));
 }
 
-static void what_is_refused_is_refused_in_the_loop_too(void)
+static void a_request_performed_in_the_loop_is_refused_like_any_other(void)
 {
     const uint32_t ids[] = {UNKNOWN, fixture_limit_id};
     begin();
@@ -186,7 +186,7 @@ static void no_report_of_the_longest_request_is_lost(void)
     TEST_ASSERT_EQUAL(0U, health.reports_lost);
 }
 
-static void what_waits_when_the_configuration_goes_is_performed_first(void)
+static void queued_requests_are_performed_before_the_configuration_ends(void)
 {
     begin();
     (void)fixture_command(3U, 5U, "\1\0\145", 3U); // Structure 101.
@@ -268,10 +268,10 @@ int main(void)
     RUN_TEST(a_request_waits_for_its_loop_and_nothing_else_does);
     RUN_TEST(a_service_that_no_loop_names_is_performed_at_once);
     RUN_TEST(without_the_configuration_all_is_performed_at_once);
-    RUN_TEST(what_is_refused_is_refused_in_the_loop_too);
+    RUN_TEST(a_request_performed_in_the_loop_is_refused_like_any_other);
     RUN_TEST(a_full_inbox_refuses_and_tells_how_many_wait);
     RUN_TEST(no_report_of_the_longest_request_is_lost);
-    RUN_TEST(what_waits_when_the_configuration_goes_is_performed_first);
+    RUN_TEST(queued_requests_are_performed_before_the_configuration_ends);
     RUN_TEST(another_configuration_may_be_selected_with_requests_waiting);
     RUN_TEST(answers_wait_while_the_port_is_closed);
     RUN_TEST(a_mailbox_without_room_keeps_requests_waiting);

@@ -249,7 +249,7 @@ static void a_full_mailbox_refuses_and_counts(void)
     TEST_ASSERT_TRUE(fixture_has("3.25 0066"));
 }
 
-static void what_waits_when_the_configuration_goes_is_dropped_and_counted(void)
+static void queued_samples_are_dropped_and_counted_when_the_configuration_ends(void)
 {
     begin_with_tasks();
     const uint32_t before = fixture.subsystem.housekeeping.counters.dropped;
@@ -294,7 +294,7 @@ int main(void)
     RUN_TEST(the_component_leaves_loops_with_tasks_alone);
     RUN_TEST(a_loop_runs_each_of_its_cycles_once_and_keeps_its_rhythm_when_late);
     RUN_TEST(a_full_mailbox_refuses_and_counts);
-    RUN_TEST(what_waits_when_the_configuration_goes_is_dropped_and_counted);
+    RUN_TEST(queued_samples_are_dropped_and_counted_when_the_configuration_ends);
     RUN_TEST(a_port_that_refuses_is_counted_as_in_every_loop);
     return UNITY_END();
 }

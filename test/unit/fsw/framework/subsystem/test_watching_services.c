@@ -177,7 +177,7 @@ static void monitored(uint16_t id, uint16_t low_event, uint16_t high_event)
     fixture_forget();
 }
 
-static void an_event_tells_what_a_monitor_tells(void)
+static void an_event_carries_the_values_of_its_monitor(void)
 {
     monitored(1U, 0U, FIXTURE_CROSSED);
     fixture.count = 21U;
@@ -259,7 +259,7 @@ static pus_parameter_port_t watch_nothing(void* self)
     return (pus_parameter_port_t){.context = self, .find = find_nothing};
 }
 
-static void what_is_watched_is_the_subsystem_s_choice(void)
+static void a_callback_of_the_subsystem_selects_the_monitored_parameters(void)
 {
     static subsystem_callbacks_t others;
     subsystem_config_t config = fixture.subsystem.config;
@@ -296,7 +296,7 @@ static void functional_monitoring_raises_events_too(void)
     TEST_ASSERT_TRUE(fixture_has("5.2 event 21 aux 00050001\n"));
 }
 
-static void what_is_not_there_is_not_judged(void)
+static void parameters_that_are_absent_are_not_checked(void)
 {
     monitored(1U, FIXTURE_CROSSED, FIXTURE_CROSSED);
     (void)fixture_state(STATE_OFFLINE);
@@ -385,14 +385,14 @@ static void a_statistic_comes_back_from_its_record(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(an_event_tells_what_a_monitor_tells);
+    RUN_TEST(an_event_carries_the_values_of_its_monitor);
     RUN_TEST(an_event_of_another_size_tells_what_its_definition_samples);
     RUN_TEST(an_event_with_values_of_another_raiser_is_refused);
     RUN_TEST(only_events_of_the_descriptor_can_be_named);
     RUN_TEST(an_event_that_a_new_descriptor_does_not_have_is_not_raised);
-    RUN_TEST(what_is_watched_is_the_subsystem_s_choice);
+    RUN_TEST(a_callback_of_the_subsystem_selects_the_monitored_parameters);
     RUN_TEST(functional_monitoring_raises_events_too);
-    RUN_TEST(what_is_not_there_is_not_judged);
+    RUN_TEST(parameters_that_are_absent_are_not_checked);
     RUN_TEST(a_definition_comes_back_from_its_record);
     RUN_TEST(intervals_are_of_time_and_not_of_cycles);
     RUN_TEST(no_interval_is_shorter_than_a_millisecond);

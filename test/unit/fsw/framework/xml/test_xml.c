@@ -114,7 +114,7 @@ static void a_document_cut_at_every_octet_is_an_error_not_a_crash(void)
     TEST_ASSERT_EQUAL(STATUS_OK, parse_pieces(sample, end, 7U));
 }
 
-static void refuses_what_is_not_well_formed_with_its_line(void)
+static void refuses_malformed_documents_with_the_line(void)
 {
     static const struct {
         const char* document;
@@ -380,7 +380,7 @@ int main(void)
     RUN_TEST(any_size_of_pieces_gives_the_same);
     RUN_TEST(finds_attributes_by_name);
     RUN_TEST(a_document_cut_at_every_octet_is_an_error_not_a_crash);
-    RUN_TEST(refuses_what_is_not_well_formed_with_its_line);
+    RUN_TEST(refuses_malformed_documents_with_the_line);
     RUN_TEST(refuses_text_but_not_space_between_elements);
     RUN_TEST(refuses_encodings_other_than_utf8);
     RUN_TEST(refuses_versions_that_are_none);

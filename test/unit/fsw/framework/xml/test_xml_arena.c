@@ -87,7 +87,7 @@ static void no_block_to_resize_is_a_new_one(void)
     TEST_ASSERT_EQUAL_UINT32(1U, arena.allocations);
 }
 
-static void what_does_not_fit_leaves_all_as_it_was(void)
+static void an_allocation_that_does_not_fit_changes_nothing(void)
 {
     char* const older = xml_arena_take(4U);
     char* const block = xml_arena_take(4U);
@@ -143,7 +143,7 @@ int main(void)
     RUN_TEST(an_older_block_moves_with_its_content);
     RUN_TEST(a_block_that_fits_stays);
     RUN_TEST(no_block_to_resize_is_a_new_one);
-    RUN_TEST(what_does_not_fit_leaves_all_as_it_was);
+    RUN_TEST(an_allocation_that_does_not_fit_changes_nothing);
     RUN_TEST(only_the_newest_block_comes_back_alone);
     RUN_TEST(allocations_may_be_limited);
     return UNITY_END();

@@ -96,7 +96,7 @@ static void garbage_ends_the_connection_and_no_other(void)
     fixture_run_until_requests(2U);
 }
 
-static void what_is_framed_is_not_judged(void)
+static void the_communication_forwards_every_framed_packet_unchecked(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
     fixture_connect(0U);
@@ -257,7 +257,7 @@ static void reports_to_on_board_users_are_not_for_the_ground(void)
     TEST_ASSERT_EQUAL(UINT32_MAX, fixture_next_report(0U));
 }
 
-static void what_is_sent_is_reported_to_the_octet(void)
+static void every_sent_octet_is_counted(void)
 {
     fixture_connect(0U);
     fixture_connect(1U);
@@ -386,7 +386,7 @@ static void a_port_that_is_none_is_an_error(void)
 
 // ---- The participant of the scheduler ----
 
-static void of_the_participant_exactly_what_was_announced_is_taken(void)
+static void exactly_the_announced_octets_of_the_participant_are_taken(void)
 {
     fixture_connect(0U);
     fixture.participant   = fixture.ports[0];
@@ -517,7 +517,7 @@ int main(void)
     RUN_TEST(many_requests_in_one_segment_keep_their_order);
     RUN_TEST(the_largest_request_goes_up);
     RUN_TEST(garbage_ends_the_connection_and_no_other);
-    RUN_TEST(what_is_framed_is_not_judged);
+    RUN_TEST(the_communication_forwards_every_framed_packet_unchecked);
     RUN_TEST(random_octets_break_nothing);
     RUN_TEST(a_full_mailbox_keeps_requests_waiting);
     RUN_TEST(reports_go_where_their_user_spoke_last);
@@ -525,13 +525,13 @@ int main(void)
     RUN_TEST(a_user_whose_connection_is_gone_is_forgotten);
     RUN_TEST(more_users_than_places_share_the_last);
     RUN_TEST(reports_to_on_board_users_are_not_for_the_ground);
-    RUN_TEST(what_is_sent_is_reported_to_the_octet);
+    RUN_TEST(every_sent_octet_is_counted);
     RUN_TEST(a_slow_reader_loses_housekeeping_only);
     RUN_TEST(a_reader_that_reads_nothing_at_all_is_let_go);
     RUN_TEST(clients_beyond_the_limit_are_turned_away);
     RUN_TEST(the_port_answers_when_it_is_configured);
     RUN_TEST(a_port_that_is_none_is_an_error);
-    RUN_TEST(of_the_participant_exactly_what_was_announced_is_taken);
+    RUN_TEST(exactly_the_announced_octets_of_the_participant_are_taken);
     RUN_TEST(a_participant_waits_for_room_above_without_being_missed);
     RUN_TEST(a_participant_that_hangs_up_owes_nothing);
     RUN_TEST(the_end_of_a_participant_that_left_is_waited_for);

@@ -97,7 +97,7 @@ static void busy_clients_take_turns(void)
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] >= 2U);
 }
 
-static void what_is_no_valid_request_keeps_no_place(void)
+static void a_client_without_a_valid_request_keeps_no_place(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -235,7 +235,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(idle_clients_give_their_place_up);
     RUN_TEST(busy_clients_take_turns);
-    RUN_TEST(what_is_no_valid_request_keeps_no_place);
+    RUN_TEST(a_client_without_a_valid_request_keeps_no_place);
     RUN_TEST(a_participant_keeps_its_place);
     RUN_TEST(a_participant_that_comes_gets_a_place_at_once);
     RUN_TEST(misuse_is_counted_and_told_once_a_second);

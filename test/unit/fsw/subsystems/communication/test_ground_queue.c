@@ -106,7 +106,7 @@ static void the_oldest_housekeeping_goes_first(void)
     expect_empty();
 }
 
-static void what_is_half_sent_is_sent_to_its_end(void)
+static void a_partly_sent_packet_is_sent_to_its_end(void)
 {
     size_t size = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, put(true, 1U, 500U));
@@ -124,7 +124,7 @@ static void what_is_half_sent_is_sent_to_its_end(void)
     TEST_ASSERT_EQUAL(1000U, size);
 }
 
-static void what_may_not_be_lost_is_refused_when_there_is_no_room(void)
+static void a_firm_report_is_refused_when_the_queue_is_full(void)
 {
     uint32_t count = 0U;
     while (put(false, count, 2000U) == STATUS_OK) {
@@ -221,8 +221,8 @@ int main(void)
     RUN_TEST(order_is_kept_across_both_kinds);
     RUN_TEST(order_survives_the_wrap_of_the_stamps);
     RUN_TEST(the_oldest_housekeeping_goes_first);
-    RUN_TEST(what_is_half_sent_is_sent_to_its_end);
-    RUN_TEST(what_may_not_be_lost_is_refused_when_there_is_no_room);
+    RUN_TEST(a_partly_sent_packet_is_sent_to_its_end);
+    RUN_TEST(a_firm_report_is_refused_when_the_queue_is_full);
     RUN_TEST(other_reports_of_service_3_are_no_housekeeping);
     RUN_TEST(a_queue_behaves_like_its_model);
     return UNITY_END();

@@ -169,7 +169,7 @@ static void a_recorded_connection_is_worth_nothing(void)
     TEST_ASSERT_EQUAL(1U, fixture.request_count);
 }
 
-static void what_is_authentic_has_to_be_one_packet(void)
+static void an_authentic_frame_must_contain_exactly_one_request(void)
 {
     uint8_t packet[2U * PUS_PACKET_MAX];
     const size_t size = fixture_request(packet, 1U, 1U, 0U);
@@ -223,7 +223,7 @@ static void a_disk_that_refuses_is_reported(void)
     fixture_run_until_requests(1U);
 }
 
-static void strangers_make_room_for_others(void)
+static void clients_without_authentication_make_room_for_others(void)
 {
     for (unsigned i = 0U; i < GROUND_CLIENTS; i++) {
         connect(i);
@@ -275,7 +275,7 @@ static void busy_clients_with_the_key_keep_their_places(void)
     }
 }
 
-static void without_a_key_nobody_is_a_stranger(void)
+static void without_a_key_every_client_counts_as_authenticated(void)
 {
     communication_ground_security_init(&fixture.communication.security, NULL);
     for (unsigned i = 0U; i <= GROUND_CLIENTS; i++) {
@@ -293,11 +293,11 @@ int main(void)
     RUN_TEST(packets_without_protection_end_their_connection);
     RUN_TEST(the_third_refusal_ends_a_connection);
     RUN_TEST(a_recorded_connection_is_worth_nothing);
-    RUN_TEST(what_is_authentic_has_to_be_one_packet);
+    RUN_TEST(an_authentic_frame_must_contain_exactly_one_request);
     RUN_TEST(many_refusals_are_few_events);
     RUN_TEST(a_disk_that_refuses_is_reported);
-    RUN_TEST(strangers_make_room_for_others);
+    RUN_TEST(clients_without_authentication_make_room_for_others);
     RUN_TEST(busy_clients_with_the_key_keep_their_places);
-    RUN_TEST(without_a_key_nobody_is_a_stranger);
+    RUN_TEST(without_a_key_every_client_counts_as_authenticated);
     return UNITY_END();
 }

@@ -167,7 +167,7 @@ static void telepresence_from_offline_and_back(void)
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
 
-static void what_the_robot_feels_comes_without_a_jolt(void)
+static void the_displayed_torque_rises_smoothly_to_the_robot_s_torque(void)
 {
     double before = 0.0;
     robot_feels(-11.0, 8.0);
@@ -397,7 +397,7 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(telepresence_from_offline_and_back);
-    RUN_TEST(what_the_robot_feels_comes_without_a_jolt);
+    RUN_TEST(the_displayed_torque_rises_smoothly_to_the_robot_s_torque);
     RUN_TEST(a_torque_that_is_not_renewed_is_forgotten);
     RUN_TEST(the_force_is_off_until_engaged);
     RUN_TEST(unplugging_is_noticed_at_once);

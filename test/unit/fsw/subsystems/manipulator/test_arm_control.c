@@ -59,7 +59,7 @@ static void hold(const double* const hand)
 
 // ---- Observer ----
 
-static void nothing_is_felt_in_free_motion(void)
+static void no_torque_is_displayed_in_free_motion(void)
 {
     double hand[2] = {0.0, 0.0};
     double worst   = 0.0;
@@ -75,7 +75,7 @@ static void nothing_is_felt_in_free_motion(void)
     EXPECT_BELOW(0.1, worst);
 }
 
-static void an_external_torque_is_felt_as_it_is(void)
+static void an_external_torque_is_displayed_unchanged(void)
 {
     const double hand[2] = {0.0, 0.0};
     hold(hand);
@@ -335,8 +335,8 @@ static void a_hand_that_comes_late_takes_over_where_the_arm_is(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(nothing_is_felt_in_free_motion);
-    RUN_TEST(an_external_torque_is_felt_as_it_is);
+    RUN_TEST(no_torque_is_displayed_in_free_motion);
+    RUN_TEST(an_external_torque_is_displayed_unchanged);
     RUN_TEST(an_offset_of_the_sensor_is_taken_out_by_its_zero);
     RUN_TEST(a_tare_is_the_mean_at_rest);
     RUN_TEST(motion_starts_a_tare_anew);

@@ -165,7 +165,7 @@ static void velocity_terms_follow_from_the_mass_matrix(void)
     everywhere(check_coriolis);
 }
 
-static void the_home_pose_carries_what_it_should(void)
+static void the_home_pose_needs_the_expected_holding_torques(void)
 {
     const double home[2]                = {1.0471975511966, -1.5707963267949};
     const manipulator_arm_terms_t terms = manipulator_arm_terms(&model, home);
@@ -183,6 +183,6 @@ int main(void)
     RUN_TEST(the_mass_matrix_gives_the_kinetic_energy);
     RUN_TEST(gravity_is_the_gradient_of_the_potential_energy);
     RUN_TEST(velocity_terms_follow_from_the_mass_matrix);
-    RUN_TEST(the_home_pose_carries_what_it_should);
+    RUN_TEST(the_home_pose_needs_the_expected_holding_torques);
     return UNITY_END();
 }

@@ -226,7 +226,7 @@ static void a_command_takes_over_the_tare_that_began_by_itself(void)
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_TARE_DONE));
 }
 
-static void engaging_commands_what_the_joints_carry(void)
+static void engaging_commands_the_present_torques_of_the_joints(void)
 {
     rig_hand_at(0.21, -0.17);
     rig_show(GRAVITY1 + 0.05, GRAVITY2 - 0.03);
@@ -425,7 +425,7 @@ int main(void)
     RUN_TEST(torque_mode_does_not_engage_in_contact_without_a_zero);
     RUN_TEST(a_zero_stays_while_the_hardware_is_up);
     RUN_TEST(a_command_takes_over_the_tare_that_began_by_itself);
-    RUN_TEST(engaging_commands_what_the_joints_carry);
+    RUN_TEST(engaging_commands_the_present_torques_of_the_joints);
     RUN_TEST(exceeding_the_torque_limit_is_reported_once_per_excess);
     RUN_TEST(the_torque_limit_counts_in_operation_only);
     RUN_TEST(an_unplugged_drive_takes_the_other_down_in_that_cycle);

@@ -45,7 +45,7 @@ static void move_to_moves_there_in_its_time(void)
     EXPECT_WITHIN(0.9, 1.0e-12, rig_manipulator.parameters.des_position[0]);
 }
 
-static void move_to_refuses_what_it_may_not_do(void)
+static void move_to_refuses_an_impermissible_motion(void)
 {
     const struct {
         manipulator_move_to_arguments_t to;
@@ -140,7 +140,7 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(move_to_moves_there_in_its_time);
-    RUN_TEST(move_to_refuses_what_it_may_not_do);
+    RUN_TEST(move_to_refuses_an_impermissible_motion);
     RUN_TEST(stop_ends_a_motion_smoothly);
     RUN_TEST(leaving_operation_aborts_a_motion);
     RUN_TEST(setting_the_desired_position_moves_there);
