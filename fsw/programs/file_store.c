@@ -45,7 +45,7 @@ static status_t list(void* const context, const char* const path, const char* co
     FSW_ASSERT(capacity <= PUS_FILE_BATCH);
     const status_t status = osal_directory_list(context, path, after, batch, capacity, out_count);
     for (size_t i = 0U; i < *out_count; i++) {
-        (void)memcpy(entries[i].name, batch[i].name, sizeof(entries[i].name));
+        (void)memcpy(entries[i].name, batch[i].name, sizeof entries[i].name);
         entries[i].is_directory = batch[i].is_directory;
     }
     return status;

@@ -23,7 +23,7 @@ void supervisor_telemetry_cache_init(telemetry_cache_t* const cache,
                                      const telemetry_cache_sizes_t* const sizes)
 {
     FSW_ASSERT((cache != NULL) && (sizes != NULL));
-    (void)memset(cache, 0, sizeof(*cache));
+    (void)memset(cache, 0, sizeof *cache);
     cache->sizes = *sizes;
 }
 

@@ -11,7 +11,7 @@ static struct iovec part_of(const char* const text)
 {
     struct iovec part;
     const char* const source = (text != NULL) ? text : "?";
-    (void)memcpy(&part.iov_base, &source, sizeof(source));
+    (void)memcpy(&part.iov_base, &source, sizeof source);
     part.iov_len = strlen(source);
     return part;
 }
@@ -19,7 +19,7 @@ static struct iovec part_of(const char* const text)
 void fsw_assertion_failed(const char* const file, const int line)
 {
     char digits[12];
-    size_t at     = sizeof(digits) - 1U;
+    size_t at     = sizeof digits - 1U;
     digits[at]    = '\0';
     unsigned rest = (line > 0) ? (unsigned)line : 0U;
     do {
@@ -31,7 +31,7 @@ void fsw_assertion_failed(const char* const file, const int line)
     const struct iovec parts[] = {part_of(file), part_of(":"), part_of(&digits[at]),
                                   part_of(": assertion failed\n")};
     // Nothing is left to do if even this fails: the program ends either way.
-    if (writev(STDERR_FILENO, parts, (int)(sizeof(parts) / sizeof(parts[0]))) < 0) {
+    if (writev(STDERR_FILENO, parts, (int)(sizeof parts / sizeof parts[0])) < 0) {
         abort();
     }
     abort();

@@ -43,7 +43,7 @@ typedef struct {
 
 static struct ifinfomsg* begin(request_t* const request, const uint16_t type, const uint16_t flags)
 {
-    (void)memset(request, 0, sizeof(*request));
+    (void)memset(request, 0, sizeof *request);
     struct nlmsghdr* const header  = &request->message.header;
     header->nlmsg_len              = NLMSG_LENGTH(sizeof(struct ifinfomsg));
     header->nlmsg_type             = type;
@@ -97,13 +97,13 @@ static int ask(const request_t* const request, answer_t* const answer)
     if (descriptor < 0) {
         return errno;
     }
-    (void)setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+    (void)setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     if (send(descriptor, &request->message, request->message.header.nlmsg_len, 0) < 0) {
         error = errno;
     } else {
         ssize_t size = 0;
         do {
-            size = recv(descriptor, &answer->message, sizeof(answer->message), 0);
+            size = recv(descriptor, &answer->message, sizeof answer->message, 0);
         } while ((size < 0) && (errno == EINTR));
         answer->size = (size > 0) ? (size_t)size : 0U;
         error        = (size > 0) ? error_of(answer) : EIO;
@@ -159,7 +159,7 @@ static void walk(const void* const octets, const size_t size, const attribute_ta
 {
     const struct rtattr* attribute = octets;
     size_t left                    = size;
-    while ((left >= sizeof(*attribute)) && (attribute->rta_len >= sizeof(*attribute)) &&
+    while ((left >= sizeof *attribute) && (attribute->rta_len >= sizeof *attribute) &&
            (attribute->rta_len <= left)) {
         take(attribute, interface);
         const size_t whole = RTA_ALIGN((size_t)attribute->rta_len); // The last one may lack its padding.
@@ -171,8 +171,8 @@ static void walk(const void* const octets, const size_t size, const attribute_ta
 static uint32_t word_of(const struct rtattr* const attribute)
 {
     uint32_t word = 0U;
-    if (RTA_PAYLOAD(attribute) >= sizeof(word)) {
-        (void)memcpy(&word, RTA_DATA(attribute), sizeof(word));
+    if (RTA_PAYLOAD(attribute) >= sizeof word) {
+        (void)memcpy(&word, RTA_DATA(attribute), sizeof word);
     }
     return word;
 }
@@ -289,9 +289,9 @@ status_t osal_can_interface_make(const char* const name, const bool carries_fd, 
     device->ifi_flags  = IFF_UP;
     device->ifi_change = IFF_UP;
     add_text(&request, IFLA_IFNAME, name);
-    (void)add(&request, IFLA_MTU, &mtu, sizeof(mtu));
+    (void)add(&request, IFLA_MTU, &mtu, sizeof mtu);
     struct rtattr* const information = add(&request, IFLA_LINKINFO, NULL, 0U);
-    (void)add(&request, IFLA_INFO_KIND, kind, sizeof(kind) - 1U);
+    (void)add(&request, IFLA_INFO_KIND, kind, sizeof kind - 1U);
     const uint8_t* const end = &request.message.octets[request.message.header.nlmsg_len];
     information->rta_len     = (unsigned short)(end - (const uint8_t*)(const void*)information);
     status_t status          = status_of(ask(&request, &answer));
@@ -333,7 +333,7 @@ status_t osal_can_interface_claim(const char* const name, osal_can_claim_t* cons
     if (!is_name(name)) {
         return STATUS_INVALID;
     }
-    const size_t prefix = sizeof(CLAIM_PREFIX) - 1U;
+    const size_t prefix = sizeof CLAIM_PREFIX - 1U;
     const size_t length = strlen(name);
     (void)memcpy(&address.sun_path[1], CLAIM_PREFIX, prefix);
     (void)memcpy(&address.sun_path[1U + prefix], name, length);

@@ -63,13 +63,13 @@ static bool configure(const int descriptor)
     const int on                    = 1;
     const int octets                = RECEIVE_OCTETS;
     const can_err_mask_t all_errors = CAN_ERR_MASK;
-    bool is_good = (setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof(on)) == 0);
+    bool is_good = (setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on) == 0);
     is_good      = is_good &&
-              (setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &all_errors, sizeof(all_errors)) == 0);
-    is_good = is_good && (setsockopt(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof(on)) == 0);
-    is_good = is_good && (setsockopt(descriptor, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof(on)) == 0);
-    if (is_good && (setsockopt(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, &octets, sizeof(octets)) != 0)) {
-        is_good = (setsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &octets, sizeof(octets)) == 0);
+              (setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &all_errors, sizeof all_errors) == 0);
+    is_good = is_good && (setsockopt(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) == 0);
+    is_good = is_good && (setsockopt(descriptor, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) == 0);
+    if (is_good && (setsockopt(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, &octets, sizeof octets) != 0)) {
+        is_good = (setsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &octets, sizeof octets) == 0);
     }
     return is_good;
 }
@@ -79,7 +79,7 @@ static status_t inspect(osal_can_t* const can, const int descriptor, const char*
                         int* const out_index)
 {
     struct ifreq request;
-    (void)memset(&request, 0, sizeof(request));
+    (void)memset(&request, 0, sizeof request);
     (void)memcpy(request.ifr_name, interface, strlen(interface));
     if (ioctl(descriptor, SIOCGIFINDEX, &request) != 0) {
         return status_of(errno);
@@ -117,7 +117,7 @@ status_t can_socket_open(osal_can_t* const can, const char* const interface)
         address.can_ifindex = index;
         if (!configure(descriptor)) {
             status = STATUS_IO;
-        } else if (bind(descriptor, (const struct sockaddr*)(const void*)&address, sizeof(address)) != 0) {
+        } else if (bind(descriptor, (const struct sockaddr*)(const void*)&address, sizeof address) != 0) {
             status = status_of(errno);
         } else {
             can->descriptor = descriptor;
@@ -148,7 +148,7 @@ status_t can_socket_filter(const osal_can_t* const can)
             count++;
         }
     }
-    const socklen_t size = (socklen_t)(count * sizeof(filters[0]));
+    const socklen_t size = (socklen_t)(count * sizeof filters[0]);
     const void* const at = (size > 0U) ? filters : NULL;
     return (setsockopt(can->descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, at, size) == 0) ? STATUS_OK : STATUS_IO;
 }
@@ -191,10 +191,10 @@ static void read_control(osal_can_t* const can, struct msghdr* const message,
     for (struct cmsghdr* part = CMSG_FIRSTHDR(message); part != NULL; part = CMSG_NXTHDR(message, part)) {
         if ((part->cmsg_level == SOL_SOCKET) && (part->cmsg_type == SO_TIMESTAMPNS)) {
             struct timespec stamp;
-            (void)memcpy(&stamp, CMSG_DATA(part), sizeof(stamp));
+            (void)memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
             out_frame->time_ns = monotonic_of(&stamp);
         } else if ((part->cmsg_level == SOL_SOCKET) && (part->cmsg_type == SO_RXQ_OVFL)) {
-            (void)memcpy(&can->kernel_overruns, CMSG_DATA(part), sizeof(can->kernel_overruns));
+            (void)memcpy(&can->kernel_overruns, CMSG_DATA(part), sizeof can->kernel_overruns);
             can->overruns = can->kernel_overruns;
         } else {
             // No other control data was requested.
@@ -208,7 +208,7 @@ static void read_control(osal_can_t* const can, struct msghdr* const message,
 status_t can_socket_receive(osal_can_t* const can, osal_can_frame_t* const out_frame)
 {
     struct canfd_frame raw;
-    struct iovec place = {.iov_base = &raw, .iov_len = sizeof(raw)};
+    struct iovec place = {.iov_base = &raw, .iov_len = sizeof raw};
     union {
         struct cmsghdr header; // For its alignment.
         uint8_t octets[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(uint32_t))];
@@ -216,7 +216,7 @@ status_t can_socket_receive(osal_can_t* const can, osal_can_frame_t* const out_f
     struct msghdr message = {.msg_iov        = &place,
                              .msg_iovlen     = 1U,
                              .msg_control    = control.octets,
-                             .msg_controllen = sizeof(control.octets)};
+                             .msg_controllen = sizeof control.octets};
     ssize_t size          = 0;
     do {
         size = recvmsg(can->descriptor, &message, 0);
@@ -231,7 +231,7 @@ status_t can_socket_receive(osal_can_t* const can, osal_can_frame_t* const out_f
     *out_frame       = (osal_can_frame_t){.id = raw.can_id, .length = raw.len};
     out_frame->flags =
         is_fd ? (uint8_t)((raw.flags & (OSAL_CAN_FLAG_BRS | OSAL_CAN_FLAG_ESI)) | OSAL_CAN_FLAG_FD) : 0U;
-    (void)memcpy(out_frame->data, raw.data, is_fd ? sizeof(raw.data) : (size_t)CAN_MAX_DLEN);
+    (void)memcpy(out_frame->data, raw.data, is_fd ? sizeof raw.data : (size_t)CAN_MAX_DLEN);
     read_control(can, &message, out_frame);
     return STATUS_OK;
 }

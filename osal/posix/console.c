@@ -21,9 +21,9 @@ static void put(const int descriptor, const char* const text, const char* const 
     FSW_ASSERT(text != NULL);
     struct iovec parts[2];
     struct pollfd watched = {.fd = descriptor, .events = POLLOUT};
-    (void)memcpy(&parts[0].iov_base, &text, sizeof(text)); // writev does not write to it.
+    (void)memcpy(&parts[0].iov_base, &text, sizeof text); // writev does not write to it.
     parts[0].iov_len = strlen(text);
-    (void)memcpy(&parts[1].iov_base, &line_end, sizeof(line_end));
+    (void)memcpy(&parts[1].iov_base, &line_end, sizeof line_end);
     parts[1].iov_len = strlen(line_end);
     size_t rest      = parts[0].iov_len + parts[1].iov_len;
     while ((rest > 0U) && (poll(&watched, 1U, PATIENCE_MS) > 0)) {

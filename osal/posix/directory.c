@@ -342,7 +342,7 @@ static void take_in(listing_t* const listing, const char* const name, const bool
         listing->entries[place] = listing->entries[place - 1U];
     }
     osal_directory_entry_t* const entry = &listing->entries[place];
-    (void)memset(entry, 0, sizeof(*entry));
+    (void)memset(entry, 0, sizeof *entry);
     (void)memcpy(entry->name, name, strlen(name));
     entry->is_directory = is_directory;
 }
@@ -363,7 +363,7 @@ status_t osal_directory_list(const osal_directory_t* const root, const char* con
     if (status != STATUS_OK) {
         return status;
     }
-    ssize_t size = getdents64(folder, block.octets, sizeof(block.octets));
+    ssize_t size = getdents64(folder, block.octets, sizeof block.octets);
     while (size > 0) {
         for (ssize_t at = 0; at < size;) {
             const struct dirent64* const entry = (const struct dirent64*)(const void*)&block.octets[at];
@@ -373,7 +373,7 @@ status_t osal_directory_list(const osal_directory_t* const root, const char* con
             }
             at += entry->d_reclen;
         }
-        size = getdents64(folder, block.octets, sizeof(block.octets));
+        size = getdents64(folder, block.octets, sizeof block.octets);
     }
     (void)close(folder);
     *out_count = listing.count;

@@ -46,7 +46,7 @@ status_t osal_file_sync_names(const char* const path)
     const char* const slash = strrchr(path, '/');
     if (slash != NULL) {
         const size_t length = (slash == path) ? 1U : (size_t)(slash - path);
-        if (length >= sizeof(folder)) {
+        if (length >= sizeof folder) {
             return STATUS_IO;
         }
         (void)memcpy(folder, path, length);
@@ -283,7 +283,7 @@ status_t osal_directory_create(const char* const path)
     FSW_ASSERT(path != NULL);
     char part[PATH_MAX];
     const size_t length = strlen(path);
-    if ((length == 0U) || (length >= sizeof(part))) {
+    if ((length == 0U) || (length >= sizeof part)) {
         return STATUS_IO;
     }
     for (size_t i = 0U; i <= length; i++) {

@@ -119,7 +119,7 @@ osal_lockstep_t* osal_lockstep_create(void* const storage, const uint64_t slot_n
 {
     FSW_ASSERT((storage != NULL) && (((uintptr_t)storage % 64U) == 0U) && (slot_ns >= 1U));
     osal_lockstep_t* const scheduler = storage;
-    (void)memset(scheduler, 0, sizeof(*scheduler));
+    (void)memset(scheduler, 0, sizeof *scheduler);
     scheduler->slot_ns     = slot_ns;
     scheduler->running     = NOBODY;
     scheduler->last        = NOBODY;

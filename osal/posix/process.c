@@ -63,7 +63,7 @@ static bool limit_resources(const osal_process_start_t* const start)
 static void pin(const int number)
 {
     cpu_set_t set;
-    if ((number < 0) || (sched_getaffinity(0, sizeof(set), &set) != 0) || (CPU_COUNT(&set) == 0)) {
+    if ((number < 0) || (sched_getaffinity(0, sizeof set, &set) != 0) || (CPU_COUNT(&set) == 0)) {
         return;
     }
     int left = number % CPU_COUNT(&set);
@@ -76,7 +76,7 @@ static void pin(const int number)
             left--;
         }
     }
-    (void)sched_setaffinity(0, sizeof(set), &set); // Without the permission it runs anywhere.
+    (void)sched_setaffinity(0, sizeof set, &set); // Without the permission it runs anywhere.
 }
 
 static bool redirect_output(const char* const path)
@@ -107,7 +107,7 @@ static void default_signals(void)
 {
     sigset_t none;
     const int signals[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
-    for (size_t i = 0U; i < (sizeof(signals) / sizeof(signals[0])); i++) {
+    for (size_t i = 0U; i < (sizeof signals / sizeof signals[0]); i++) {
         (void)signal(signals[i], SIG_DFL);
     }
     (void)sigemptyset(&none);
@@ -137,7 +137,7 @@ static void become(const osal_process_start_t* const start, const pid_t parent)
         return;
     }
     char* const* arguments = NULL;
-    (void)memcpy(&arguments, &start->arguments, sizeof(arguments)); // exec does not write to them.
+    (void)memcpy(&arguments, &start->arguments, sizeof arguments); // exec does not write to them.
     (void)execv(start->arguments[0], arguments);
 }
 
@@ -180,9 +180,9 @@ static int read_outcome(const int pipe_end)
     int error    = 0;
     ssize_t size = 0;
     do {
-        size = read(pipe_end, &error, sizeof(error));
+        size = read(pipe_end, &error, sizeof error);
     } while ((size < 0) && (errno == EINTR));
-    return (size == (ssize_t)sizeof(error)) ? error : 0;
+    return (size == (ssize_t)sizeof error) ? error : 0;
 }
 
 static void run_child(const osal_process_start_t* start, pid_t parent, int pipe_end)
@@ -191,7 +191,7 @@ static void run_child(const osal_process_start_t* const start, const pid_t paren
 {
     become(start, parent);
     const int error = errno;
-    if (write(pipe_end, &error, sizeof(error)) < 0) {
+    if (write(pipe_end, &error, sizeof error) < 0) {
         _exit(EXIT_NOT_STARTED + 1);
     }
     _exit(EXIT_NOT_STARTED);
@@ -400,7 +400,7 @@ static void on_stop(const int number)
     const int kept     = errno;
     const uint64_t one = 1U;
     stop_count         = stop_count + 1;
-    if (write((int)stop_descriptor, &one, sizeof(one)) < 0) {
+    if (write((int)stop_descriptor, &one, sizeof one) < 0) {
         errno = kept; // The descriptor is readable already: its counter is full.
     }
     errno = kept;
@@ -412,7 +412,7 @@ void osal_process_catch_stop(void)
         stop_descriptor = eventfd(0U, EFD_CLOEXEC | EFD_NONBLOCK);
     }
     struct sigaction action;
-    (void)memset(&action, 0, sizeof(action));
+    (void)memset(&action, 0, sizeof action);
     action.sa_handler = on_stop;
     (void)sigaction(SIGINT, &action, NULL);
     (void)sigaction(SIGTERM, &action, NULL);
@@ -433,7 +433,7 @@ int osal_process_stop_descriptor(void)
 void osal_process_take_stop(void)
 {
     uint64_t count = 0U;
-    if (read((int)stop_descriptor, &count, sizeof(count)) < 0) {
+    if (read((int)stop_descriptor, &count, sizeof count) < 0) {
         return; // Another wait has taken it.
     }
 }

@@ -22,13 +22,13 @@ static status_t add_segments(osal_file_t* const file, uint64_t* const out_octets
 {
     program_header_t header;
     ElfW(Phdr) segments[HEADERS_MAX];
-    status_t status = osal_file_read_at(file, 0U, &header, sizeof(header));
+    status_t status = osal_file_read_at(file, 0U, &header, sizeof header);
     if ((status == STATUS_OK) && !is_of_this_machine(&header)) {
         status = STATUS_INVALID;
     }
     if (status == STATUS_OK) {
         status =
-            osal_file_read_at(file, header.e_phoff, segments, (size_t)header.e_phnum * sizeof(segments[0]));
+            osal_file_read_at(file, header.e_phoff, segments, (size_t)header.e_phnum * sizeof segments[0]);
     }
     for (size_t i = 0U; (status == STATUS_OK) && (i < header.e_phnum); i++) {
         *out_octets += (segments[i].p_type == PT_LOAD) ? segments[i].p_memsz : 0U;

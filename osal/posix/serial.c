@@ -22,7 +22,7 @@ static const rate_t rates[] = {
 
 static const rate_t* rate_of(const uint32_t baud)
 {
-    for (size_t i = 0U; i < (sizeof(rates) / sizeof(rates[0])); i++) {
+    for (size_t i = 0U; i < (sizeof rates / sizeof rates[0]); i++) {
         if (rates[i].baud == baud) {
             return &rates[i];
         }

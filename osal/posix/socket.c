@@ -90,7 +90,7 @@ static status_t status_of_send(const int error)
 
 static void set_option(const int descriptor, const int level, const int option, const int value)
 {
-    (void)setsockopt(descriptor, level, option, &value, (socklen_t)sizeof(value));
+    (void)setsockopt(descriptor, level, option, &value, (socklen_t)sizeof value);
 }
 
 static int open_descriptor(const int domain, const int type)
@@ -115,7 +115,7 @@ status_t osal_udp_open(osal_socket_t* const sock, const osal_address_t local, co
                    bytes); // Beyond the system's limit, if privileged.
     }
     const struct sockaddr_in address = native(local);
-    if (bind(descriptor, generic(&address), (socklen_t)sizeof(address)) != 0) {
+    if (bind(descriptor, generic(&address), (socklen_t)sizeof address) != 0) {
         const status_t status = status_of_bind(errno);
         (void)close(descriptor);
         return status;
@@ -128,7 +128,7 @@ status_t osal_socket_adopt(osal_socket_t* const sock, const int descriptor)
 {
     FSW_ASSERT(sock != NULL);
     int domain     = 0;
-    socklen_t size = (socklen_t)sizeof(domain);
+    socklen_t size = (socklen_t)sizeof domain;
     *sock          = (osal_socket_t)OSAL_SOCKET_CLOSED;
     if ((getsockopt(descriptor, SOL_SOCKET, SO_DOMAIN, &domain, &size) != 0) ||
         ((domain != AF_INET) && (domain != AF_UNIX) && (domain != AF_TIPC))) {
@@ -151,7 +151,7 @@ status_t osal_udp_send(osal_socket_t* const sock, const osal_address_t to, const
     ssize_t sent                     = 0;
     do {
         sent = sendto(sock->descriptor, octets, size, MSG_NOSIGNAL, generic(&address),
-                      (socklen_t)sizeof(address));
+                      (socklen_t)sizeof address);
     } while ((sent < 0) && (errno == EINTR));
     return (sent >= 0) ? STATUS_OK : status_of_send(errno);
 }
@@ -169,7 +169,7 @@ status_t osal_udp_receive(osal_socket_t* const sock, osal_address_t* const out_f
     struct sockaddr_in from = {.sin_family = AF_INET};
     struct iovec place      = {.iov_base = octets, .iov_len = capacity};
     struct msghdr message   = {
-          .msg_name = &from, .msg_namelen = sizeof(from), .msg_iov = &place, .msg_iovlen = 1U};
+          .msg_name = &from, .msg_namelen = sizeof from, .msg_iov = &place, .msg_iovlen = 1U};
     ssize_t size = 0;
     do {
         size = socket_receive(sock, &message);
@@ -211,7 +211,7 @@ status_t osal_tcp_listen(osal_socket_t* const sock, const osal_address_t local)
     }
     set_option(descriptor, SOL_SOCKET, SO_REUSEADDR, 1);
     const struct sockaddr_in address = native(local);
-    return listen_on(sock, descriptor, &address, sizeof(address));
+    return listen_on(sock, descriptor, &address, sizeof address);
 }
 
 status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out_client,
@@ -223,9 +223,9 @@ status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out
         struct sockaddr_un local;
     } peer;
     int descriptor = -1;
-    (void)memset(&peer, 0, sizeof(peer));
+    (void)memset(&peer, 0, sizeof peer);
     do {
-        socklen_t size = (socklen_t)sizeof(peer);
+        socklen_t size = (socklen_t)sizeof peer;
         descriptor     = accept4(listener->descriptor, (struct sockaddr*)(void*)&peer, &size,
                                  SOCK_CLOEXEC | SOCK_NONBLOCK);
     } while ((descriptor < 0) && ((errno == EINTR) || (errno == ECONNABORTED)));
@@ -253,7 +253,7 @@ static int outcome_of_connect(const int descriptor)
         result = poll(&watched, 1U, -1);
     } while ((result < 0) && (errno == EINTR));
     int error      = 0;
-    socklen_t size = (socklen_t)sizeof(error);
+    socklen_t size = (socklen_t)sizeof error;
     if ((result < 0) || (getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &error, &size) != 0)) {
         return EIO;
     }
@@ -286,7 +286,7 @@ status_t osal_tcp_connect(osal_socket_t* const sock, const osal_address_t to)
     }
     set_option(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
     const struct sockaddr_in address = native(to);
-    return connect_to(sock, descriptor, &address, sizeof(address));
+    return connect_to(sock, descriptor, &address, sizeof address);
 }
 
 status_t osal_tcp_connect_begin(osal_socket_t* const sock, const osal_address_t to)
@@ -299,7 +299,7 @@ status_t osal_tcp_connect_begin(osal_socket_t* const sock, const osal_address_t 
     }
     set_option(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
     const struct sockaddr_in address = native(to);
-    const bool is_done = (connect(descriptor, generic(&address), (socklen_t)sizeof(address)) == 0);
+    const bool is_done = (connect(descriptor, generic(&address), (socklen_t)sizeof address) == 0);
     const int error    = is_done ? 0 : errno;
     if (is_done || (error == EINPROGRESS) || (error == EINTR)) {
         sock->descriptor = descriptor;
@@ -321,7 +321,7 @@ status_t osal_tcp_connect_result(osal_socket_t* const sock)
         return STATUS_BUSY;
     }
     int error      = 0;
-    socklen_t size = (socklen_t)sizeof(error);
+    socklen_t size = (socklen_t)sizeof error;
     if ((ready < 0) || (getsockopt(sock->descriptor, SOL_SOCKET, SO_ERROR, &error, &size) != 0)) {
         error = EIO;
     }
@@ -392,7 +392,7 @@ status_t osal_local_listen(osal_socket_t* const sock, const char* const path)
         return STATUS_INVALID;
     }
     const int descriptor = open_descriptor(AF_UNIX, SOCK_STREAM);
-    return (descriptor >= 0) ? listen_on(sock, descriptor, &address, sizeof(address)) : STATUS_IO;
+    return (descriptor >= 0) ? listen_on(sock, descriptor, &address, sizeof address) : STATUS_IO;
 }
 
 status_t osal_local_connect(osal_socket_t* const sock, const char* const path)
@@ -404,7 +404,7 @@ status_t osal_local_connect(osal_socket_t* const sock, const char* const path)
         return STATUS_INVALID;
     }
     const int descriptor = open_descriptor(AF_UNIX, SOCK_STREAM);
-    return (descriptor >= 0) ? connect_to(sock, descriptor, &address, sizeof(address)) : STATUS_IO;
+    return (descriptor >= 0) ? connect_to(sock, descriptor, &address, sizeof address) : STATUS_IO;
 }
 
 status_t osal_local_pair(osal_socket_t* const sock, osal_socket_t* const out_peer)
@@ -458,7 +458,7 @@ status_t osal_socket_local_address(const osal_socket_t* const sock, osal_address
 {
     FSW_ASSERT((sock != NULL) && (out_local != NULL));
     struct sockaddr_in address = {.sin_family = AF_INET};
-    socklen_t size             = (socklen_t)sizeof(address);
+    socklen_t size             = (socklen_t)sizeof address;
     *out_local                 = (osal_address_t){0U, 0U};
     if ((getsockname(sock->descriptor, (struct sockaddr*)(void*)&address, &size) != 0) ||
         (address.sin_family != AF_INET)) {

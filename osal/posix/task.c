@@ -68,7 +68,7 @@ status_t osal_task_start(osal_task_t* const task, void (*entry)(void* context), 
     if (error != 0) {
         return (error == EAGAIN) ? STATUS_EXHAUSTED : STATUS_IO;
     }
-    (void)memcpy(&task->handle, &thread, sizeof(thread));
+    (void)memcpy(&task->handle, &thread, sizeof thread);
     task->is_running = true;
     return STATUS_OK;
 }
@@ -78,7 +78,7 @@ void osal_task_join(osal_task_t* const task)
     FSW_ASSERT(task != NULL);
     if (task->is_running) {
         pthread_t thread;
-        (void)memcpy(&thread, &task->handle, sizeof(thread));
+        (void)memcpy(&thread, &task->handle, sizeof thread);
         (void)pthread_join(thread, NULL);
         task->is_running = false;
     }

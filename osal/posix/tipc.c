@@ -16,7 +16,7 @@
 static struct sockaddr_tipc native(const osal_tipc_name_t name)
 {
     struct sockaddr_tipc address;
-    (void)memset(&address, 0, sizeof(address));
+    (void)memset(&address, 0, sizeof address);
     address.family                  = AF_TIPC;
     address.addrtype                = TIPC_SERVICE_ADDR;
     address.addr.name.name.type     = name.type;
@@ -83,19 +83,19 @@ static int open_descriptor(const int type)
 static bool bind_name(const int descriptor, const osal_tipc_name_t name, const osal_tipc_scope_t scope)
 {
     struct sockaddr_tipc address;
-    (void)memset(&address, 0, sizeof(address));
+    (void)memset(&address, 0, sizeof address);
     address.family   = AF_TIPC;
     address.addrtype = TIPC_SERVICE_RANGE;
     address.scope    = (signed char)((scope == OSAL_TIPC_NODE) ? TIPC_NODE_SCOPE : TIPC_CLUSTER_SCOPE);
     address.addr.nameseq.type  = name.type;
     address.addr.nameseq.lower = name.instance;
     address.addr.nameseq.upper = name.instance;
-    return bind(descriptor, generic(&address), (socklen_t)sizeof(address)) == 0;
+    return bind(descriptor, generic(&address), (socklen_t)sizeof address) == 0;
 }
 
 static bool set_option(const int descriptor, const int option, const uint32_t value)
 {
-    return setsockopt(descriptor, SOL_TIPC, option, &value, (socklen_t)sizeof(value)) == 0;
+    return setsockopt(descriptor, SOL_TIPC, option, &value, (socklen_t)sizeof value) == 0;
 }
 
 status_t osal_tipc_open(osal_socket_t* const sock, const osal_tipc_kind_t kind,
@@ -129,7 +129,7 @@ status_t osal_tipc_send(osal_socket_t* const sock, const osal_tipc_name_t to, co
     ssize_t sent                       = 0;
     do {
         sent = sendto(sock->descriptor, octets, size, MSG_NOSIGNAL | MSG_DONTWAIT, generic(&address),
-                      (socklen_t)sizeof(address));
+                      (socklen_t)sizeof address);
     } while ((sent < 0) && (errno == EINTR));
     return (sent >= 0) ? STATUS_OK : status_of_send(errno);
 }
@@ -156,13 +156,13 @@ status_t osal_tipc_receive(osal_socket_t* const sock, uint64_t* const out_from, 
     } control;
     struct iovec place    = {.iov_base = octets, .iov_len = capacity};
     struct msghdr message = {.msg_name       = &from,
-                             .msg_namelen    = sizeof(from),
+                             .msg_namelen    = sizeof from,
                              .msg_iov        = &place,
                              .msg_iovlen     = 1U,
                              .msg_control    = &control,
-                             .msg_controllen = sizeof(control)};
+                             .msg_controllen = sizeof control};
     ssize_t size          = 0;
-    (void)memset(&from, 0, sizeof(from));
+    (void)memset(&from, 0, sizeof from);
     do {
         size = socket_receive(sock, &message);
     } while ((size < 0) && (errno == EINTR));
@@ -185,8 +185,8 @@ status_t osal_tipc_identity(const osal_socket_t* const sock, uint64_t* const out
 {
     FSW_ASSERT((sock != NULL) && (out_identity != NULL));
     struct sockaddr_tipc address;
-    socklen_t size = (socklen_t)sizeof(address);
-    (void)memset(&address, 0, sizeof(address));
+    socklen_t size = (socklen_t)sizeof address;
+    (void)memset(&address, 0, sizeof address);
     if (getsockname(sock->descriptor, (struct sockaddr*)(void*)&address, &size) != 0) {
         return STATUS_IO;
     }
@@ -204,14 +204,14 @@ status_t osal_tipc_watch_open(osal_socket_t* const sock, const uint32_t type)
     if (descriptor < 0) {
         return status_of_open(errno);
     }
-    (void)memset(&subscription, 0, sizeof(subscription));
+    (void)memset(&subscription, 0, sizeof subscription);
     subscription.seq.type  = type;
     subscription.seq.upper = UINT32_MAX;
     subscription.timeout   = (uint32_t)TIPC_WAIT_FOREVER;
     subscription.filter    = TIPC_SUB_PORTS;
     // The subscription is sent with the request for a connection: no wait for an answer.
-    const ssize_t sent = sendto(descriptor, &subscription, sizeof(subscription), MSG_NOSIGNAL | MSG_DONTWAIT,
-                                generic(&service), (socklen_t)sizeof(service));
+    const ssize_t sent = sendto(descriptor, &subscription, sizeof subscription, MSG_NOSIGNAL | MSG_DONTWAIT,
+                                generic(&service), (socklen_t)sizeof service);
     if (sent < 0) {
         (void)close(descriptor);
         return STATUS_IO;
@@ -226,12 +226,12 @@ status_t osal_tipc_watch_next(osal_socket_t* const sock, osal_tipc_event_t* cons
     struct tipc_event event;
     ssize_t size = 0;
     do {
-        size = recv(sock->descriptor, &event, sizeof(event), MSG_DONTWAIT);
+        size = recv(sock->descriptor, &event, sizeof event, MSG_DONTWAIT);
     } while ((size < 0) && (errno == EINTR));
     if (size < 0) {
         return ((errno == EAGAIN) || (errno == EWOULDBLOCK)) ? STATUS_EMPTY : STATUS_IO;
     }
-    if (size != (ssize_t)sizeof(event)) {
+    if (size != (ssize_t)sizeof event) {
         return STATUS_CLOSED;
     }
     *out_event =

@@ -23,7 +23,7 @@ void pus_app_process_init(pus_app_process_t* const process, const uint16_t apid,
 {
     FSW_ASSERT((process != NULL) && (port != NULL) && (port->send != NULL) && (apid >= 1U) &&
                (apid <= PUS_APID_MAX));
-    (void)memset(process, 0, sizeof(*process));
+    (void)memset(process, 0, sizeof *process);
     process->apid     = apid;
     process->epoch_ns = epoch_s * NS_PER_S;
     process->port     = *port;
@@ -32,8 +32,8 @@ void pus_app_process_init(pus_app_process_t* const process, const uint16_t apid,
 void pus_app_process_keep(pus_app_process_t* const process, pus_rings_t* const rings)
 {
     FSW_ASSERT((process != NULL) && (rings != NULL));
-    process->firm  = (pus_kept_t){.octets = rings->firm, .capacity = sizeof(rings->firm)};
-    process->plain = (pus_kept_t){.octets = rings->plain, .capacity = sizeof(rings->plain)};
+    process->firm  = (pus_kept_t){.octets = rings->firm, .capacity = sizeof rings->firm};
+    process->plain = (pus_kept_t){.octets = rings->plain, .capacity = sizeof rings->plain};
 }
 
 void pus_app_process_keep_in_order(pus_app_process_t* const process, uint8_t* const octets, const size_t size)

@@ -10,7 +10,7 @@ void pus_due_init(pus_due_heap_t* const self, pus_due_t* const heap, uint16_t* c
 {
     FSW_ASSERT((self != NULL) && (heap != NULL) && (places != NULL));
     *self = (pus_due_heap_t){.heap = heap, .places = places};
-    (void)memset(places, 0, capacity * sizeof(places[0]));
+    (void)memset(places, 0, capacity * sizeof places[0]);
 }
 
 static bool is_before(const pus_due_t* const one, const pus_due_t* const other)

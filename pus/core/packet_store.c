@@ -170,12 +170,12 @@ static void note_packet(pus_store_block_t* const block, const uint64_t time_ns, 
 static status_t write_header(pus_packet_store_t* const store, const uint16_t slot, const uint64_t number)
 {
     uint8_t header[HEADER_SIZE];
-    octet_writer_t writer = octet_writer(header, sizeof(header));
+    octet_writer_t writer = octet_writer(header, sizeof header);
     octet_write_u32(&writer, MAGIC);
     octet_write_u32(&writer, store->generation);
     octet_write_u64(&writer, number);
     octet_write_u32(&writer, crc32_iso(header, HEADER_SIZE - CRC_SIZE));
-    return write_at(store, place_on_medium(slot, 0U), header, sizeof(header));
+    return write_at(store, place_on_medium(slot, 0U), header, sizeof header);
 }
 
 /// Write the closing of the newest block, so that its records need not be read to find its content.
@@ -183,7 +183,7 @@ static status_t close_block(pus_packet_store_t* const store)
 {
     const pus_store_block_t* const block = block_of(store, store->last);
     uint8_t closing[CLOSING_SIZE];
-    octet_writer_t writer = octet_writer(closing, sizeof(closing));
+    octet_writer_t writer = octet_writer(closing, sizeof closing);
     octet_write_u32(&writer, store->generation);
     octet_write_u64(&writer, block->number);
     octet_write_u64(&writer, block->earliest_ns);
@@ -191,7 +191,7 @@ static status_t close_block(pus_packet_store_t* const store)
     octet_write_u16(&writer, block->end);
     octet_write_u16(&writer, block->packets);
     octet_write_u32(&writer, crc32_iso(closing, CLOSING_SIZE - CRC_SIZE));
-    return write_at(store, place_on_medium(block->slot, HEADER_SIZE), closing, sizeof(closing));
+    return write_at(store, place_on_medium(block->slot, HEADER_SIZE), closing, sizeof closing);
 }
 
 static void free_block(pus_packet_store_t* const store)

@@ -380,7 +380,7 @@ status_t pus_selection_put(const pus_selection_editor_t* const editor, const pus
         return STATUS_OK;
     }
     uint8_t record[PUS_RECORD_MAX];
-    octet_writer_t writer = octet_writer(record, sizeof(record));
+    octet_writer_t writer = octet_writer(record, sizeof record);
     octet_write_u16(&writer, selection->count);
     for (uint16_t i = 0U; i < selection->count; i++) {
         octet_write_u32(&writer, selection->entries[i].key);

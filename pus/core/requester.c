@@ -17,7 +17,7 @@ void pus_requester_init(pus_requester_t* const requester, const uint16_t apid, c
 {
     FSW_ASSERT((requester != NULL) && (port != NULL) && (port->send != NULL) && (apid >= 1U) &&
                (apid <= PUS_APID_MAX));
-    (void)memset(requester, 0, sizeof(*requester));
+    (void)memset(requester, 0, sizeof *requester);
     requester->source = (uint16_t)(PUS_USER_ONBOARD | apid);
     requester->port   = *port;
 }

@@ -22,7 +22,7 @@ void pus_schedule_init(pus_schedule_t* const schedule, const pus_schedule_kind_t
     FSW_ASSERT((config->activity_count >= 1U) && (config->activity_count < NO_SLOT) &&
                (config->bucket_count >= 1U) && ((config->bucket_count & (config->bucket_count - 1U)) == 0U) &&
                (config->sub_schedule_count <= PUS_SCHEDULE_IDS) && (config->group_count <= PUS_SCHEDULE_IDS));
-    (void)memset(schedule, 0, sizeof(*schedule));
+    (void)memset(schedule, 0, sizeof *schedule);
     schedule->kind           = kind;
     schedule->self           = self;
     schedule->config         = *config;
@@ -244,7 +244,7 @@ static void write_set(octet_writer_t* const writer, const pus_schedule_set_t* co
 
 pus_reply_t schedule_put_state(pus_schedule_t* const schedule)
 {
-    octet_writer_t writer = octet_writer(schedule->record, sizeof(schedule->record));
+    octet_writer_t writer = octet_writer(schedule->record, sizeof schedule->record);
     octet_write_u8(&writer, schedule->is_enabled ? 1U : 0U);
     write_set(&writer, &schedule->sub_schedules);
     write_set(&writer, &schedule->groups);
@@ -254,7 +254,7 @@ pus_reply_t schedule_put_state(pus_schedule_t* const schedule)
 pus_reply_t pus_schedule_keep_own(pus_schedule_t* const schedule, const uint8_t* const octets,
                                   const size_t size)
 {
-    FSW_ASSERT((schedule != NULL) && (octets != NULL) && (size <= sizeof(schedule->record)));
+    FSW_ASSERT((schedule != NULL) && (octets != NULL) && (size <= sizeof schedule->record));
     (void)memcpy(schedule->record, octets, size);
     return reply_of(put(schedule, PUS_SCHEDULE_KEY_OWN, size));
 }
@@ -393,7 +393,7 @@ static void append_to_release(pus_schedule_t* const schedule, const uint16_t slo
 /// Remove due activities from the schedule: each is deleted, or under release from now on.
 static void gather(pus_schedule_t* const schedule, const uint64_t now)
 {
-    octet_writer_t writer = octet_writer(schedule->record, sizeof(schedule->record));
+    octet_writer_t writer = octet_writer(schedule->record, sizeof schedule->record);
     uint16_t count        = 0U;
     uint16_t slot         = pus_sorted_index_first(&schedule->order);
     while ((slot != NO_SLOT) && (schedule->config.nodes[slot].tag <= now) && (count < PUS_SCHEDULE_BATCH)) {

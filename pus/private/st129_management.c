@@ -118,6 +118,5 @@ pus_service_t pus_management_service(pus_management_t* const management)
         {PUS_MANAGEMENT_RELOAD, pus_request_format_empty, reload_descriptor, NULL},
         {PUS_MANAGEMENT_ORDER_STATE, pus_request_format_u16, request_state, NULL}, // Two octets.
     };
-    return pus_service_of(PUS_SERVICE_MANAGEMENT, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
-                          management);
+    return pus_service_of(PUS_SERVICE_MANAGEMENT, subtypes, sizeof subtypes / sizeof subtypes[0], management);
 }

@@ -56,7 +56,7 @@ static bool has_entry(const pus_rtlink_port_t* const port, const entry_t entry, 
 {
     uint8_t scratch[ENTRY_MAX];
     uint16_t found        = 0U;
-    octet_writer_t writer = octet_writer(scratch, sizeof(scratch));
+    octet_writer_t writer = octet_writer(scratch, sizeof scratch);
     for (uint16_t index = 0U; entry(port, index, &found, &writer); index++) {
         if (found == id) {
             return true;
@@ -193,5 +193,5 @@ pus_service_t pus_rtlink_service(pus_rtlink_t* const rtlink)
         {PUS_LINK_CLOSE, format_close, close_link, NULL},
         {PUS_LINK_REPORT_STATUS, format_filter, report_status, NULL},
     };
-    return pus_service_of(PUS_SERVICE_RTLINK, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), rtlink);
+    return pus_service_of(PUS_SERVICE_RTLINK, subtypes, sizeof subtypes / sizeof subtypes[0], rtlink);
 }

@@ -139,5 +139,5 @@ pus_service_t pus_mission_service(pus_mission_t* const mission)
         {PUS_MISSION_REPORT_SUBSYSTEMS, pus_request_format_empty, report_subsystems, NULL},
         {PUS_MISSION_REPORT_NETWORKS, pus_request_format_empty, report_networks, NULL},
     };
-    return pus_service_of(PUS_SERVICE_MISSION, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), mission);
+    return pus_service_of(PUS_SERVICE_MISSION, subtypes, sizeof subtypes / sizeof subtypes[0], mission);
 }

@@ -403,7 +403,7 @@ pus_service_t pus_device_access_service(pus_device_access_t* const access)
         PUS_REQUEST(2, 7, take), PUS_REQUEST(2, 8, take), PUS_REQUEST(2, 10, take), PUS_REQUEST(2, 11, take),
     };
     pus_service_t service =
-        pus_service_of(PUS_SERVICE_DEVICE_ACCESS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), access);
+        pus_service_of(PUS_SERVICE_DEVICE_ACCESS, subtypes, sizeof subtypes / sizeof subtypes[0], access);
     service.step = step;
     return service;
 }

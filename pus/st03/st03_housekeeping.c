@@ -18,7 +18,7 @@ void pus_hk_init(pus_hk_t* const hk, const pus_hk_config_t* const config)
                (config->structures != NULL) && (config->samples != NULL) &&
                ((config->functional != NULL) || (config->functional_count == 0U)));
     FSW_ASSERT((config->sample_size + HK_ID_SIZE) <= PUS_TM_DATA_MAX);
-    (void)memset(hk, 0, sizeof(*hk));
+    (void)memset(hk, 0, sizeof *hk);
     hk->config = *config;
     pus_hk_clear(hk);
     for (uint16_t i = 0U; i < config->functional_count; i++) {

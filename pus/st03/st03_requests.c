@@ -263,5 +263,5 @@ pus_service_t hk_requests(pus_hk_t* const hk)
         PUS_REQUEST(3, 43, hk_functional_remove),
         PUS_REQUEST(3, 44, hk_functional_modify),
     };
-    return pus_service_of(PUS_SERVICE_HOUSEKEEPING, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), hk);
+    return pus_service_of(PUS_SERVICE_HOUSEKEEPING, subtypes, sizeof subtypes / sizeof subtypes[0], hk);
 }

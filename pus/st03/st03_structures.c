@@ -62,7 +62,7 @@ void hk_candidate_add(pus_hk_t* const hk, const uint32_t parameter_id)
     pus_hk_entry_t* const place = &candidate->entries[candidate->simple_count];
     const size_t behind         = (size_t)candidate->entry_count - 1U - candidate->simple_count;
     const pus_hk_entry_t entry  = place[behind];
-    (void)memmove(&place[1], place, behind * sizeof(*place));
+    (void)memmove(&place[1], place, behind * sizeof *place);
     *place = entry;
     candidate->simple_count++;
     for (uint8_t i = 0U; i < candidate->set_count; i++) {
@@ -144,7 +144,7 @@ static pus_hk_structure_t* free_structure(const pus_hk_t* const hk)
 void hk_candidate_begin(pus_hk_t* const hk, const bool is_diagnostic, const uint16_t id,
                         const uint32_t interval, pus_hk_structure_t** const out_place)
 {
-    (void)memset(&hk->candidate, 0, sizeof(hk->candidate));
+    (void)memset(&hk->candidate, 0, sizeof hk->candidate);
     hk->candidate.in_use        = true;
     hk->candidate.id            = id;
     hk->candidate.is_diagnostic = is_diagnostic;

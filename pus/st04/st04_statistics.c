@@ -432,7 +432,7 @@ pus_service_t pus_statistics_service(pus_statistics_t* const self)
         PUS_REQUEST(4, 8, report_definitions),
     };
     pus_service_t service =
-        pus_service_of(PUS_SERVICE_STATISTICS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), self);
+        pus_service_of(PUS_SERVICE_STATISTICS, subtypes, sizeof subtypes / sizeof subtypes[0], self);
     service.step = step;
     return service;
 }

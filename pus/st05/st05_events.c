@@ -213,5 +213,5 @@ pus_service_t pus_events_service(pus_events_t* const events)
         PUS_REQUEST(5, 6, disable),
         PUS_REQUEST(5, 7, report_disabled),
     };
-    return pus_service_of(PUS_SERVICE_EVENTS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), events);
+    return pus_service_of(PUS_SERVICE_EVENTS, subtypes, sizeof subtypes / sizeof subtypes[0], events);
 }

@@ -281,7 +281,7 @@ pus_service_t pus_memory_service(pus_memory_service_t* const memory)
         PUS_REQUEST(6, 22, dump_object_file),
     };
     pus_service_t service =
-        pus_service_of(PUS_SERVICE_MEMORY, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), memory);
+        pus_service_of(PUS_SERVICE_MEMORY, subtypes, sizeof subtypes / sizeof subtypes[0], memory);
     service.step = step;
     return service;
 }

@@ -84,7 +84,7 @@ void pus_time_step(pus_time_t* const time, const uint64_t now_ns)
         return;
     }
     uint8_t packet[PUS_TIME_PACKET_SIZE];
-    octet_writer_t writer = octet_writer(packet, sizeof(packet));
+    octet_writer_t writer = octet_writer(packet, sizeof packet);
     octet_write_u16(&writer, HEADER_WORD);
     octet_write_u16(&writer, (uint16_t)(SEQUENCE_FLAGS | time->sequence));
     octet_write_u16(&writer, (uint16_t)(PUS_TIME_PACKET_SIZE - LENGTH_OFFSET));
@@ -98,7 +98,7 @@ void pus_time_step(pus_time_t* const time, const uint64_t now_ns)
     octet_write_u16(&writer, crc16_ccitt(packet, BODY_SIZE));
     FSW_ASSERT(!writer.failed);
     const pus_port_t* const port = &time->config.port;
-    if (port->send(port->context, packet, sizeof(packet)) == STATUS_OK) {
+    if (port->send(port->context, packet, sizeof packet) == STATUS_OK) {
         time->counters.sent++;
         time->sequence = (uint16_t)((time->sequence + 1U) & SEQUENCE_MASK);
         time->period   = absolute_ns(time, now_ns) / period_ns(time);
@@ -129,7 +129,7 @@ static pus_reply_t set_rate(void* const self, pus_request_t* const request)
 pus_service_t pus_time_service(pus_time_t* const time)
 {
     static const pus_subtype_t subtypes[] = {PUS_REQUEST(9, 1, set_rate)};
-    return pus_service_of(PUS_SERVICE_TIME, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), time);
+    return pus_service_of(PUS_SERVICE_TIME, subtypes, sizeof subtypes / sizeof subtypes[0], time);
 }
 
 bool pus_is_time_packet(const uint8_t* const octets, const size_t size)

@@ -47,7 +47,7 @@ pus_service_t pus_time_schedule_service(pus_time_schedule_t* const self)
 {
     static const pus_subtype_t subtypes[] = {PUS_SCHEDULE_REQUESTS(11)};
     FSW_ASSERT(self != NULL);
-    return pus_service_of(PUS_SERVICE_TIME_SCHEDULE, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
+    return pus_service_of(PUS_SERVICE_TIME_SCHEDULE, subtypes, sizeof subtypes / sizeof subtypes[0],
                           &self->schedule);
 }
 

@@ -63,7 +63,7 @@ static void send_transitions(pus_monitoring_t* const self, const uint64_t now_ns
         status = pus_tm_send(self->config.process, &writer);
         if (status == STATUS_OK) {
             self->transition_count = (uint16_t)(self->transition_count - count);
-            (void)memmove(list, &list[count], self->transition_count * sizeof(list[0]));
+            (void)memmove(list, &list[count], self->transition_count * sizeof list[0]);
         }
     }
 }

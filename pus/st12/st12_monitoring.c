@@ -65,7 +65,7 @@ static void insert(pus_monitoring_t* const self, const pus_pmon_t* const pmon)
     uint16_t* const order = self->config.pmon_order;
     const uint16_t place  = place_of(self, pmon->id);
     const uint16_t taken  = order[self->pmon_count];
-    (void)memmove(&order[place + 1U], &order[place], (size_t)(self->pmon_count - place) * sizeof(order[0]));
+    (void)memmove(&order[place + 1U], &order[place], (size_t)(self->pmon_count - place) * sizeof order[0]);
     order[place] = taken;
     self->pmon_count++;
     self->config.pmons[taken] = *pmon;
@@ -306,7 +306,7 @@ static pus_failure_t forget(pus_monitoring_t* const self, const uint16_t id)
         const uint16_t freed  = order[place];
         self->pmon_count--;
         (void)memmove(&order[place], &order[place + 1U],
-                      (size_t)(self->pmon_count - place) * sizeof(order[0]));
+                      (size_t)(self->pmon_count - place) * sizeof order[0]);
         order[self->pmon_count] = freed;
     }
     return failure;
@@ -554,7 +554,7 @@ pus_service_t pus_monitoring_service(pus_monitoring_t* const self)
         PUS_REQUEST(12, 27, monitoring_report_fmon_status),
     };
     pus_service_t service =
-        pus_service_of(PUS_SERVICE_MONITORING, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), self);
+        pus_service_of(PUS_SERVICE_MONITORING, subtypes, sizeof subtypes / sizeof subtypes[0], self);
     service.step = step;
     return service;
 }

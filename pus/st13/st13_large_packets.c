@@ -31,8 +31,8 @@ void pus_large_init(pus_large_t* const large, const pus_large_config_t* const co
     FSW_ASSERT((config->uplinks != NULL) && (config->uplink_octets != NULL) &&
                (config->uplink_size <= PUS_LARGE_MAX));
     *large = (pus_large_t){.config = *config};
-    (void)memset(config->reports, 0, config->report_count * sizeof(config->reports[0]));
-    (void)memset(config->uplinks, 0, config->uplink_count * sizeof(config->uplinks[0]));
+    (void)memset(config->reports, 0, config->report_count * sizeof config->reports[0]);
+    (void)memset(config->uplinks, 0, config->uplink_count * sizeof config->uplinks[0]);
 }
 
 // ---- Down ----
@@ -348,7 +348,7 @@ pus_service_t pus_large_service(pus_large_t* const large)
         PUS_REQUEST(13, 11, take_next),
     };
     pus_service_t service =
-        pus_service_of(PUS_SERVICE_LARGE_PACKETS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), large);
+        pus_service_of(PUS_SERVICE_LARGE_PACKETS, subtypes, sizeof subtypes / sizeof subtypes[0], large);
     service.step = step;
     return service;
 }

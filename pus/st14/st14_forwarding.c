@@ -91,6 +91,5 @@ pus_service_t pus_forwarding_service(pus_forwarding_t* const forwarding)
         PUS_REQUEST(14, 14, add),
         PUS_REQUEST(14, 15, report),
     };
-    return pus_service_of(PUS_SERVICE_FORWARDING, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
-                          forwarding);
+    return pus_service_of(PUS_SERVICE_FORWARDING, subtypes, sizeof subtypes / sizeof subtypes[0], forwarding);
 }

@@ -225,7 +225,7 @@ static uint16_t decide(const order_t* const order, pus_store_state_t* const next
         {CREATE, create},
         {DELETE, delete_store},
     };
-    const uint8_t count = (uint8_t)(sizeof(actions) / sizeof(actions[0]));
+    const uint8_t count = (uint8_t)(sizeof actions / sizeof actions[0]);
     uint8_t i           = 0U;
     while ((i < count) && (actions[i].subtype != order->subtype)) {
         i++;
@@ -555,5 +555,5 @@ pus_service_t pus_storage_service(pus_storage_t* const storage)
         PUS_REQUEST(15, 34, execute_selection), PUS_REQUEST(15, 35, report_selection),
         PUS_REQUEST(15, 37, report_selection),  PUS_REQUEST(15, 39, report_selection),
     };
-    return pus_service_of(PUS_SERVICE_STORAGE, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), storage);
+    return pus_service_of(PUS_SERVICE_STORAGE, subtypes, sizeof subtypes / sizeof subtypes[0], storage);
 }

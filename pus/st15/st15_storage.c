@@ -63,7 +63,7 @@ static status_t put_state(const pus_storage_t* const storage, const uint8_t numb
 {
     const pus_persistence_t* const persistence = storage->config.persistence;
     uint8_t record[STATE_SIZE];
-    octet_writer_t writer = octet_writer(record, sizeof(record));
+    octet_writer_t writer = octet_writer(record, sizeof record);
     octet_write_u8(&writer, state->is_there ? 1U : 0U);
     octet_write_octets(&writer, state->name, PUS_NAME_SIZE);
     octet_write_u32(&writer, state->size);
@@ -81,10 +81,10 @@ static status_t put_state(const pus_storage_t* const storage, const uint8_t numb
     octet_write_u64(&writer, state->range_end);
     octet_write_u64(&writer, state->from_ns);
     octet_write_u64(&writer, state->to_ns);
-    FSW_ASSERT(!writer.failed && (writer.position == sizeof(record)));
+    FSW_ASSERT(!writer.failed && (writer.position == sizeof record));
     return (persistence == NULL)
                ? STATUS_OK
-               : persistence->put(persistence->context, PUS_SERVICE_STORAGE, number, record, sizeof(record));
+               : persistence->put(persistence->context, PUS_SERVICE_STORAGE, number, record, sizeof record);
 }
 
 static void read_state(octet_reader_t* const reader, pus_store_state_t* const state)
@@ -174,7 +174,7 @@ void pus_storage_init(pus_storage_t* const storage, const pus_storage_config_t* 
                (config->media != NULL) && (config->port.send != NULL) && (config->store_count > 0U) &&
                (config->store_count <= PUS_STORES_MAX) && (config->blocks != NULL) &&
                (config->entries != NULL) && (config->candidate != NULL) && (config->apids != NULL));
-    (void)memset(storage, 0, sizeof(*storage));
+    (void)memset(storage, 0, sizeof *storage);
     storage->config = *config;
     storage->editor = (pus_selection_editor_t){.apids       = config->apids,
                                                .apid_count  = config->apid_count,
@@ -270,9 +270,9 @@ status_t pus_storage_start(pus_storage_t* const storage)
 static uint64_t time_on_wire(const uint64_t time_ns)
 {
     uint8_t octets[PUS_TIME_SIZE];
-    octet_writer_t writer = octet_writer(octets, sizeof(octets));
+    octet_writer_t writer = octet_writer(octets, sizeof octets);
     pus_time_write(&writer, time_ns);
-    octet_reader_t reader = octet_reader(octets, sizeof(octets));
+    octet_reader_t reader = octet_reader(octets, sizeof octets);
     uint64_t result       = 0U;
     const status_t status = pus_time_read(&reader, &result);
     FSW_ASSERT(status == STATUS_OK);

@@ -396,7 +396,7 @@ pus_service_t pus_procedures_service(pus_procedures_t* const self)
         PUS_REQUEST(18, 22, stop_engine),
     };
     pus_service_t service =
-        pus_service_of(PUS_SERVICE_PROCEDURES, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), self);
+        pus_service_of(PUS_SERVICE_PROCEDURES, subtypes, sizeof subtypes / sizeof subtypes[0], self);
     service.step = step;
     return service;
 }

@@ -17,7 +17,7 @@ void pus_event_action_init(event_action_t* const self, const pus_event_action_co
                (config->buckets != NULL) && (config->chains != NULL));
     FSW_ASSERT((config->definition_count >= 1U) && (config->definition_count < NONE) &&
                (config->bucket_count >= 1U) && ((config->bucket_count & (config->bucket_count - 1U)) == 0U));
-    (void)memset(self, 0, sizeof(*self));
+    (void)memset(self, 0, sizeof *self);
     self->config = *config;
     self->free   = NONE;
     for (uint32_t i = 0U; i < config->bucket_count; i++) {

@@ -420,5 +420,5 @@ pus_service_t pus_event_action_service(event_action_t* const self)
                                              PUS_REQUEST(19, 8, enable_function),
                                              PUS_REQUEST(19, 9, disable_function),
                                              PUS_REQUEST(19, 10, report_definitions)};
-    return pus_service_of(PUS_SERVICE_EVENT_ACTION, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), self);
+    return pus_service_of(PUS_SERVICE_EVENT_ACTION, subtypes, sizeof subtypes / sizeof subtypes[0], self);
 }

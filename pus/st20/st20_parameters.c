@@ -274,6 +274,5 @@ pus_service_t pus_parameters_service(pus_parameters_t* const parameters)
         PUS_REQUEST(20, 4, define_raw),         PUS_REQUEST(20, 5, define_object),
         PUS_REQUEST(20, 6, report_definitions),
     };
-    return pus_service_of(PUS_SERVICE_PARAMETERS, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
-                          parameters);
+    return pus_service_of(PUS_SERVICE_PARAMETERS, subtypes, sizeof subtypes / sizeof subtypes[0], parameters);
 }

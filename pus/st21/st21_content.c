@@ -15,7 +15,7 @@ void pus_sequences_init(sequences_t* const self, const pus_sequences_config_t* c
     FSW_ASSERT((self != NULL) && (config != NULL) && (config->process != NULL) &&
                (config->release.send != NULL) && (config->sequences != NULL) && (config->chains != NULL));
     FSW_ASSERT((config->sequence_count >= 1U) && (config->sequence_count <= PUS_SEQUENCE_COUNT_MAX));
-    (void)memset(self, 0, sizeof(*self));
+    (void)memset(self, 0, sizeof *self);
     self->config = *config;
     pus_sorted_index_init(&self->due, config->nodes);
     for (uint16_t i = 0U; i < config->sequence_count; i++) {
@@ -75,10 +75,10 @@ size_t sequences_read_entry(pus_block_chain_reader_t* const reader, uint8_t* con
     const size_t size = PUS_PRIMARY_HEADER_SIZE + rest;
     if ((size > PUS_SEQUENCE_REQUEST_MAX) ||
         (pus_block_chain_read(reader, &out_octets[PUS_PRIMARY_HEADER_SIZE], rest) < rest) ||
-        (pus_block_chain_read(reader, delay, sizeof(delay)) < sizeof(delay))) {
+        (pus_block_chain_read(reader, delay, sizeof delay) < sizeof delay)) {
         return 0U;
     }
-    octet_reader_t octets = octet_reader(delay, sizeof(delay));
+    octet_reader_t octets = octet_reader(delay, sizeof delay);
     *out_delay            = pus_relative_time_read(&octets);
     return size;
 }

@@ -233,7 +233,7 @@ static pus_reply_t report_checksum(void* const object, pus_request_t* const requ
     pus_block_chain_reader_t reader = pus_block_chain_reader(&self->config.sequences[slot].content);
     uint16_t crc                    = CRC16_START;
     while (reader.left > 0U) {
-        const size_t size = pus_block_chain_read(&reader, self->octets, sizeof(self->octets));
+        const size_t size = pus_block_chain_read(&reader, self->octets, sizeof self->octets);
         crc               = crc16_ccitt_more(crc, self->octets, size);
     }
     pus_request_perform(request);
@@ -280,7 +280,7 @@ static pus_reply_t report_content(void* const object, pus_request_t* const reque
     octets_put_u64(front, id);
     self->reported = slot;
     return pus_long_report_begin(&self->report, request, CONTENT_REPORT, &entries, &first, front,
-                                 sizeof(front));
+                                 sizeof front);
 }
 
 void pus_sequences_step(sequences_t* const self, const uint64_t now_ns, const uint64_t uptime_ns)
@@ -310,5 +310,5 @@ pus_service_t pus_sequences_service(sequences_t* const self)
                                              PUS_REQUEST(21, 9, report_checksum),
                                              PUS_REQUEST(21, 11, report_content),
                                              PUS_REQUEST(21, 13, abort_all)};
-    return pus_service_of(PUS_SERVICE_SEQUENCES, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), self);
+    return pus_service_of(PUS_SERVICE_SEQUENCES, subtypes, sizeof subtypes / sizeof subtypes[0], self);
 }

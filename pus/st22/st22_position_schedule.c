@@ -77,11 +77,11 @@ static pus_reply_t set_orbit_number(void* const object, pus_request_t* const req
     self->orbit      = (uint32_t)(self->port.read(self->port.context) >> ANGLE_BITS);
     self->number     = octet_read_u32(&request->reader);
     uint8_t record[RECORD_SIZE];
-    octet_writer_t writer = octet_writer(record, sizeof(record));
+    octet_writer_t writer = octet_writer(record, sizeof record);
     octet_write_u32(&writer, self->offset);
     octet_write_u32(&writer, self->orbit);
     octet_write_u32(&writer, self->number);
-    return pus_schedule_keep_own(schedule, record, sizeof(record));
+    return pus_schedule_keep_own(schedule, record, sizeof record);
 }
 
 pus_service_t pus_position_schedule_service(pus_position_schedule_t* const self)
@@ -89,7 +89,7 @@ pus_service_t pus_position_schedule_service(pus_position_schedule_t* const self)
     static const pus_subtype_t subtypes[] = {PUS_SCHEDULE_REQUESTS(22),
                                              PUS_REQUEST(22, 28, set_orbit_number)};
     FSW_ASSERT(self != NULL);
-    return pus_service_of(PUS_SERVICE_POSITION_SCHEDULE, subtypes, sizeof(subtypes) / sizeof(subtypes[0]),
+    return pus_service_of(PUS_SERVICE_POSITION_SCHEDULE, subtypes, sizeof subtypes / sizeof subtypes[0],
                           &self->schedule);
 }
 

@@ -126,7 +126,7 @@ static void name_part(pus_file_copy_t* const copy)
     copy->part = copy->target;
     pus_file_path_leave(&copy->part);
     const size_t length = strlen(copy->part.text);
-    text_t text         = text_in(&copy->part.text[length], sizeof(copy->part.text) - length);
+    text_t text         = text_in(&copy->part.text[length], sizeof copy->part.text - length);
     text_add(&text, (length > 0U) ? "/.copy-" : ".copy-");
     text_add_unsigned(&text, copy->id);
 }
@@ -272,7 +272,7 @@ pus_reply_t st23_enable_status_report(void* const self, pus_request_t* const req
         return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, 0U);
     }
     octets_put_u32(record, interval);
-    const status_t status = st23_keep(files, ST23_KEY_REPORTING, record, sizeof(record));
+    const status_t status = st23_keep(files, ST23_KEY_REPORTING, record, sizeof record);
     if (status != STATUS_OK) {
         return pus_failed(PUS_FAILURE_IO, (uint32_t)status);
     }

@@ -20,10 +20,10 @@ void pus_files_init(pus_files_t* const files, const pus_files_config_t* const co
     FSW_ASSERT((config->copies != NULL) && (config->copy_count >= 1U) && (config->copy_count <= COPIES_MAX));
     FSW_ASSERT((config->locks != NULL) && (config->lock_count >= 1U) && (config->lock_count <= UINT16_MAX));
     FSW_ASSERT((config->searches != NULL) && (config->search_count >= 1U));
-    (void)memset(files, 0, sizeof(*files));
+    (void)memset(files, 0, sizeof *files);
     files->config = *config;
-    (void)memset(config->locks, 0, config->lock_count * sizeof(config->locks[0]));
-    (void)memset(config->searches, 0, config->search_count * sizeof(config->searches[0]));
+    (void)memset(config->locks, 0, config->lock_count * sizeof config->locks[0]);
+    (void)memset(config->searches, 0, config->search_count * sizeof config->searches[0]);
     for (size_t i = 0U; i < config->copy_count; i++) {
         config->copies[i] = (pus_file_copy_t){.status = PUS_FILE_COPY_FREE};
     }
@@ -445,7 +445,7 @@ pus_service_t pus_files_service(pus_files_t* const files)
         PUS_REQUEST(23, 24, st23_disable_status_report),
     };
     pus_service_t service =
-        pus_service_of(PUS_SERVICE_FILES, subtypes, sizeof(subtypes) / sizeof(subtypes[0]), files);
+        pus_service_of(PUS_SERVICE_FILES, subtypes, sizeof subtypes / sizeof subtypes[0], files);
     service.step = step;
     return service;
 }

@@ -27,14 +27,14 @@ static pus_reply_t begin_search(pus_files_t* const files, pus_request_t* const r
     for (size_t i = 0U; i < files->config.search_count; i++) {
         pus_file_search_t* const search = &files->config.searches[i];
         if (!search->is_used) {
-            (void)memset(search, 0, sizeof(*search));
+            (void)memset(search, 0, sizeof *search);
             search->is_used    = true;
             search->is_summary = (pattern == NULL);
             search->token      = request->token;
             search->root       = *root;
             search->folder     = *root;
             if (pattern != NULL) {
-                (void)memcpy(search->pattern, pattern, sizeof(search->pattern));
+                (void)memcpy(search->pattern, pattern, sizeof search->pattern);
             }
             return pus_later();
         }
@@ -140,7 +140,7 @@ static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,
     } else {
         // It does not match, or has been added.
     }
-    (void)memcpy(search->after, entry->name, sizeof(search->after));
+    (void)memcpy(search->after, entry->name, sizeof search->after);
     return PASSED;
 }
 

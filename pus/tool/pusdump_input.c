@@ -159,7 +159,7 @@ static void dump_lines(input_t* const input, const dump_format_t format)
             start++;
         }
         if ((*start != '\0') && (*start != '#')) {
-            (void)snprintf(place, sizeof(place), "line %lu", number);
+            (void)snprintf(place, sizeof place, "line %lu", number);
             dump_line(input, start, is_cut, format, place);
         }
     }
@@ -191,7 +191,7 @@ static void dump_binary(input_t* const input)
             const size_t rest = (((size_t)octets[4] << 8U) | octets[5]) + 1U;
             size += read_octets(input, &octets[PUS_PRIMARY_HEADER_SIZE], rest);
         }
-        (void)snprintf(place, sizeof(place), "octet %lu", offset);
+        (void)snprintf(place, sizeof place, "octet %lu", offset);
         dump_packet_read(octets, size, &packet);
         show(input, &packet, NULL, place);
         offset += size;

@@ -91,7 +91,7 @@ static const struct {
 
 const char* message_layout(const uint8_t service, const uint8_t subtype)
 {
-    for (size_t i = 0U; i < (sizeof(layouts) / sizeof(layouts[0])); i++) {
+    for (size_t i = 0U; i < (sizeof layouts / sizeof layouts[0]); i++) {
         if ((layouts[i].service == service) && (layouts[i].subtype == subtype)) {
             return layouts[i].layout;
         }

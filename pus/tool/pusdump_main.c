@@ -48,7 +48,7 @@ static int complain(const char* const words, const char* const what)
 static bool read_format(const char* const word, dump_format_t* const out_format)
 {
     static const char* const words[] = {"auto", "hex", "log", "binary"};
-    for (size_t i = 0U; i < (sizeof(words) / sizeof(words[0])); i++) {
+    for (size_t i = 0U; i < (sizeof words / sizeof words[0]); i++) {
         if (strcmp(word, words[i]) == 0) {
             *out_format = (dump_format_t)i;
             return true;

@@ -361,7 +361,7 @@ static const struct {
 const char* message_name(const uint8_t service, const uint8_t subtype)
 {
     size_t low  = 0U;
-    size_t high = sizeof(names) / sizeof(names[0]);
+    size_t high = sizeof names / sizeof names[0];
     while (low < high) {
         const size_t middle = low + ((high - low) / 2U);
         const int here      = (names[middle].service * 256) + names[middle].subtype;

@@ -179,7 +179,7 @@ static void check_crc(dump_packet_t* const packet)
 
 void dump_packet_read(const uint8_t* const octets, const size_t size, dump_packet_t* const out_packet)
 {
-    (void)memset(out_packet, 0, sizeof(*out_packet));
+    (void)memset(out_packet, 0, sizeof *out_packet);
     out_packet->octets      = octets;
     out_packet->size        = size;
     octet_reader_t reader   = octet_reader(octets, size);

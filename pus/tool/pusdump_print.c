@@ -121,7 +121,7 @@ static void print_text(const dump_style_t* const style, const dump_packet_t* con
         return;
     }
     print_header(style, packet);
-    if (decode(packet, false, fields, sizeof(fields))) {
+    if (decode(packet, false, fields, sizeof fields)) {
         (void)printf("%s%s", (fields[0] != '\0') ? "  " : "", fields);
     } else if (packet->data_size > 0U) {
         (void)printf("  data=");
@@ -179,7 +179,7 @@ static void print_json_data(const dump_packet_t* const packet)
     } else {
         (void)printf("null");
     }
-    (void)printf(",\"fields\":%s", decode(packet, true, fields, sizeof(fields)) ? fields : "null");
+    (void)printf(",\"fields\":%s", decode(packet, true, fields, sizeof fields) ? fields : "null");
 }
 
 static void print_json(const dump_style_t* const style, const dump_packet_t* const packet,

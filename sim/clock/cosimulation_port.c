@@ -254,7 +254,7 @@ status_t cosimulation_port_exchange(cosimulation_port_t* const cosimulation, con
 {
     char line[COSIMULATION_PORT_LINE_BYTES];
     size_t sent      = 0U;
-    const int length = snprintf(line, sizeof(line), "grant %" PRIu64 " %" PRIu32 " %" PRIu32 " %" PRIu16 "\n",
+    const int length = snprintf(line, sizeof line, "grant %" PRIu64 " %" PRIu32 " %" PRIu32 " %" PRIu16 "\n",
                                 grant->now_ns, grant->messages, grant->octets, served_port);
     if (!osal_socket_is_open(&cosimulation->client)) {
         return STATUS_CLOSED;

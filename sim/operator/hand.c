@@ -288,7 +288,7 @@ status_t hand_load(const hand_parameters_t* const parameters, const plant_parame
 {
     *out_hand    = NULL;
     error[0]     = '\0';
-    hand_t* hand = calloc(1U, sizeof(*hand));
+    hand_t* hand = calloc(1U, sizeof *hand);
     if (hand == NULL) {
         (void)snprintf(error, SCENARIO_ERROR_MAX, "no memory for the hand");
         return STATUS_EXHAUSTED;

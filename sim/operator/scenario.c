@@ -27,7 +27,7 @@ status_t scenario_number(const scenario_line_t* const line, const size_t index, 
                          char error[SCENARIO_ERROR_MAX])
 {
     char expected[128];
-    (void)snprintf(expected, sizeof(expected), "%s from %g to %g", name, low, high);
+    (void)snprintf(expected, sizeof expected, "%s from %g to %g", name, low, high);
     if (index >= line->word_count) {
         return scenario_error(line, "end of line", expected, error);
     }
@@ -127,7 +127,7 @@ static status_t read_lines(FILE* const file, scenario_line_t* const line, const 
                            const scenario_taker_t take, void* const context, char error[SCENARIO_ERROR_MAX])
 {
     uint64_t latest_ns = 0U;
-    while (fgets(line->text, (int)sizeof(line->text), file) != NULL) {
+    while (fgets(line->text, (int)sizeof line->text, file) != NULL) {
         line->line++;
         if ((strchr(line->text, '\n') == NULL) && (feof(file) == 0)) {
             return scenario_error(line, "a line too long", "at most 510 characters", error);

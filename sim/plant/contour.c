@@ -89,7 +89,7 @@ void contour_touch(plant_t* const plant, const double dt_s)
     for (unsigned i = 0U; i < CONTOUR_SHAPES; i++) {
         dContactGeom found[CONTOUR_CONTACTS];
         const int count =
-            dCollide(contour->finger, contour->shape[i], (int)CONTOUR_CONTACTS, found, (int)sizeof(found[0]));
+            dCollide(contour->finger, contour->shape[i], (int)CONTOUR_CONTACTS, found, (int)sizeof found[0]);
         for (int k = 0; k < count; k++) {
             add_contact(plant, &found[k], dt_s);
         }

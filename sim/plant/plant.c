@@ -117,7 +117,7 @@ static void read_links(plant_t* plant);
 
 plant_t* plant_create(const plant_parameters_t* const parameters, const plant_options_t* const options)
 {
-    plant_t* plant = calloc(1U, sizeof(*plant));
+    plant_t* plant = calloc(1U, sizeof *plant);
     if (plant == NULL) {
         return NULL;
     }
@@ -176,7 +176,7 @@ static void read_links(plant_t* const plant)
     dBodyGetRelPointPos(plant->link[last],
                         plant->parameters.link_length_m[last] - plant->parameters.link_com_m[last], 0.0, 0.0,
                         tip);
-    memcpy(plant->truth.tip_m, tip, sizeof(plant->truth.tip_m));
+    memcpy(plant->truth.tip_m, tip, sizeof plant->truth.tip_m);
 }
 
 /// Rotors through one step of dt_s; the gear sees the link moving on at its present speed.
@@ -286,8 +286,8 @@ static void read_contact(plant_t* const plant, const dVector3 elbow_m)
     const unsigned count = contour_loads(plant, load);
     double weight        = 0.0;
 
-    memset(truth->contact_force_n, 0, sizeof(truth->contact_force_n));
-    memset(truth->contact_point_m, 0, sizeof(truth->contact_point_m));
+    memset(truth->contact_force_n, 0, sizeof truth->contact_force_n);
+    memset(truth->contact_point_m, 0, sizeof truth->contact_point_m);
     for (unsigned i = 0U; i < count; i++) {
         const double* force = load[i].force_n;
         const double size   = sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]);
@@ -317,11 +317,11 @@ static NOT_INLINE void step_world(plant_t* const plant, const plant_input_t* con
     dVector3 elbow;
     dJointGetHingeAnchor(plant->hinge[1], elbow);
     plant_load_t cable;
-    memcpy(cable.point_m, truth->tip_m, sizeof(cable.point_m));
+    memcpy(cable.point_m, truth->tip_m, sizeof cable.point_m);
     spring_force(&plant->parameters, &plant->spring, truth->tip_m, cable.force_n);
-    memset(truth->external_torque_nm, 0, sizeof(truth->external_torque_nm));
+    memset(truth->external_torque_nm, 0, sizeof truth->external_torque_nm);
     add_external_torque(truth, elbow, &cable);
-    memcpy(truth->spring_force_n, cable.force_n, sizeof(truth->spring_force_n));
+    memcpy(truth->spring_force_n, cable.force_n, sizeof truth->spring_force_n);
     truth->spring_hooked = plant->spring.hooked;
     dBodyAddForceAtPos(plant->link[PLANT_JOINTS - 1U], cable.force_n[0], cable.force_n[1], cable.force_n[2],
                        cable.point_m[0], cable.point_m[1], cable.point_m[2]);
@@ -409,8 +409,8 @@ static uint64_t hash_numbers(uint64_t hash, const double* const number, const un
 {
     unsigned char octet[sizeof(double)];
     for (unsigned i = 0U; i < count; i++) {
-        memcpy(octet, &number[i], sizeof(octet));
-        for (unsigned k = 0U; k < sizeof(octet); k++) {
+        memcpy(octet, &number[i], sizeof octet);
+        for (unsigned k = 0U; k < sizeof octet; k++) {
             hash = (hash ^ octet[k]) * 0x100000001B3U;
         }
     }

@@ -49,7 +49,7 @@ static void put_doubles(event_t* const event, const double* const value, const u
 {
     for (unsigned i = 0U; i < count; i++) {
         uint64_t bits;
-        memcpy(&bits, &value[i], sizeof(bits));
+        memcpy(&bits, &value[i], sizeof bits);
         put(event, bits, 8U);
     }
 }
@@ -93,7 +93,7 @@ static status_t write_event(truth_t* const truth, const char* const channel, con
 status_t truth_open(const char* const path, truth_t** const out_truth)
 {
     *out_truth     = NULL;
-    truth_t* truth = calloc(1U, sizeof(*truth));
+    truth_t* truth = calloc(1U, sizeof *truth);
     if (truth == NULL) {
         return STATUS_IO;
     }

@@ -391,10 +391,10 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
     FSW_ASSERT((journal != NULL) && (configuration != NULL) && (configuration->slots != NULL) &&
                (configuration->capacity >= 1U));
     FSW_ASSERT((configuration->limit >= LIMIT_MIN) && (configuration->limit <= LIMIT_MAX));
-    (void)memset(journal, 0, sizeof(*journal));
+    (void)memset(journal, 0, sizeof *journal);
     journal->configuration = *configuration;
     journal->slot_count    = JOURNAL_SLOTS(configuration->capacity);
-    (void)memset(configuration->slots, 0, journal->slot_count * sizeof(configuration->slots[0]));
+    (void)memset(configuration->slots, 0, journal->slot_count * sizeof configuration->slots[0]);
 
     journal_survey_t surveys[2];
     if (look(journal, surveys) != STATUS_OK) {

@@ -39,7 +39,7 @@ status_t journal_write_head(const medium_t* const medium, const uint32_t generat
 {
     uint8_t head[JOURNAL_HEAD_SIZE];
     (void)make_head(generation, head);
-    return medium->write(medium->context, 0U, head, sizeof(head));
+    return medium->write(medium->context, 0U, head, sizeof head);
 }
 
 /// Read from a medium, where its end is no error but STATUS_EMPTY.
@@ -54,7 +54,7 @@ status_t journal_read_head(const medium_t* const medium, uint32_t* const out_gen
 {
     uint8_t head[JOURNAL_HEAD_SIZE];
     uint8_t expected[JOURNAL_HEAD_SIZE];
-    const status_t status = read_up_to_end(medium, 0U, head, sizeof(head));
+    const status_t status = read_up_to_end(medium, 0U, head, sizeof head);
     if (status != STATUS_OK) {
         return status;
     }
@@ -73,13 +73,13 @@ status_t journal_write_mark(const medium_t* const medium, const journal_mark_t* 
     octets_put_u32(&octets[4], mark->generation);
     octets_put_u32(&octets[8], mark->offset);
     octets_put_u32(&octets[12], crc32_iso(octets, JOURNAL_HEAD_SIZE - CRC_SIZE));
-    return medium->write(medium->context, 0U, octets, sizeof(octets));
+    return medium->write(medium->context, 0U, octets, sizeof octets);
 }
 
 status_t journal_read_mark(const medium_t* const medium, journal_mark_t* const out_mark)
 {
     uint8_t octets[JOURNAL_HEAD_SIZE];
-    const status_t status = read_up_to_end(medium, 0U, octets, sizeof(octets));
+    const status_t status = read_up_to_end(medium, 0U, octets, sizeof octets);
     if (status != STATUS_OK) {
         return status;
     }

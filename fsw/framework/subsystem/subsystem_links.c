@@ -197,7 +197,7 @@ static void refuse(pus_link_answer_t* const answer, const rtlink_verdict_t verdi
 /// The endpoint's name is logical, so that no packet depends on where the program runs.
 static void name_endpoint(const uint8_t methods, const uint16_t link, pus_endpoint_t* const out_endpoint)
 {
-    (void)memset(out_endpoint, 0, sizeof(*out_endpoint));
+    (void)memset(out_endpoint, 0, sizeof *out_endpoint);
     out_endpoint->kind = method_number(methods);
     out_endpoint->size = 7U;
     (void)memcpy(out_endpoint->octets, "link-", 5U);
@@ -270,7 +270,7 @@ static pus_reply_t request_link(void* const context, const pus_link_request_t* c
         if (link->is_used) {
             close_link(subsystem, link, PUS_LINK_REASON_NONE);
         }
-        (void)memset(link, 0, sizeof(*link)); // LINK_CLOSED.
+        (void)memset(link, 0, sizeof *link); // LINK_CLOSED.
         link->is_producer = is_producer;
         link->port        = port;
         link->terms       = agreed;
