@@ -142,7 +142,7 @@ static const char* component_runtime_all(image_t* const self)
         if (error != NULL) {
             return error;
         }
-        if (self->runtimes[i].apid == 2U) {
+        if (self->runtimes[i].apid == COMMUNICATION_APID) {
             self->communication = run_participant(i);
         }
     }
@@ -166,7 +166,7 @@ static void close_ended(image_t* const self)
 {
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         if (!osal_lockstep_is_present(self->scheduler, run_participant(i))) {
-            if (self->run->components[i].apid == DESCRIPTOR_SUPERVISOR_APID) {
+            if (self->run->components[i].apid == SUPERVISOR_APID) {
                 // The supervisor gets another life; its channels continue.
                 component_runtime_keep(&self->runtimes[i]);
             }
@@ -202,7 +202,7 @@ static void begin_life(image_t* const self, const unsigned participant)
     subsystem_descriptor_t* const own = self->runtimes[index].own;
     uint32_t life                     = 0U;
     FSW_ASSERT(!self->is_open[index] && (index < self->run->component_count));
-    if ((component->apid == DESCRIPTOR_SUPERVISOR_APID) && !may_return(self)) {
+    if ((component->apid == SUPERVISOR_APID) && !may_return(self)) {
         give_up(self, participant);
         return;
     }

@@ -91,7 +91,7 @@ void launcher_part_lost(launcher_t* const launcher, child_t* const child)
     if (child->is_component) {
         run_component_t* const component = &launcher->run->components[child->component];
         __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
-        if (component->apid == DESCRIPTOR_SUPERVISOR_APID) {
+        if (component->apid == SUPERVISOR_APID) {
             // Without it the others go to their safe states on their own.
             launcher->abandon_ns = launcher_now_ns(launcher) + RETURN_ABANDON_NS;
         }
@@ -116,7 +116,7 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
     run_component_t* const component = &launcher->run->components[child->component];
     const uint64_t now_ns            = launcher_now_ns(launcher);
     uint64_t delay_ns                = 0U;
-    if ((component->apid != DESCRIPTOR_SUPERVISOR_APID) || (now_ns == 0U) ||
+    if ((component->apid != SUPERVISOR_APID) || (now_ns == 0U) ||
         !return_budget_take(&launcher->returns, now_ns, &delay_ns)) {
         return false;
     }
@@ -134,8 +134,7 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
 /// The supervisor is not started again: an expected life ends when it would begin.
 static void give_supervisor_up(const launcher_t* const launcher, const child_t* const child)
 {
-    const bool is_supervisor =
-        (launcher->run->components[child->component].apid == DESCRIPTOR_SUPERVISOR_APID);
+    const bool is_supervisor = (launcher->run->components[child->component].apid == SUPERVISOR_APID);
     if (is_supervisor && (launcher->scheduler != NULL)) {
         osal_lockstep_succeed(launcher->scheduler, child->participant, 0U);
         osal_lockstep_end(launcher->scheduler, child->participant, child->life + 1U);
@@ -230,7 +229,7 @@ static void obey_supervisor(launcher_t* const launcher)
         if (child->is_alive && (wanted != child->life)) {
             end_child(child, component, launcher->scheduler != NULL);
         } else if (!child->is_alive && (wanted != 0U) && (wanted != child->life) &&
-                   ((component->apid != DESCRIPTOR_SUPERVISOR_APID) ||
+                   ((component->apid != SUPERVISOR_APID) ||
                     (osal_clock_monotonic_ns() >= launcher->return_wall_ns))) {
             launcher_start_component(launcher, child);
         } else {

@@ -357,7 +357,7 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
 static void let_supervisor_return(const launcher_t* const launcher)
 {
     unsigned index = 0U;
-    if (run_state_find(launcher->run, DESCRIPTOR_SUPERVISOR_APID, &index)) {
+    if (run_state_find(launcher->run, SUPERVISOR_APID, &index)) {
         osal_lockstep_succeed(launcher->scheduler, run_participant(index),
                               (uint64_t)launcher->mission.subsystems[index].boot_time_us * 1000U);
     }

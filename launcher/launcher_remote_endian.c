@@ -9,8 +9,6 @@
 
 #define RUNNER "/usr/bin/qemu-s390x"
 #define PROGRAM_FOLDER "build/s390x/bin/"
-#define APID_SUPERVISOR 1U
-#define APID_COMMUNICATION 2U
 
 static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
 {
@@ -38,7 +36,7 @@ bool launcher_check_remote_endian(launcher_t* const launcher)
         return fail(launcher, "--foreign: the mission has no such subsystem: ", launcher->options.foreign);
     }
     const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[component];
-    if ((subsystem->apid == APID_SUPERVISOR) || (subsystem->apid == APID_COMMUNICATION)) {
+    if ((subsystem->apid == SUPERVISOR_APID) || (subsystem->apid == COMMUNICATION_APID)) {
         return fail(
             launcher,
             "--foreign: the launcher and the operator reach this subsystem in shared memory; choose one "

@@ -59,7 +59,7 @@ static void suspend(launcher_t* const launcher, child_t* const child)
 {
     run_component_t* const component = &launcher->run->components[child->component];
     launcher->is_undetermined        = true;
-    if (component->apid == DESCRIPTOR_SUPERVISOR_APID) { // No other process would kill it.
+    if (component->apid == SUPERVISOR_APID) { // No other process would kill it.
         tell(child, " hangs: killed");
         (void)osal_process_stop(&child->process, true);
         return;
@@ -150,7 +150,7 @@ static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
     launcher_watch_t* const watch = &launcher->watch;
     unsigned index                = 0U;
     osal_process_look_t look;
-    child_t* const child  = run_state_find(launcher->run, DESCRIPTOR_SUPERVISOR_APID, &index)
+    child_t* const child  = run_state_find(launcher->run, SUPERVISOR_APID, &index)
                                 ? child_of(launcher, run_participant(index))
                                 : NULL;
     const run_beat_t beat = run_state_last_beat(launcher->run, index);

@@ -166,8 +166,8 @@ void component_runtime_watch_supervisor(const component_runtime_t* const runtime
 {
     FSW_ASSERT(runtime != NULL);
     unsigned index = 0U;
-    if ((scheduler == NULL) || (runtime->apid == DESCRIPTOR_SUPERVISOR_APID) ||
-        !run_state_find(runtime->run, DESCRIPTOR_SUPERVISOR_APID, &index)) {
+    if ((scheduler == NULL) || (runtime->apid == SUPERVISOR_APID) ||
+        !run_state_find(runtime->run, SUPERVISOR_APID, &index)) {
         return;
     }
     const uint64_t promised_ns = component_runtime_promise_ns(runtime, scheduler, index);
@@ -181,9 +181,8 @@ void component_runtime_watch_supervisor(const component_runtime_t* const runtime
 /// Messages to the supervisor are for whichever life it has: its channels outlive its process.
 uint32_t component_runtime_life_of(const component_runtime_t* const runtime, const unsigned component)
 {
-    return (runtime->run->components[component].apid == DESCRIPTOR_SUPERVISOR_APID)
-               ? OSAL_LOCKSTEP_ANY_LIFE
-               : runtime->peers[component].life;
+    return (runtime->run->components[component].apid == SUPERVISOR_APID) ? OSAL_LOCKSTEP_ANY_LIFE
+                                                                         : runtime->peers[component].life;
 }
 
 void component_runtime_delivered(void* const context, const uint16_t to)
@@ -236,8 +235,8 @@ static status_t send_up(void* const context, const uint8_t* const packet, const 
 {
     component_runtime_t* const runtime = (component_runtime_t*)context;
     return (pus_class_of(packet, size) == PUS_CLASS_FIRM)
-               ? message_send(&runtime->endpoint, DESCRIPTOR_SUPERVISOR_APID, packet, size)
-               : message_send_plain(&runtime->endpoint, DESCRIPTOR_SUPERVISOR_APID, packet, size);
+               ? message_send(&runtime->endpoint, SUPERVISOR_APID, packet, size)
+               : message_send_plain(&runtime->endpoint, SUPERVISOR_APID, packet, size);
 }
 
 CAPACITY_CHECK(peers_fit, MESSAGE_PEERS_MAX >= (MISSION_SUBSYSTEMS_MAX - 1U));
@@ -295,8 +294,7 @@ static status_t add_peers(component_runtime_t* const runtime)
     status_t status = STATUS_OK;
     for (unsigned i = 0U; (i < runtime->run->component_count) && (status == STATUS_OK); i++) {
         const run_component_t* const peer = &runtime->run->components[i];
-        const bool is_needed =
-            (runtime->apid == DESCRIPTOR_SUPERVISOR_APID) || (peer->apid == DESCRIPTOR_SUPERVISOR_APID);
+        const bool is_needed = (runtime->apid == SUPERVISOR_APID) || (peer->apid == SUPERVISOR_APID);
         if ((i == runtime->component) || !is_needed) {
             continue; // Subsystems talk to the supervisor only.
         }
@@ -367,9 +365,8 @@ status_t component_runtime_open_inbox(component_runtime_t* const runtime, messag
 /// The supervisor is restarted without an order, and its messages continue in their present life.
 static uint32_t process_life(const run_component_t* const component)
 {
-    return (component->apid == DESCRIPTOR_SUPERVISOR_APID)
-               ? __atomic_load_n(&component->found_life, __ATOMIC_ACQUIRE)
-               : __atomic_load_n(&component->life, __ATOMIC_ACQUIRE);
+    return (component->apid == SUPERVISOR_APID) ? __atomic_load_n(&component->found_life, __ATOMIC_ACQUIRE)
+                                                : __atomic_load_n(&component->life, __ATOMIC_ACQUIRE);
 }
 
 status_t component_runtime_take(component_runtime_t* const runtime,

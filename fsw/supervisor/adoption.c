@@ -133,7 +133,7 @@ static void take_members(supervisor_t* const supervisor, const checkpoint_state_
         registry_entry_t* const entry           = &supervisor->registry[i];
         entry->restarts                         = member->restarts;
         entry->deaths                           = member->restarts; // The strictest interpretation.
-        if (member->apid == DESCRIPTOR_SUPERVISOR_APID) {
+        if (member->apid == SUPERVISOR_APID) {
             continue;
         }
         entry->process      = (process_state_t)member->process;
@@ -380,7 +380,7 @@ static void leave_own(supervisor_t* const supervisor)
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         const pus_token_t token = supervisor->left.entries[i].token;
         if (supervisor->left.entries[i].is_used && is_going_on(supervisor, &token)) {
-            (void)supervisor_pending_add(&supervisor->own, DESCRIPTOR_SUPERVISOR_APID, &token,
+            (void)supervisor_pending_add(&supervisor->own, SUPERVISOR_APID, &token,
                                          supervisor->left.entries[i].since_ns);
             supervisor->left.entries[i].is_used = false;
         }
@@ -483,7 +483,7 @@ static uint16_t end_own(supervisor_t* const supervisor)
     const pus_failure_t failure = pus_failure(PUS_FAILURE_RESTARTED, supervisor->lives);
     uint16_t count              = 0U;
     pus_token_t token;
-    while (supervisor_pending_take(&supervisor->left, DESCRIPTOR_SUPERVISOR_APID, &token)) {
+    while (supervisor_pending_take(&supervisor->left, SUPERVISOR_APID, &token)) {
         pus_verify_failed(subsystem_process(&supervisor->subsystem), &token, &failure, supervisor->now_ns);
         count++;
     }
@@ -495,7 +495,7 @@ static void ask_members(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const registry_entry_t* const entry = &supervisor->registry[i];
-        if ((entry->process != PROCESS_RUNNING) || (entry->mission->apid == DESCRIPTOR_SUPERVISOR_APID)) {
+        if ((entry->process != PROCESS_RUNNING) || (entry->mission->apid == SUPERVISOR_APID)) {
             continue;
         }
         octet_writer_t writer = pus_tc_begin(&supervisor->requester, entry->mission->apid,

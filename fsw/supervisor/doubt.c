@@ -46,7 +46,7 @@ static void watch_one(supervisor_t* const supervisor, registry_entry_t* const en
 void supervisor_doubt_watch(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        if (supervisor->registry[i].mission->apid != DESCRIPTOR_SUPERVISOR_APID) {
+        if (supervisor->registry[i].mission->apid != SUPERVISOR_APID) {
             watch_one(supervisor, &supervisor->registry[i]);
         }
     }
@@ -57,7 +57,7 @@ void supervisor_doubt_verification(supervisor_t* const supervisor, const pus_tm_
 {
     registry_entry_t* const entry = supervisor_registry_find(supervisor, tm->apid);
     const bool is_answer          = (entry != NULL) && (entry->doubt == DOUBT_ASKED) &&
-                           (tm->destination == (PUS_USER_ONBOARD | DESCRIPTOR_SUPERVISOR_APID)) &&
+                           (tm->destination == PUS_USER_SUPERVISOR) &&
                            (verification->request_id == entry->asked.request_id) &&
                            (verification->failure.code == PUS_FAILURE_NONE);
     if (!is_answer) {

@@ -94,9 +94,8 @@ static bool order_down(supervisor_t* const supervisor, const uint16_t apid, cons
                        const pus_cause_t cause)
 {
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, apid);
-    const bool is_due                   = (entry != NULL) && (apid != DESCRIPTOR_SUPERVISOR_APID) &&
-                        (entry->process == PROCESS_RUNNING) && is_downwards(entry->state, state) &&
-                        !is_ordered(supervisor, entry, state);
+    const bool is_due = (entry != NULL) && (apid != SUPERVISOR_APID) && (entry->process == PROCESS_RUNNING) &&
+                        is_downwards(entry->state, state) && !is_ordered(supervisor, entry, state);
     if (is_due) {
         (void)supervisor_order_state(supervisor, apid, state, cause);
     }
@@ -219,7 +218,7 @@ static void high(supervisor_t* const supervisor, const failure_t* const failure)
                                  failure->apid);
     }
     if ((supervisor->shutdown_step == 0U) &&
-        ((failure->plan != NULL) || (failure->apid != DESCRIPTOR_SUPERVISOR_APID))) {
+        ((failure->plan != NULL) || (failure->apid != SUPERVISOR_APID))) {
         start_plan(supervisor, &wanted);
     }
 }
@@ -261,8 +260,7 @@ static void react(supervisor_t* const supervisor, const failure_t* const failure
 
 void supervisor_error_event(supervisor_t* const supervisor, const pus_event_occurrence_t* const event)
 {
-    if ((event->apid == DESCRIPTOR_SUPERVISOR_APID) ||
-        (supervisor_registry_find(supervisor, event->apid) == NULL)) {
+    if ((event->apid == SUPERVISOR_APID) || (supervisor_registry_find(supervisor, event->apid) == NULL)) {
         return;
     }
     const descriptor_severity_t severity = (descriptor_severity_t)event->severity;
@@ -283,13 +281,12 @@ static const mission_plan_t* plan_of_finding(const supervisor_t* const superviso
                                              const uint16_t event_id)
 {
     const mission_plan_t* const own =
-        descriptor_mission_find_plan(supervisor->mission, severity, DESCRIPTOR_SUPERVISOR_APID, event_id);
-    if ((own != NULL) && (own->apid == DESCRIPTOR_SUPERVISOR_APID)) {
+        descriptor_mission_find_plan(supervisor->mission, severity, SUPERVISOR_APID, event_id);
+    if ((own != NULL) && (own->apid == SUPERVISOR_APID)) {
         return own;
     }
-    return (apid != DESCRIPTOR_SUPERVISOR_APID)
-               ? descriptor_mission_find_plan(supervisor->mission, severity, apid, 0U)
-               : NULL;
+    return (apid != SUPERVISOR_APID) ? descriptor_mission_find_plan(supervisor->mission, severity, apid, 0U)
+                                     : NULL;
 }
 
 static void found(supervisor_t* const supervisor, const descriptor_severity_t severity, const uint16_t apid,
@@ -307,9 +304,9 @@ static void found(supervisor_t* const supervisor, const descriptor_severity_t se
 void supervisor_error_member_lost(supervisor_t* const supervisor, const uint16_t apid,
                                   const uint16_t event_id)
 {
-    const mission_plan_t* const plan = descriptor_mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH,
-                                                                    DESCRIPTOR_SUPERVISOR_APID, event_id);
-    const bool is_named              = (plan != NULL) && (plan->apid == DESCRIPTOR_SUPERVISOR_APID);
+    const mission_plan_t* const plan =
+        descriptor_mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, SUPERVISOR_APID, event_id);
+    const bool is_named = (plan != NULL) && (plan->apid == SUPERVISOR_APID);
     found(supervisor, DESCRIPTOR_HIGH, apid, is_named ? event_id : SUPERVISOR_EVENT_PROCESS_LOST);
     supervisor_plan_runner_mark_lost(&supervisor->plans, apid);
 }
@@ -327,20 +324,20 @@ static uint16_t subject_of(supervisor_t* const supervisor, const pus_tm_t* const
     const descriptor_event_t* const event          = descriptor_find_event(descriptor, event_id);
     octet_reader_t reader                          = octet_reader(tm->data, tm->size);
     if ((event == NULL) || (event->field_count == 0U) || (tm->service != PUS_SERVICE_EVENTS)) {
-        return DESCRIPTOR_SUPERVISOR_APID;
+        return SUPERVISOR_APID;
     }
     const descriptor_field_t* const first = &descriptor->fields[event->first_field];
     (void)octet_read_u16(&reader); // The event.
     const bool is_named = (strcmp(first->name, "APID") == 0) && (first->type == VALUE_UINT16);
-    const uint16_t apid = is_named ? octet_read_u16(&reader) : DESCRIPTOR_SUPERVISOR_APID;
-    return (supervisor_registry_find(supervisor, apid) != NULL) ? apid : DESCRIPTOR_SUPERVISOR_APID;
+    const uint16_t apid = is_named ? octet_read_u16(&reader) : SUPERVISOR_APID;
+    return (supervisor_registry_find(supervisor, apid) != NULL) ? apid : SUPERVISOR_APID;
 }
 
 /// True if there is a reaction to an event of the supervisor: a plan, or layer 1 for the subsystem concerned.
 static bool is_worth_a_reaction(const supervisor_t* const supervisor, const own_event_t* const event)
 {
     const descriptor_severity_t severity = (descriptor_severity_t)event->severity;
-    const bool is_layer_1 = (event->subject != DESCRIPTOR_SUPERVISOR_APID) && (severity >= DESCRIPTOR_MEDIUM);
+    const bool is_layer_1 = (event->subject != SUPERVISOR_APID) && (severity >= DESCRIPTOR_MEDIUM);
     return is_layer_1 || (plan_of_finding(supervisor, severity, event->subject, event->event_id) != NULL);
 }
 

@@ -520,8 +520,7 @@ static void compare_links(supervisor_t* const supervisor, const pus_tm_t* const 
     octet_reader_t reader         = octet_reader(tm->data, tm->size);
     uint32_t open                 = 0U;
     uint16_t count                = 0U;
-    if ((entry == NULL) || !entry->are_links_in_doubt ||
-        (tm->destination != (PUS_USER_ONBOARD | DESCRIPTOR_SUPERVISOR_APID)) ||
+    if ((entry == NULL) || !entry->are_links_in_doubt || (tm->destination != PUS_USER_SUPERVISOR) ||
         (pus_link_statuses_read(&reader, &count) != STATUS_OK)) {
         return;
     }

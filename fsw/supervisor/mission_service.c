@@ -59,7 +59,7 @@ static pus_reply_t start_process(void* const context, const uint16_t apid, const
     if (entry == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
     }
-    if ((apid == DESCRIPTOR_SUPERVISOR_APID) || (entry->process == PROCESS_RUNNING)) {
+    if ((apid == SUPERVISOR_APID) || (entry->process == PROCESS_RUNNING)) {
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
     supervisor_registry_start(supervisor, entry);
@@ -76,8 +76,7 @@ static pus_reply_t stop_process(void* const context, const uint16_t apid, const 
     if (entry == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
     }
-    if ((apid == DESCRIPTOR_SUPERVISOR_APID) || (entry->process != PROCESS_RUNNING) ||
-        (entry->state != STATE_OFFLINE)) {
+    if ((apid == SUPERVISOR_APID) || (entry->process != PROCESS_RUNNING) || (entry->state != STATE_OFFLINE)) {
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
     supervisor_output_commit_stop(supervisor, entry, false);

@@ -66,7 +66,7 @@ void supervisor_output_commit_stop(supervisor_t* const supervisor, registry_entr
 
 void supervisor_output_commit_finish(supervisor_t* const supervisor)
 {
-    give(supervisor, ORDER_FINISH, DESCRIPTOR_SUPERVISOR_APID, 0U, 0U);
+    give(supervisor, ORDER_FINISH, SUPERVISOR_APID, 0U, 0U);
 }
 
 bool supervisor_output_commit_is_running(const supervisor_t* const supervisor,

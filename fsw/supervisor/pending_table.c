@@ -5,8 +5,6 @@
 
 #include <string.h>
 
-#define PENDING_SUPERVISOR (PUS_USER_ONBOARD | 1U) // Source of its requests.
-
 void supervisor_pending_init(pending_table_t* const table)
 {
     FSW_ASSERT(table != NULL);
@@ -113,7 +111,7 @@ bool supervisor_pending_is_open(const pending_table_t* const table, const uint16
 {
     FSW_ASSERT(table != NULL);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
-        if (is_of(table, i, apid, request_id, PENDING_SUPERVISOR)) {
+        if (is_of(table, i, apid, request_id, PUS_USER_SUPERVISOR)) {
             return true;
         }
     }

@@ -147,7 +147,7 @@ static pus_failure_t judge(supervisor_t* const supervisor, const pus_tc_t* const
 static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* const tc,
                                 const uint8_t* const packet, const size_t size)
 {
-    if (tc->apid == DESCRIPTOR_SUPERVISOR_APID) {
+    if (tc->apid == SUPERVISOR_APID) {
         const pus_token_t own = pus_token_of(tc);
         (void)supervisor_pending_add(&supervisor->own, tc->apid, &own, supervisor->now_ns);
         subsystem_accept_large(&supervisor->subsystem, packet, size, supervisor->now_ns);
@@ -195,14 +195,13 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
 
 bool supervisor_router_has_room(const supervisor_t* const supervisor, const uint16_t apid)
 {
-    return (apid == DESCRIPTOR_SUPERVISOR_APID) ||
-           (message_credit_plain(supervisor->config.endpoint, apid) > 0U);
+    return (apid == SUPERVISOR_APID) || (message_credit_plain(supervisor->config.endpoint, apid) > 0U);
 }
 
 /// The same check for the supervisor's own orders.
 static bool has_firm_room(const supervisor_t* const supervisor, const uint16_t apid)
 {
-    return (apid == DESCRIPTOR_SUPERVISOR_APID) || (message_credit(supervisor->config.endpoint, apid) > 0U);
+    return (apid == SUPERVISOR_APID) || (message_credit(supervisor->config.endpoint, apid) > 0U);
 }
 
 void supervisor_router_route_released(supervisor_t* const supervisor, const uint8_t* const packet,
@@ -213,7 +212,7 @@ void supervisor_router_route_released(supervisor_t* const supervisor, const uint
     const status_t status =
         pus_tc_decode(packet, size, &tc, &failure); // Routing checks it again and reports the failure.
     const bool is_from_ground = (status == STATUS_OK) && is_ground(tc.source);
-    route_request(supervisor, is_from_ground ? COMMUNICATION_APID : DESCRIPTOR_SUPERVISOR_APID, packet, size);
+    route_request(supervisor, is_from_ground ? COMMUNICATION_APID : SUPERVISOR_APID, packet, size);
 }
 
 status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uint8_t* const packet,
@@ -365,7 +364,7 @@ static void send_heartbeat(supervisor_t* const supervisor, const uint8_t* const 
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const uint16_t apid = supervisor->mission->subsystems[i].apid;
-        if ((apid != DESCRIPTOR_SUPERVISOR_APID) && (apid != COMMUNICATION_APID) &&
+        if ((apid != SUPERVISOR_APID) && (apid != COMMUNICATION_APID) &&
             supervisor_registry_is_there(&supervisor->registry[i])) {
             send_now(supervisor, apid, packet, size); // If this one is lost, the next one follows.
         }
@@ -411,8 +410,7 @@ status_t supervisor_router_send(void* const context, const uint8_t* const packet
     supervisor_router_log(supervisor, packet, size);
     pus_verification_t verification;
     if (pus_verification_read(&tm, &verification) == STATUS_OK) {
-        supervisor_pending_report(&supervisor->own, DESCRIPTOR_SUPERVISOR_APID, tm.destination,
-                                  &verification);
+        supervisor_pending_report(&supervisor->own, SUPERVISOR_APID, tm.destination, &verification);
     }
     if (is_for_ground) {
         supervisor_ground_send(supervisor, tm.apid, packet, size,

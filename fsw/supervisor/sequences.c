@@ -48,10 +48,9 @@ void supervisor_sequence_autostart(supervisor_t* const supervisor)
     bool are_all_up = true;
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const registry_entry_t* const entry = &supervisor->registry[i];
-        const bool is_wanted =
-            entry->mission->is_autostart && (entry->process == PROCESS_RUNNING) &&
-            (entry->mission->configuration_count > 0U) &&
-            (!supervisor->is_continued || (entry->mission->apid == DESCRIPTOR_SUPERVISOR_APID));
+        const bool is_wanted = entry->mission->is_autostart && (entry->process == PROCESS_RUNNING) &&
+                               (entry->mission->configuration_count > 0U) &&
+                               (!supervisor->is_continued || (entry->mission->apid == SUPERVISOR_APID));
         if (is_wanted && entry->is_heard) {
             are_all_up = bring_up(supervisor, entry) && are_all_up;
         } else if (is_wanted) {
@@ -77,8 +76,8 @@ enum {
 
 static bool is_in_shutdown_group(const registry_entry_t* const entry)
 {
-    return (entry->mission->apid != DESCRIPTOR_SUPERVISOR_APID) &&
-           (entry->mission->apid != COMMUNICATION_APID) && (entry->process == PROCESS_RUNNING);
+    return (entry->mission->apid != SUPERVISOR_APID) && (entry->mission->apid != COMMUNICATION_APID) &&
+           (entry->process == PROCESS_RUNNING);
 }
 
 static void order_group(supervisor_t* const supervisor, const state_t only_from, const state_t target)

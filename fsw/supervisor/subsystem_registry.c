@@ -271,7 +271,7 @@ static void watch_one(supervisor_t* const supervisor, registry_entry_t* const en
 void supervisor_registry_watch(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        if (supervisor->registry[i].mission->apid != DESCRIPTOR_SUPERVISOR_APID) {
+        if (supervisor->registry[i].mission->apid != SUPERVISOR_APID) {
             watch_one(supervisor, &supervisor->registry[i]);
         }
     }

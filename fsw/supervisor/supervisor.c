@@ -127,7 +127,7 @@ static void init_component(supervisor_t* const supervisor)
     supervisor->services[0] = pus_mission_service(&supervisor->mission_service);
     supervisor->services[1] = pus_rtlink_service(&supervisor->link_service);
     const size_t count      = 2U + spacecraft_open(supervisor, &supervisor->services[2]);
-    pus_requester_init(&supervisor->requester, DESCRIPTOR_SUPERVISOR_APID, &port);
+    pus_requester_init(&supervisor->requester, SUPERVISOR_APID, &port);
     const subsystem_config_t subsystem = {.descriptor          = config->descriptor,
                                           .is_descriptor_valid = config->is_descriptor_valid,
                                           .callbacks           = supervisor_callbacks(),

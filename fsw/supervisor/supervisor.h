@@ -31,7 +31,6 @@
 #include "pus/private/st130_rtlink.h"
 #include "pus/private/st131_mission.h"
 
-#define COMMUNICATION_APID 2U
 #define SUPERVISOR_LINK_SESSIONS 8U
 #define SUPERVISOR_MODE_RECORD 9U ///< Octets of a mode and the time of its beginning [ns of the run].
 #define SUPERVISOR_OWN_EVENTS 16U ///< Events of its own that wait for the end of the step.

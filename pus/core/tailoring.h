@@ -5,6 +5,8 @@
 #ifndef PUS_CORE_TAILORING_H
 #define PUS_CORE_TAILORING_H
 
+#include "base/apids.h"
+
 /// Packet structure [octets].
 #define PUS_PACKET_MAX 4096U ///< Largest packet, headers and CRC included.
 #define PUS_LARGE_MAX 65542U ///< Limit of the length field; packets longer than PUS_PACKET_MAX use ST[13].
@@ -41,10 +43,11 @@
 #define PUS_TIME_TICKS_PER_S 16777216U ///< 2^24, the unit of both.
 
 /// Users: source ids of requests, destination ids of reports.
-#define PUS_USER_GROUND 0U          ///< All ground users: destination of unsolicited reports.
-#define PUS_USER_CLI 1U             ///< Command line and operator script.
-#define PUS_USER_ONBOARD 0x8000U    ///< Or-ed with the APID of an on-board user.
-#define PUS_USER_SUPERVISOR 0x8001U ///< The supervisor as a user: it reacts to event notices, TM[129,7].
+#define PUS_USER_GROUND 0U       ///< All ground users: destination of unsolicited reports.
+#define PUS_USER_CLI 1U          ///< Command line and operator script.
+#define PUS_USER_ONBOARD 0x8000U ///< Or-ed with the APID of an on-board user.
+/// The supervisor as a user: it reacts to event notices, TM[129,7].
+#define PUS_USER_SUPERVISOR (PUS_USER_ONBOARD | SUPERVISOR_APID)
 
 #define PUS_NAME_SIZE 8U   ///< Function ids: the function's name, padded with NUL [octets].
 #define PUS_COUNT_MAX 255U ///< Largest count in a request.

@@ -96,7 +96,7 @@ static status_t send_up(void* context, const uint8_t* octets, size_t size)
     (void)context;
     packet_size = size;
     (void)memcpy(packet, octets, size); // Octets that by_message carries.
-    return message_send(&members[SOURCE].endpoint, DESCRIPTOR_SUPERVISOR_APID, octets, size);
+    return message_send(&members[SOURCE].endpoint, SUPERVISOR_APID, octets, size);
 }
 
 static void must(bool is_right)
@@ -175,13 +175,13 @@ static void open_ends(void)
 
 static void open_members(void)
 {
-    message_open(&endpoint, DESCRIPTOR_SUPERVISOR_APID, 1U, message_ring_carrier_port(&hub), inbox, MEMBERS);
+    message_open(&endpoint, SUPERVISOR_APID, 1U, message_ring_carrier_port(&hub), inbox, MEMBERS);
     must(message_ring_carrier_attach(&hub, &endpoint) == STATUS_OK);
     for (unsigned i = 0U; i < MEMBERS; i++) {
         message_open(&members[i].endpoint, apids[i], 1U, message_ring_carrier_port(&hub), members[i].inbox,
                      1U);
         must((message_add_peer(&endpoint, apids[i]) == STATUS_OK) &&
-             (message_add_peer(&members[i].endpoint, DESCRIPTOR_SUPERVISOR_APID) == STATUS_OK) &&
+             (message_add_peer(&members[i].endpoint, SUPERVISOR_APID) == STATUS_OK) &&
              (message_ring_carrier_attach(&hub, &members[i].endpoint) == STATUS_OK));
     }
 }
@@ -212,8 +212,8 @@ int main(void)
 {
     const pus_port_t port = {NULL, send_up};
     descriptor_loader_init(&loader);
-    must(descriptor_load_mission(&loader, MISSION, DESCRIPTOR_SUPERVISOR_APID, &descriptor_mission_whole,
-                                 &mission, &descriptor) == STATUS_OK);
+    must(descriptor_load_mission(&loader, MISSION, SUPERVISOR_APID, &descriptor_mission_whole, &mission,
+                                 &descriptor) == STATUS_OK);
     message_ring_carrier_init(&hub, (message_delivery_notice_t){.delivered = ignore_notice});
     open_ends();
     open_members();

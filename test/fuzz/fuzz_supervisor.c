@@ -60,7 +60,7 @@ static status_t to_supervisor(void* const context, const uint16_t to, const uint
                               const size_t size)
 {
     (void)context;
-    FUZZ_CHECK(to == DESCRIPTOR_SUPERVISOR_APID);
+    FUZZ_CHECK(to == SUPERVISOR_APID);
     return message_deliver(&endpoint, frame, size);
 }
 
@@ -101,7 +101,7 @@ static bool is_running(void* const context, const uint16_t apid)
 {
     (void)context;
     const unsigned at = member_of(apid);
-    return (apid == DESCRIPTOR_SUPERVISOR_APID) || ((at < MEMBERS) && members[at].is_running);
+    return (apid == SUPERVISOR_APID) || ((at < MEMBERS) && members[at].is_running);
 }
 
 static bool stop_requested(void* const context)
@@ -136,14 +136,13 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 
 static void begin(void)
 {
-    message_open(&endpoint, DESCRIPTOR_SUPERVISOR_APID, 1U, (message_carrier_t){NULL, to_member}, inbox,
-                 PLACES);
+    message_open(&endpoint, SUPERVISOR_APID, 1U, (message_carrier_t){NULL, to_member}, inbox, PLACES);
     for (unsigned i = 0U; i < MEMBERS; i++) {
         members[i].is_running = false;
         message_open(&members[i].endpoint, apids[i], 1U, (message_carrier_t){NULL, to_supervisor},
                      members[i].inbox, PLACES);
         FUZZ_CHECK((message_add_peer(&endpoint, apids[i]) == STATUS_OK) &&
-                   (message_add_peer(&members[i].endpoint, DESCRIPTOR_SUPERVISOR_APID) == STATUS_OK));
+                   (message_add_peer(&members[i].endpoint, SUPERVISOR_APID) == STATUS_OK));
     }
     const supervisor_config_t config = {.mission             = &mission,
                                         .descriptor          = &descriptor,
@@ -175,7 +174,7 @@ static void read_mailbox(const unsigned at)
     pus_tm_t tm;
     pus_failure_t failure;
     while (message_receive(&members[at].endpoint, &from, packet, sizeof packet, &size) == STATUS_OK) {
-        FUZZ_CHECK(from == DESCRIPTOR_SUPERVISOR_APID);
+        FUZZ_CHECK(from == SUPERVISOR_APID);
         if (pus_packet_is_tc(packet, size)) {
             FUZZ_CHECK((pus_tc_decode(packet, size, &tc, &failure) == STATUS_OK) && (tc.apid == apids[at]));
         } else {
@@ -235,7 +234,7 @@ static void act(const fuzz_record_t* const record)
         read_mailbox(at);
         break;
     default:
-        (void)!message_send(&members[at].endpoint, DESCRIPTOR_SUPERVISOR_APID, record->octets, record->size);
+        (void)!message_send(&members[at].endpoint, SUPERVISOR_APID, record->octets, record->size);
         step();
         break;
     }

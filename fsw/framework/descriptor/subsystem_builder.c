@@ -307,8 +307,7 @@ void descriptor_subsystem_builder_service(source_t* const source)
         return;
     }
     const offer_t* const offer = &offers[place];
-    if (offer->is_of_spacecraft &&
-        (descriptor_subsystem_builder_model(source)->apid != DESCRIPTOR_SUPERVISOR_APID)) {
+    if (offer->is_of_spacecraft && (descriptor_subsystem_builder_model(source)->apid != SUPERVISOR_APID)) {
         descriptor_source_refuse(source, source->line, "service % is the supervisor's, which has id 1",
                                  descriptor_source_raw(source, "type"), "", 0U);
         return;

@@ -14,6 +14,7 @@
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 
+#include "base/apids.h"
 #include "base/flow_format.h"
 #include "base/status.h"
 #include "base/text.h"
@@ -29,8 +30,6 @@
 #define DESCRIPTOR_EVENTS_MAX 48U
 #define DESCRIPTOR_FUNCTIONS_MAX 32U
 #define DESCRIPTOR_SERVICES_MAX 16U
-#define DESCRIPTOR_SUPERVISOR_APID                                                                           \
-    1U ///< Of the only subsystem that has the services of the whole spacecraft.
 #define DESCRIPTOR_CONFIGURATIONS_MAX 8U
 #define DESCRIPTOR_INITIALS_MAX 64U
 #define DESCRIPTOR_REFERENCES_MAX 192U

@@ -443,7 +443,7 @@ static pus_reply_t connect(void* const context, const uint16_t apid, const pus_t
     (void)token;
     (void)now_ns;
     const subsystem_t* const subsystem = (const subsystem_t*)context;
-    const bool is_reached = (apid == subsystem->process.apid) || (apid == DESCRIPTOR_SUPERVISOR_APID);
+    const bool is_reached              = (apid == subsystem->process.apid) || (apid == SUPERVISOR_APID);
     return is_reached ? pus_done() : pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
 }
 

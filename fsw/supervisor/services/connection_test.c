@@ -15,7 +15,7 @@ static pus_reply_t connect(void* const context, const uint16_t apid, const pus_t
     supervisor_t* const supervisor      = context;
     spacecraft_connection_t* const list = supervisor->spacecraft.connections.tests;
     spacecraft_connection_t* place      = NULL;
-    if (apid == DESCRIPTOR_SUPERVISOR_APID) {
+    if (apid == SUPERVISOR_APID) {
         return pus_done();
     }
     if (supervisor_registry_find(supervisor, apid) == NULL) {
@@ -52,7 +52,7 @@ static void observe_connection(supervisor_t* const supervisor, const pus_tm_t* c
     (void)packet;
     (void)size;
     if ((tm->service != PUS_SERVICE_TEST) || (tm->subtype != ALIVE_REPORT) ||
-        (tm->destination != (PUS_USER_ONBOARD | DESCRIPTOR_SUPERVISOR_APID))) {
+        (tm->destination != PUS_USER_SUPERVISOR)) {
         return;
     }
     for (size_t i = 0U; i < SPACECRAFT_CONNECTIONS; i++) {

@@ -8,7 +8,7 @@
 static size_t limit(void* const context, const uint16_t apid)
 {
     (void)context;
-    return (apid == DESCRIPTOR_SUPERVISOR_APID) ? PUS_LARGE_MAX : PUS_PACKET_MAX;
+    return (apid == SUPERVISOR_APID) ? PUS_LARGE_MAX : PUS_PACKET_MAX;
 }
 
 static status_t take(void* const context, const uint8_t* const packet, const size_t size,

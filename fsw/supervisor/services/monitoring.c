@@ -39,7 +39,7 @@ static status_t find(void* const context, const uint32_t parameter_id, uint16_t*
                      uint16_t* const out_size)
 {
     supervisor_t* const supervisor = context;
-    if (PARAMETER_APID(parameter_id) == DESCRIPTOR_SUPERVISOR_APID) {
+    if (PARAMETER_APID(parameter_id) == SUPERVISOR_APID) {
         const pus_parameter_port_t own = subsystem_parameter_port(&supervisor->subsystem);
         const status_t status          = own.find(own.context, parameter_id, out_handle, out_size);
         *out_handle                    = (uint16_t)(*out_handle | OWN);

@@ -68,7 +68,7 @@ static pus_service_t open_procedures(supervisor_t* const supervisor)
     const pus_port_t release                  = {supervisor, spacecraft_release};
     procedure_engine_init(&procedures->engine, procedures->slots, SPACECRAFT_PROCEDURE_SLOTS,
                           procedures->memory, SPACECRAFT_PROCEDURE_OCTETS, procedures->map);
-    pus_requester_init(&procedures->requester, DESCRIPTOR_SUPERVISOR_APID, &release);
+    pus_requester_init(&procedures->requester, SUPERVISOR_APID, &release);
     pus_requester_count_with(&procedures->requester, &supervisor->requester);
     const pus_procedures_config_t config = {
         .process             = subsystem_process(&supervisor->subsystem),

@@ -15,7 +15,7 @@ void request_begin(void)
 void request_octets(uint8_t service, uint8_t subtype, const char* octets, size_t size)
 {
     fixture.ack = 0U;
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, service, subtype, octets, size);
+    (void)fixture_tc(SUPERVISOR_APID, service, subtype, octets, size);
     fixture_step();
 }
 

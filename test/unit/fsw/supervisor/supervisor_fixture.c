@@ -107,7 +107,7 @@ static void delivered(void* context, uint16_t to)
 static status_t send_up(void* context, const uint8_t* packet, size_t size)
 {
     fixture_member_t* const member = context;
-    return message_send(&member->endpoint, DESCRIPTOR_SUPERVISOR_APID, packet, size);
+    return message_send(&member->endpoint, SUPERVISOR_APID, packet, size);
 }
 
 static void open_member(fixture_member_t* member)
@@ -116,7 +116,7 @@ static void open_member(fixture_member_t* member)
     message_open(&member->endpoint, member->apid, member->start_count,
                  message_ring_carrier_port(&fixture.hub), member->inbox,
                  sizeof member->inbox / sizeof member->inbox[0]);
-    TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&member->endpoint, DESCRIPTOR_SUPERVISOR_APID));
+    TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&member->endpoint, SUPERVISOR_APID));
     pus_app_process_init(&member->process, member->apid, mission.epoch_s, &port);
     member->state         = STATE_OFFLINE;
     member->phase         = PHASE_IDLE;
@@ -196,8 +196,7 @@ static void answer_link_request(fixture_member_t* member, octet_reader_t* reader
     accepted.properties.depth = (uint8_t)(request.properties.depth + 1U); // To be seen on its way.
     fixture_link_changed((unsigned)(member - fixture.members), request.link, PUS_LINK_STATE_CLOSED,
                          PUS_LINK_STATE_ACCEPTED);
-    (void)pus_link_accept_report(&member->process, PUS_USER_ONBOARD | DESCRIPTOR_SUPERVISOR_APID, &accepted,
-                                 fixture.now_ns);
+    (void)pus_link_accept_report(&member->process, PUS_USER_SUPERVISOR, &accepted, fixture.now_ns);
 }
 
 static uint32_t bit_of(uint16_t link)
@@ -210,7 +209,7 @@ static void tell_links(fixture_member_t* member)
 {
     uint16_t count        = 0U;
     octet_writer_t writer = pus_tm_begin(&member->process, PUS_SERVICE_RTLINK, PUS_LINK_STATUS,
-                                         PUS_USER_ONBOARD | DESCRIPTOR_SUPERVISOR_APID, fixture.now_ns);
+                                         PUS_USER_SUPERVISOR, fixture.now_ns);
     for (uint16_t i = 0U; i < 32U; i++) {
         count = (uint16_t)(count + ((member->open_links >> i) & 1U));
     }
@@ -279,7 +278,7 @@ static void take_in(fixture_member_t* member)
     while (message_receive(&member->endpoint, &from, packet, sizeof packet, &size) == STATUS_OK) {
         pus_tc_t tc;
         pus_failure_t failure;
-        TEST_ASSERT_EQUAL(DESCRIPTOR_SUPERVISOR_APID, from);
+        TEST_ASSERT_EQUAL(SUPERVISOR_APID, from);
         fixture_line_of_packet(member, packet, size);
         if (pus_packet_is_tc(packet, size) && !member->is_passive) {
             TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(packet, size, &tc, &failure));
@@ -339,7 +338,7 @@ void fixture_open(void)
     next_number    = 0U;
     fixture_forget_ends();
     message_ring_carrier_init(&fixture.hub, (message_delivery_notice_t){NULL, delivered});
-    message_open(&fixture.endpoint, DESCRIPTOR_SUPERVISOR_APID, 1U, message_ring_carrier_port(&fixture.hub),
+    message_open(&fixture.endpoint, SUPERVISOR_APID, 1U, message_ring_carrier_port(&fixture.hub),
                  fixture.inbox, sizeof fixture.inbox / sizeof fixture.inbox[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, message_ring_carrier_attach(&fixture.hub, &fixture.endpoint));
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
@@ -406,8 +405,8 @@ void fixture_close(void)
 
 void fixture_send(unsigned member, const uint8_t* octets, size_t size)
 {
-    TEST_ASSERT_EQUAL(
-        STATUS_OK, message_send(&fixture.members[member].endpoint, DESCRIPTOR_SUPERVISOR_APID, octets, size));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      message_send(&fixture.members[member].endpoint, SUPERVISOR_APID, octets, size));
 }
 
 uint16_t fixture_tc(uint16_t apid, uint8_t service, uint8_t subtype, const void* data, size_t size)
@@ -496,8 +495,7 @@ uint16_t fixture_request_link(uint16_t link)
                                         .ends        = ends[link - 1U],
                                         .properties  = {.layout_size = 8U, .period_us = 1000U, .depth = 1U}};
     pus_link_request_write(&writer, &request);
-    return fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, data,
-                      writer.position);
+    return fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, data, writer.position);
 }
 
 uint16_t fixture_open_link(uint16_t link)
@@ -506,13 +504,13 @@ uint16_t fixture_open_link(uint16_t link)
     octet_writer_t writer      = octet_writer(data, sizeof data);
     const pus_link_open_t open = {.link = link, .deadline_ms = 1000U};
     pus_link_open_write(&writer, &open);
-    return fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_OPEN, data, writer.position);
+    return fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_OPEN, data, writer.position);
 }
 
 uint16_t fixture_close_link(uint16_t link)
 {
     const uint8_t data[3] = {(uint8_t)(link >> 8U), (uint8_t)link, 0U};
-    return fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_CLOSE, data, sizeof data);
+    return fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_CLOSE, data, sizeof data);
 }
 
 void fixture_link_up(state_t state)

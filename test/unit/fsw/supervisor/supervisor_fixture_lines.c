@@ -35,7 +35,7 @@ static void verification_line(const char* who, const pus_tm_t* tm)
     }
     const unsigned number = report.request_id & 0x3FFFU;
     const bool is_end     = (report.subtype == 7U) || (report.subtype == 8U);
-    if (is_end && (tm->apid == DESCRIPTOR_SUPERVISOR_APID)) {
+    if (is_end && (tm->apid == SUPERVISOR_APID)) {
         fixture_end(number);
     }
     if (report.failure.code != PUS_FAILURE_NONE) {
@@ -52,7 +52,7 @@ static void report_line(const uint8_t* packet, size_t size)
     pus_failure_t failure;
     char who[16] = "G";
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, size, &tm, &failure));
-    if (tm.apid != DESCRIPTOR_SUPERVISOR_APID) {
+    if (tm.apid != SUPERVISOR_APID) {
         (void)snprintf(who, sizeof who, "G/%u", tm.apid);
     }
     const bool is_status = (tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS);

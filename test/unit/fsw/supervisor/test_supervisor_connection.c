@@ -7,8 +7,6 @@
 
 #include <string.h>
 
-#define SUPERVISOR_USER (PUS_USER_ONBOARD | 1U)
-
 void setUp(void)
 {
     fixture_open_up();
@@ -46,11 +44,11 @@ static void an_application_that_answers_is_reached(void)
     fixture_run(1U);
     fixture_expect("G 1.1 #0\nG 1.3 #0\n16 TC 17.1 from 8001\n");
     answer(PUS_SERVICE_TEST, 2U, PUS_USER_GROUND); // Not the expected answer.
-    answer(PUS_SERVICE_TEST, 4U, SUPERVISOR_USER);
-    answer(PUS_SERVICE_EVENTS, 2U, SUPERVISOR_USER);
+    answer(PUS_SERVICE_TEST, 4U, PUS_USER_SUPERVISOR);
+    answer(PUS_SERVICE_EVENTS, 2U, PUS_USER_SUPERVISOR);
     fixture_run(3U);
     TEST_ASSERT_FALSE(fixture_has("G 17.4"));
-    answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER);
+    answer(PUS_SERVICE_TEST, 2U, PUS_USER_SUPERVISOR);
     fixture_forget();
     fixture_run(3U);
     fixture_expect("G 17.4 0010\nG 1.7 #0\n");
@@ -61,7 +59,7 @@ static void an_application_that_is_silent_is_reported_after_a_while(void)
     test_connection(ARM);
     test_connection(HAND);
     fixture_run(50U);
-    answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER);
+    answer(PUS_SERVICE_TEST, 2U, PUS_USER_SUPERVISOR);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 17.4 0010"));
     fixture_forget();
@@ -86,7 +84,8 @@ static void only_some_are_tested_at_once(void)
     }
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("G 1.4 #4 0205 4"));
-    answer(PUS_SERVICE_TEST, 2U, SUPERVISOR_USER); // The application answers: all requesters are informed.
+    answer(PUS_SERVICE_TEST, 2U,
+           PUS_USER_SUPERVISOR); // The application answers: all requesters are informed.
     fixture_forget();
     fixture_run(3U);
     TEST_ASSERT_TRUE(fixture_has("G 1.7 #0"));

@@ -60,7 +60,7 @@ static void die(void)
     osal_file_close(&fixture.supervisor.log.file); // As the system closes it.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
     life++; // Unless the next one takes over the life of the channels.
-    message_open(&fixture.endpoint, DESCRIPTOR_SUPERVISOR_APID, life, fixture.endpoint.carrier, inbox,
+    message_open(&fixture.endpoint, SUPERVISOR_APID, life, fixture.endpoint.carrier, inbox,
                  sizeof inbox / sizeof inbox[0]);
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&fixture.endpoint, fixture.members[i].apid));
@@ -103,8 +103,7 @@ static void it_continues_and_says_so(void)
 static void a_subsystem_that_was_stopped_is_not_asked_for_its_status(void)
 {
     const uint8_t apid[2] = {0U, LONE};
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, apid,
-                     sizeof apid);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, apid, sizeof apid);
     fixture_run(2U);
     die();
     fixture_run(2U);
@@ -160,7 +159,7 @@ static void requests_that_the_dead_supervisor_was_performing_fail_with_the_reaso
 {
     const uint8_t apid[2]                   = {0U, ARM};
     fixture.members[FIXTURE_ARM].is_passive = true;
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 3U, apid, sizeof apid);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 3U, apid, sizeof apid);
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("G 1.3 #0"));
     fixture_forget();
@@ -339,7 +338,7 @@ static void a_member_that_dies_with_it_is_recommissioned(void)
 static void the_mode_is_there_again(void)
 {
     const uint8_t safe[1] = {MODE_SAFE};
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, 1U, safe, sizeof safe);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 1U, safe, sizeof safe);
     fixture_step();
     die();
     fixture_step();
@@ -348,7 +347,7 @@ static void the_mode_is_there_again(void)
 
 static void select_log(uint8_t strategy)
 {
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &strategy, 1U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &strategy, 1U);
     fixture_run(3U);
     TEST_ASSERT_EQUAL(strategy, fixture.supervisor.log.wanted);
 }
@@ -416,7 +415,7 @@ static void everything_arrives_once(unsigned sends)
     fixture.members[FIXTURE_ARM].is_passive  = true;
     fixture.members[FIXTURE_HAND].is_passive = true;
     (void)fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
     (void)fixture_request_state(HAND, STATE_PRE_OPERATIONAL);
     fixture_event(FIXTURE_LONE, 1U, 4U);
     const bool has_died = dies_within_a_step(sends);
@@ -450,7 +449,7 @@ static void a_step_that_was_cut_short_is_done_again(void)
 
 static void a_shutdown_continues(void)
 {
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, 5U, NULL, 0U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 5U, NULL, 0U);
     fixture_step();
     if (fixture.supervisor.shutdown_step == 0U) {
         fixture.is_stop_requested = true;

@@ -40,7 +40,7 @@ static void a_second_reader_leaves_the_first_alone(void)
 
 static void the_network_has_all_readers(void)
 {
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
     fixture_run(2U);
     // One network, number 16, of 16, 17 and 18, links 1, 2 and 3.
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 131.11 0001001000030010001100120003000100020003"));

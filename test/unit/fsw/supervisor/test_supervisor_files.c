@@ -149,7 +149,7 @@ static void copies_continue_while_no_other_event_wakes_the_supervisor(void)
 {
     static const uint8_t copy[]     = "\0\1\0\1a\0\4long\0\1a\0\3two"; // Operation 1.
     const disk_file_t* const copied = disk_file("a/long", DISK_FILE_SIZE, 'B');
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_FILES, 14U, copy, sizeof copy - 1U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_FILES, 14U, copy, sizeof copy - 1U);
     const uint64_t wake_ns = supervisor_step(&fixture.supervisor, fixture.now_ns);
     TEST_ASSERT_TRUE((wake_ns - fixture.now_ns) <= SPACECRAFT_RETRY_NS);
     fixture_run(20U);
@@ -173,7 +173,7 @@ static void a_sequence_is_loaded_from_a_file(void)
     disk_file_t* const made = disk_file("a/seq", 1U + size + 7U, 0U);
     (void)memcpy(made->octets, content, 1U + size + 7U);
     static const uint8_t request[] = "SEQ\0\0\0\0\0\0\1a\0\3seq";
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_SEQUENCES, 8U, request, sizeof request - 1U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_SEQUENCES, 8U, request, sizeof request - 1U);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("18 TC 17.1 from 1"));
     TEST_ASSERT_TRUE(fixture_has("G 1.7 #0"));

@@ -77,7 +77,7 @@ static void nothing_on_the_wire_fails_an_assertion(void)
         const unsigned member = draw(FIXTURE_MEMBERS);
         const uint32_t kind   = draw(10U);
         if (!fixture.members[member].is_running) {
-            (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+            (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
         } else if (kind < 5U) {
             send_request();
         } else if (kind < 9U) {
@@ -97,7 +97,7 @@ static void nothing_on_the_wire_fails_an_assertion(void)
     fixture.ack = PUS_ACK_ALL;
     fixture_run(400U);
     fixture_forget();
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(3U);
     TEST_ASSERT_TRUE(fixture_has("G 17.2"));
     fixture.is_stop_requested = true;

@@ -238,8 +238,7 @@ static void succeed(void)
     static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
     osal_file_close(&fixture.supervisor.log.file); // As the system closes it.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
-    message_open(&fixture.endpoint, DESCRIPTOR_SUPERVISOR_APID, 1U, carrier, inbox,
-                 sizeof inbox / sizeof inbox[0]);
+    message_open(&fixture.endpoint, SUPERVISOR_APID, 1U, carrier, inbox, sizeof inbox / sizeof inbox[0]);
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&fixture.endpoint, fixture.members[i].apid));
     }
@@ -418,19 +417,17 @@ static void make_busy(void)
     fixture.ack                              = PUS_ACK_ALL;
     fixture.members[FIXTURE_HAND].is_running = false; // Its process.
     for (unsigned i = 0U; i < 6U; i++) {
-        busy.pings[i] =
-            fixture_tc((i < 4U) ? ARM : DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        busy.pings[i] = fixture_tc((i < 4U) ? ARM : SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
     }
-    busy.stop = fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, lone,
-                           sizeof lone);
-    busy.log  = fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &sqlite, 1U);
+    busy.stop = fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, lone, sizeof lone);
+    busy.log  = fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &sqlite, 1U);
     busy.link = fixture_request_link(LINK_ARM_STATE);
     request_begin();
     octet_write_octets(&request_data, (const uint8_t*)"\1\1\1", 3U);
     pus_time_write(&request_data, ((uint64_t)fixture.supervisor.mission->epoch_s * 1000000000U) +
                                       fixture.now_ns + (100000U * MS));
     request_within(ARM, 78U);
-    busy.insert = fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TIME_SCHEDULE, 4U, request_data.octets,
+    busy.insert = fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TIME_SCHEDULE, 4U, request_data.octets,
                              request_data.position);
     fixture_event(FIXTURE_ARM, 1U, 4U);
     fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "ab", 2U);

@@ -48,8 +48,7 @@ static void send_part(const uint16_t number, const size_t sent, const size_t siz
     uint8_t data[4U + PART] = {0U, 7U, (uint8_t)(number >> 8U), (uint8_t)number};
     const uint8_t between   = (number == 1U) ? 9U : 10U;
     memcpy(&data[4], &whole[sent], size);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_LARGE_PACKETS, is_last ? 11U : between, data,
-                     4U + size);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_LARGE_PACKETS, is_last ? 11U : between, data, 4U + size);
     fixture_run(1U);
 }
 
@@ -73,8 +72,7 @@ static void ask_for_values(void)
     for (size_t i = 0U; i < VALUES_ASKED; i++) {
         octets_put_u32(&data[1U + (4U * i)], SUPERVISOR_STATUS);
     }
-    make_request(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, FIXTURE_USER, data, sizeof data,
-                 sizeof data);
+    make_request(SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, FIXTURE_USER, data, sizeof data, sizeof data);
     send_request();
 }
 
@@ -100,7 +98,7 @@ static void parts_are_no_way_around_permission(void)
     fixture_run(1U);
     fixture_expect("G 1.10 #99 0001 63\n");
     const uint8_t none = 0U; // TC[17,1] has no application data.
-    make_request(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, FIXTURE_USER, &none, 1U, 60000U);
+    make_request(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, FIXTURE_USER, &none, 1U, 60000U);
     send_request();
     fixture_run(1U);
     fixture_expect("G 1.2 #99 0108 0\n");
@@ -138,13 +136,13 @@ static void a_request_waits_for_room(void)
 static void a_user_on_board_may_send_parts(void)
 {
     uint8_t packet[PUS_TC_MIN + 4U + 32U];
-    make_request(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, PUS_USER_ONBOARD | ARM, "", 0U, 0U);
+    make_request(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, PUS_USER_ONBOARD | ARM, "", 0U, 0U);
     for (uint8_t i = 0U; i < 2U; i++) {
         const size_t first   = (i == 0U) ? 0U : 8U;
         const size_t size    = (i == 0U) ? 8U : (whole_size - 8U);
         uint8_t data[4U + 8] = {0U, 7U, 0U, (uint8_t)(i + 1U)};
         size_t packet_size   = 0U;
-        const pus_tc_t tc    = {.apid    = DESCRIPTOR_SUPERVISOR_APID,
+        const pus_tc_t tc    = {.apid    = SUPERVISOR_APID,
                                 .service = PUS_SERVICE_LARGE_PACKETS,
                                 .subtype = (uint8_t)(9U + (2U * i)),
                                 .source  = PUS_USER_ONBOARD | ARM,

@@ -30,7 +30,7 @@ static unsigned count_lines(const char* text, const char* start)
 
 static uint16_t mission_tc(uint8_t subtype, const void* data, size_t size)
 {
-    return fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, subtype, data, size);
+    return fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, subtype, data, size);
 }
 
 static uint16_t process_tc(uint8_t subtype, uint16_t apid)
@@ -427,10 +427,10 @@ static void a_request_to_start_or_stop_is_refused_where_it_is_not_permitted(void
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_forget();
     (void)process_tc(PUS_MISSION_STOP_PROCESS, ARM); // Not OFFLINE.
-    (void)process_tc(PUS_MISSION_STOP_PROCESS, DESCRIPTOR_SUPERVISOR_APID);
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, SUPERVISOR_APID);
     (void)process_tc(PUS_MISSION_STOP_PROCESS, 99U);
     (void)process_tc(PUS_MISSION_START_PROCESS, ARM); // Runs.
-    (void)process_tc(PUS_MISSION_START_PROCESS, DESCRIPTOR_SUPERVISOR_APID);
+    (void)process_tc(PUS_MISSION_START_PROCESS, SUPERVISOR_APID);
     (void)process_tc(PUS_MISSION_START_PROCESS, 99U);
     fixture_run(2U);
     fixture_expect("G 1.1 #0\nG 1.4 #0 0204 10\nG 1.1 #1\nG 1.4 #1 0204 1\nG 1.1 #2\nG 1.4 #2 0201 63\n"
@@ -544,7 +544,7 @@ static void own_figures_are_parameters(void)
 {
     fixture_open_up();
     fixture_link_up(STATE_PRE_OPERATIONAL);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, "\1\0\x38\0\0", 5U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_PARAMETERS, 1U, "\1\0\x38\0\0", 5U);
     fixture_run(3U);
     // Mode 1, log 0, 5 subsystems, 1 network, 2 links, 0 pending.
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 20.2 00010038000001000005000100020000"));

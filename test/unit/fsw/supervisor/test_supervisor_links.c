@@ -145,7 +145,7 @@ static void links_outside_the_mission_are_denied(void)
     octet_writer_t writer            = octet_writer(data, sizeof data);
     const pus_link_request_t request = {.transaction = 7U, .ends = {ARM, 1U, LONE, 2U}};
     pus_link_request_write(&writer, &request);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, data, writer.position);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, data, writer.position);
     fixture_run(2U);
     fixture_expect("G 1.2 #0 0110 105\n");
 }
@@ -449,10 +449,10 @@ static void a_subsystem_outside_a_link_cannot_close_it(void)
 static void the_manager_tells_its_links(void)
 {
     fixture_link_up(STATE_PRE_OPERATIONAL);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\1\0\2", 3U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\1\0\2", 3U);
     fixture_run(2U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 130.9 00010002030011000100100002"));
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_REPORT_NETWORKS, NULL, 0U);
     fixture_run(2U);
     // One network, number 16, of 16 and 17, links 1 and 2.
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 131.11 00010010000200100011000200010002"));

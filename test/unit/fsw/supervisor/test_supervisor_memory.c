@@ -36,7 +36,7 @@ void tearDown(void)
 
 static void request(const uint8_t subtype, const char* const data, const size_t size)
 {
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MEMORY, subtype, data, size);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MEMORY, subtype, data, size);
     fixture_run(2U);
 }
 #define REQUEST(subtype, octets) request((subtype), (octets), sizeof(octets) - 1U)

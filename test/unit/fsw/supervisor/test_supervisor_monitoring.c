@@ -103,8 +103,7 @@ static void its_own_parameters_are_watched_as_they_are(void)
     fixture.supervisor.orbit_period_ms = 0x01020304U;
     port.read(port.context, handle, &writer);
     TEST_ASSERT_EQUAL_HEX8(4U, octets[3]);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
-                      find(PARAMETER_ID(DESCRIPTOR_SUPERVISOR_APID, VALUE_UINT8, 999U), &handle));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, find(PARAMETER_ID(SUPERVISOR_APID, VALUE_UINT8, 999U), &handle));
 }
 
 static void a_parameter_without_a_descriptor_is_unknown(void)

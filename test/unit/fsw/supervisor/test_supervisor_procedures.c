@@ -17,8 +17,7 @@ static status_t load_own(void* const context, const uint16_t index,
 {
     *out_descriptor = own;
     TEST_ASSERT_EQUAL_PTR(&own, context);
-    return (has_descriptor &&
-            (fixture.supervisor.mission->subsystems[index].apid == DESCRIPTOR_SUPERVISOR_APID))
+    return (has_descriptor && (fixture.supervisor.mission->subsystems[index].apid == SUPERVISOR_APID))
                ? STATUS_OK
                : STATUS_NOT_FOUND;
 }
@@ -65,7 +64,7 @@ static void load(const char* const name, const char* const code)
     octet_write_octets(&writer, octets, strlen(code));
     octet_write_u16(&writer, crc16_ccitt(octets, strlen(code)));
     TEST_ASSERT_FALSE(writer.failed);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 1U, data, writer.position);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 1U, data, writer.position);
     fixture_step();
 }
 
@@ -73,7 +72,7 @@ static void activate(const char* const name)
 {
     uint8_t data[NAME_OCTETS + 2U] = {0}; // No level, no arguments.
     (void)memcpy(data, name, NAME_OCTETS);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 3U, data, sizeof data);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 3U, data, sizeof data);
     fixture_step();
 }
 
@@ -193,7 +192,7 @@ static void those_without_an_end_take_their_share_only(void)
     TEST_ASSERT_EQUAL_UINT32(SPACECRAFT_PROCEDURE_SLOTS, service()->counters.started);
     TEST_ASSERT_TRUE(service()->counters.sent >= (100U * SPACECRAFT_PROCEDURE_CALLS / 2U));
     TEST_ASSERT_TRUE(fixture.members[FIXTURE_ARM].heartbeats > 0U);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 17U, NULL, 0U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_PROCEDURES, 17U, NULL, 0U);
     fixture_run(2U);
     TEST_ASSERT_EQUAL_UINT32(SPACECRAFT_PROCEDURE_SLOTS, service()->counters.aborted);
     TEST_ASSERT_FALSE(pus_procedures_are_active(service()));

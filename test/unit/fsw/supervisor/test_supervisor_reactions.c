@@ -222,7 +222,7 @@ static void break_the_log(void)
     char path[160];
     (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_folder());
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SELECT_LOG, sqlite, 1U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SELECT_LOG, sqlite, 1U);
     fixture_run(100U);
 }
 
@@ -244,7 +244,7 @@ static void the_supervisors_own_errors_have_plans(void)
 static void a_report_that_is_disabled_takes_no_plan_away(void)
 {
     static const uint8_t log_failed[3] = {1U, 0U, 8U};
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_EVENTS, 6U, log_failed, sizeof log_failed);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_EVENTS, 6U, log_failed, sizeof log_failed);
     fixture_run(2U);
     break_the_log();
     run_ms(300);

@@ -151,7 +151,7 @@ static void a_mode_that_forbids_it_stops_it(void)
     const uint8_t safe[1] = {MODE_SAFE};
     link_up(STATE_OPERATIONAL);
     die(FIXTURE_ARM);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, safe, 1U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, safe, 1U);
     fixture_run(2U * SECOND);
     expect_stopped(ARM, STATE_PRE_OPERATIONAL, 0x0110U);
     expect_stopped(HAND, STATE_PRE_OPERATIONAL, 0x0110U);
@@ -451,8 +451,7 @@ static void a_process_started_by_a_user_in_the_pause_is_not_started_twice(void)
     die(FIXTURE_LONE);
     fixture_run(2U);
     die(FIXTURE_LONE);
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_START_PROCESS, apid,
-                     sizeof apid);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_START_PROCESS, apid, sizeof apid);
     fixture_run(2U * SECOND);
     TEST_ASSERT_EQUAL(2U, fixture.starts);
 }

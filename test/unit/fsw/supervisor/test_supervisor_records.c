@@ -70,14 +70,14 @@ static void power_cut(void)
 
 static void set_mode(uint8_t mode)
 {
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, &mode, 1U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, &mode, 1U);
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT8(mode, fixture.supervisor.mode);
 }
 
 static void shut_down(void)
 {
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
     fixture_run(60U);
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
@@ -182,7 +182,7 @@ static void after_a_shutdown_it_begins_in_the_initial_mode(void)
 /// An unnecessary flight in the fallback mode is better than a missing one.
 static void a_disk_that_forgets_nothing_leaves_the_record(void)
 {
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
     recorded.failure    = STATUS_IO;
     recorded.fail_from  = recorded.calls + 1U;
     recorded.fail_count = 1000U;

@@ -90,7 +90,7 @@ static void a_stale_link_is_reported_as_such(void)
     fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
     fixture_run(1U);
     fixture_forget();
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\1\0\1", 3U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\1\0\1", 3U);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 130.9 00010001040010000100110002")); // State 4.
 }

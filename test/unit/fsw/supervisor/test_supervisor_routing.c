@@ -29,7 +29,7 @@ static void requests_go_down_and_reports_come_up(void)
     fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 26U, "abc", 3U);
     fixture_run(1U);
     fixture_expect("G/17 3.26 616263\n");
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(1U);
     fixture_expect("G 1.1 #1\nG 1.3 #1\nG 17.2 \nG 1.7 #1\n");
 }
@@ -314,7 +314,7 @@ static void a_rule_allows_a_request_in_its_mode_and_state(void)
     fixture_run(1U);
     fixture_expect("16 TC 8.1 4D4F56450000000000 from 1\n");
     const uint8_t mode[1] = {MODE_SAFE};
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
     fixture_run(2U);
     fixture_forget();
     (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
@@ -325,7 +325,7 @@ static void a_rule_allows_a_request_in_its_mode_and_state(void)
 static void some_things_are_always_allowed(void)
 {
     const uint8_t mode[1] = {MODE_SAFE};
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture_run(1U);
     fixture_forget();

@@ -35,7 +35,7 @@ void tearDown(void)
 static void request(const uint8_t subtype, const void* const data, const size_t size)
 {
     fixture.ack = 0U;
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_STORAGE, subtype, data, size);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_STORAGE, subtype, data, size);
     fixture_run(1U);
 }
 #define REQUEST(subtype, octets) request((subtype), (octets), sizeof(octets) - 1U)
@@ -111,7 +111,7 @@ static void time_is_reported_as_often_as_asked(void)
     fixture.ack = 0U;
     fixture_run(200U);
     fixture_expect("");
-    (void)fixture_tc(DESCRIPTOR_SUPERVISOR_APID, PUS_SERVICE_TIME, 1U, "\1", 1U);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TIME, 1U, "\1", 1U);
     fixture_run(400U); // Four seconds.
     fixture_expect("G time 1\nG time 1\n");
     fixture.members[FIXTURE_GROUND].is_deaf = true;

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+/// APIDs that are the same in every mission. The generated headers of the two descriptors define the same
+/// names, so the compiler refuses a descriptor with another value.
+#ifndef BASE_APIDS_H
+#define BASE_APIDS_H
+
+#define SUPERVISOR_APID 1U    ///< The only subsystem that has the services of the whole spacecraft.
+#define COMMUNICATION_APID 2U ///< Connects the supervisor with the ground.
+
+#endif // BASE_APIDS_H
