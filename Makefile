@@ -13,7 +13,8 @@
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
 ##                                                               PORT=  TOOLS=  OUT=runs/...  STORAGE=<folder to keep>
 ##                                                               KEY=<file>: accept only telecommands protected by it
-##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=  SIM_ROBOT_IF=
+##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=can1
+##                                                                        SIM_ROBOT_IF=  SIM_JOYSTICK_IF=
 ##                                                               FOREIGN=<subsystem>: its program big-endian, emulated
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
@@ -34,6 +35,7 @@
 ##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<an existing one>
 ##   make foreign    the subsystems' programs for the big-endian s390x: build/s390x/bin/
+##                   S390X=1 make foreign-tests: unit tests for that processor: build/s390x/test/
 ##   make yamcs      run Yamcs with a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8090
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
 ##   make gse        set up the ground segment's command line and show how to call it

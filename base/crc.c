@@ -4,7 +4,7 @@
 #include "base/assertion.h"
 
 // Whole words at once: each half octet of a word has its own table, so that independent look-ups replace a
-// chain, and all tables together take half a kilo-octet. A checksum is linear: four constants, one per bit,
+// chain; the tables of each checksum take 512 octets. A checksum is linear: four constants, one per bit,
 // make a table.
 #define NIBBLE(a, b, c, d)                                                                                   \
     {                                                                                                        \

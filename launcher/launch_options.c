@@ -221,7 +221,7 @@ static bool take_interface(launch_options_t* const options, const char* const op
         return fail(error, option, value, "expected BUS=INTERFACE, for example robot=can0");
     }
     if (*count == LAUNCH_INTERFACES_MAX) {
-        return fail(error, option, value, "there are more than a mission can have buses");
+        return fail(error, option, value, "there are more interfaces than a mission can have buses");
     }
     list[*count] = value;
     (*count)++;

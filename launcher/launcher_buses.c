@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#define LABEL "hirosco: goes with its run"
+#define LABEL "hirosco: removed with its run"
 #define MTU_FD "72"
 #define MTU_CLASSIC "16"
 

@@ -6,8 +6,8 @@
 
 #include <stddef.h>
 
-#define OVERRUN_QUIET_NS 1000000000ULL // Lost frames are reported again after a second without loss.
-#define SYNC_QUIET_NS 1000000000ULL    // So are SYNCs of others.
+#define OVERRUN_QUIET_NS 1000000000ULL // After a second without loss, lost frames are reported again.
+#define SYNC_QUIET_NS 1000000000ULL    // After a second without them, SYNCs of others are reported again.
 
 void canopen_network_tell(canopen_network_t* const network, const canopen_network_fault_t* const fault)
 {

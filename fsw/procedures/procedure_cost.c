@@ -14,20 +14,22 @@
 #define OPERANDS_MASK 0xFFU
 #define OPERATIONS 83U
 
+// Work that costs one unit.
+#define OCTETS_HASHED 20U      // Octets of a text whose hash is computed.
+#define OCTETS_READ 24U        // Octets of a text that is converted to a number.
+#define OCTETS_COMPARED 512U   // Octets of two texts without NUL.
+#define NULS_COMPARED 4U       // Octets of two texts that may contain NUL, which ends a call of strcoll.
+#define NODES_SEARCHED 12U     // Keys of a table that collide.
+#define PAIRS_SEARCHED 24ULL   // Pairs of keys, n * n if each of n is searched; half of them are compared.
+#define NODES_LENGTH 3U        // Keys that collide, for the length of a table, which needs several searches.
+#define STACK_MOVED 768U       // Octets of a stack that is moved.
+#define OCTETS_TAKEN 32U       // Octets of a new object.
+#define COLLECTION_OCTETS 256U // Octets in use, in a collection of garbage.
+
 // Prices [units].
-#define OCTETS_HASHED 20U    // A unit hashes so many octets,
-#define OCTETS_READ 24U      // or reads so many of a number's text,
-#define OCTETS_COMPARED 512U // or compares so many,
-#define NULS_COMPARED 4U     // but only so many if they may be NUL: the C library compares text by text.
-#define NODES_SEARCHED 12U   // or compares this many colliding keys.
-#define PAIRS_SEARCHED 24ULL // Each among all: half of them, on average.
-#define NODES_LENGTH 3U      // The length of a table searches several times.
-#define STACK_MOVED 768U     // A unit moves so many octets of a stack.
-#define OPERAND 14U          // A number made a text.
-#define OBJECT 2U            // Taken, and found to be garbage later.
-#define OCTETS_TAKEN 32U
-#define COLLECTION_OCTETS 256U // In use.
-#define PRICE_MAX (1U << 20U)  // So that no sum overflows.
+#define OPERAND 14U           // Conversion of a number to a text.
+#define OBJECT 2U             // Allocation of an object and its later collection.
+#define PRICE_MAX (1U << 20U) // So that no sum overflows.
 
 /// Quantities on which the price of an operation depends, in addition to its base.
 typedef enum {

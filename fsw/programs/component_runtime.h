@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The place of one component in a run: its clock, its message endpoint, and the resolvers that turn logical
-/// names into addresses of this run. The processes form has one runtime for each program, the image one for
-/// each.
+/// names into addresses of this run. In the form `processes` each program has one runtime; the image has one
+/// for each component.
 ///
 /// Ownership  The caller places runtimes (static).
 /// Context    One task.
@@ -36,7 +36,7 @@ typedef struct { // Private, except the members named below.
     uint16_t apid;
     subsystem_descriptor_t*
         own; ///< The component's descriptor, read with the mission; the component may reload it.
-    component_runtime_reader_t* reader; ///< With which it does.
+    component_runtime_reader_t* reader; ///< Reads a descriptor again.
     osal_clock_t clock;
     osal_deliveries_t deliveries; // Where the scheduler is out of reach.
     message_endpoint_t endpoint;
@@ -55,9 +55,9 @@ typedef struct { // Private, except the members named below.
     uint32_t owed; // Datagrams that were announced and not received yet: the connection may be cut.
     uint32_t vain; // Intakes in a row that missed some.
     osal_socket_t message_socket;
-    osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Of links that this component consumes,
-    uint32_t link_socket_count;                           // so many.
-    osal_socket_t link_sender;                            // Source of frames to others.
+    osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Of links that this component consumes.
+    uint32_t link_socket_count;                           // Of these.
+    osal_socket_t link_sender;                            // For links that it produces.
     flow_resolver_t flows;
     rtlink_resolver_t links;
     pus_port_t uplink; ///< To the supervisor.

@@ -78,7 +78,7 @@ static void tell_end(supervisor_t* const supervisor, registry_entry_t* const ent
                           octets, writer.position);
 }
 
-/// True if permissions and gates permit such a request now. Missing links, failed partners and unknown states
+/// True if such a request is permitted now. Missing links, failed partners and unknown states
 /// may still change; any other refusal ends the recommissioning.
 static bool may_pass(supervisor_t* const supervisor, registry_entry_t* const entry, const uint8_t subtype,
                      const uint8_t* const octets, const size_t size)

@@ -2,7 +2,7 @@
 /// Recommissioning: returns a subsystem whose process was started again, and the members of its real-time
 /// network, to their earlier states. It applies to subsystems that the mission marks `recommission="true"`.
 /// Configuration, links (negotiated again, with new epochs) and states follow as by telecommand; each step
-/// must pass permissions and gates. It waits while a recovery plan has the member. It stops with an event if
+/// must be permitted. It waits while a recovery plan has the member. It stops with an event if
 /// a step is refused, if a step takes longer than RECOMMISSION_STEP_NS, or if the member fails again.
 ///
 /// Context  The supervisor's loop; each step.

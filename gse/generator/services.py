@@ -76,7 +76,7 @@ def header(subsystem, source):
     guard = f"GENERATED_{upper}_SERVICES_H"
     lines = [
         "// SPDX-License-Identifier: Apache-2.0",
-        f"/// Services of {upper} beside those that all have, generated from {source}: do not edit, run make.",
+        f"/// Optional services of {upper}, generated from {source}: do not edit, run make.",
         f"#ifndef {guard}",
         f"#define {guard}",
         "",

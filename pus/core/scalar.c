@@ -103,7 +103,7 @@ static uint64_t extend(const value_type_t type, const uint64_t bits)
     return (bits ^ sign) - sign;
 }
 
-/// A number that lies between others as the integer does, and as far from them.
+/// Map an integer to an unsigned number; the order and the differences of integers of one type stay.
 static uint64_t rank_of(const value_type_t type, const uint64_t bits)
 {
     return has_sign(type) ? (extend(type, bits) ^ SIGN) : bits;
@@ -165,7 +165,7 @@ pus_comparison_t pus_scalar_compare_delta(const value_type_t type, const uint64_
     if (falls != limit_falls) {
         return falls ? PUS_LESS : PUS_GREATER;
     }
-    // The threshold for the whole way; beyond 64 bits it is more than any way.
+    // The whole change is compared with `count` times the threshold; a product beyond 64 bits exceeds any.
     const bool is_beyond = limit_way > (UINT64_MAX / count);
     const uint64_t whole = is_beyond ? UINT64_MAX : (limit_way * count);
     if (is_beyond || (way < whole)) {

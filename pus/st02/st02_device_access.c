@@ -64,7 +64,7 @@ static void read_pulse(pus_device_walk_t* const walk, pus_device_action_t* const
     }
     const uint16_t pulse = octet_read_u16(&walk->reader);
     walk->inner--;
-    walk->left       = (uint8_t)(walk->left + ((walk->inner > 0U) ? 1U : 0U)); // Of this CPDU there are more.
+    walk->left       = (uint8_t)(walk->left + ((walk->inner > 0U) ? 1U : 0U)); // The CPDU has more pulses.
     action->device   = walk->cpdu;
     action->command  = (uint16_t)(pulse >> LINE_SHIFT);
     action->exponent = (uint8_t)(pulse & (PULSE_RESERVED | PULSE_EXPONENT));

@@ -44,16 +44,16 @@
 #define SUBSYSTEM_ARGUMENT_WORDS 64U
 #define SUBSYSTEM_SERVICES 24U
 #define SUBSYSTEM_OPTIONAL_SERVICES DESCRIPTOR_SERVICES_MAX ///< See optional_services.h.
-#define SUBSYSTEM_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Beside its own.
-#define SUBSYSTEM_MAILBOX_OCTETS 12288U                     ///< From such a loop to the component's own.
-/// Room there for the answers to any one request; the process keeps the others.
+#define SUBSYSTEM_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Loops of services, without the main loop.
+#define SUBSYSTEM_MAILBOX_OCTETS 12288U                     ///< From a loop of services to the main loop.
+/// Room in a mailbox for all reports of one request; the process keeps further ones.
 #define SUBSYSTEM_MAILBOX_RESERVE 8192U
 #define SUBSYSTEM_LOOP_KEPT 8192U
-#define SUBSYSTEM_INBOX_OCTETS 4096U ///< Of requests to such a loop.
-/// Application data of the longest of them: the identifiers of TC[20,1].
+#define SUBSYSTEM_INBOX_OCTETS 4096U ///< Of requests to a loop of services.
+/// Application data of the longest request to such a loop: the identifiers of TC[20,1].
 #define SUBSYSTEM_LOOP_REQUEST_MAX (1U + (4U * PUS_COUNT_MAX))
 #define SUBSYSTEM_LOOP_SCRATCH (sizeof(pus_token_t) + SUBSYSTEM_LOOP_REQUEST_MAX)
-#define SUBSYSTEM_LOOP_REQUESTS 4U ///< Performed in one cycle of such a loop, at most.
+#define SUBSYSTEM_LOOP_REQUESTS 4U ///< Performed in one cycle of a loop of services, at most.
 #define SUBSYSTEM_LOOP_HEADER 10U  ///< Of a report in a mailbox [octets].
 #define SUBSYSTEM_LOOP_REPORTS 16U ///< Taken from one mailbox in one step, at most.
 #define SUBSYSTEM_NEVER UINT64_MAX

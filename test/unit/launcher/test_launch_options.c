@@ -207,7 +207,7 @@ static void there_are_not_more_interfaces_than_buses(void)
         words[(2U * i) + 1U] = value;
     }
     TEST_ASSERT_FALSE(launch_options_parse(2 * ((int)LAUNCH_INTERFACES_MAX + 1), words, &options, error));
-    TEST_ASSERT_NOT_NULL(strstr(error, "more than a mission can have buses"));
+    TEST_ASSERT_NOT_NULL(strstr(error, "more interfaces than a mission can have buses"));
 }
 
 int main(void)
