@@ -115,7 +115,8 @@ static const char* open_component(image_t* const self, const unsigned index,
 {
     const component_runtime_surroundings_t surroundings = surroundings_of(self);
     char path[RUN_PATH_MAX];
-    if (!descriptor_path(self->run, self->mission.subsystems[index].descriptor, path, sizeof path) ||
+    if (!subsystem_host_descriptor_path(self->run, self->mission.subsystems[index].descriptor, path,
+                                        sizeof path) ||
         (descriptor_load_subsystem(&self->reader.loader, path, own) != STATUS_OK)) {
         return descriptor_error(&self->reader.loader);
     }

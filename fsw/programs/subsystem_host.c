@@ -10,8 +10,8 @@
 
 #define LINE_CHARACTERS (DESCRIPTOR_ERROR_CHARACTERS + 64U)
 
-bool descriptor_path(const run_state_t* const run, const char* const relative, char* const out_path,
-                     const size_t capacity)
+bool subsystem_host_descriptor_path(const run_state_t* const run, const char* const relative,
+                                    char* const out_path, const size_t capacity)
 {
     const char* const slash = strrchr(run->mission_path, '/');
     text_t text             = text_in(out_path, capacity);
@@ -44,7 +44,7 @@ bool subsystem_host_load(subsystem_host_t* const host, component_runtime_t* cons
     host->in_force       = runtime->own;
     host->interface_hash = interface_hash;
     host->callbacks      = callbacks;
-    if (!descriptor_path(runtime->run, subsystem->descriptor, host->path, sizeof host->path) ||
+    if (!subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, host->path, sizeof host->path) ||
         (check(host, runtime->own) != STATUS_OK)) {
         text_t text = text_in(runtime->error, sizeof runtime->error);
         text_add(&text, descriptor_error(&runtime->reader->loader));

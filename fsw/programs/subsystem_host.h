@@ -45,6 +45,7 @@ void subsystem_host_link_datagram(void* self, const uint8_t* frame, size_t size)
 component_instance_t subsystem_host_instance(subsystem_host_t* host, void* storage, size_t size);
 
 /// Path of a descriptor named relative to the mission's file. False if it does not fit.
-bool descriptor_path(const run_state_t* run, const char* relative, char* out_path, size_t capacity);
+bool subsystem_host_descriptor_path(const run_state_t* run, const char* relative, char* out_path,
+                                    size_t capacity);
 
 #endif // FSW_PROGRAMS_SUBSYSTEM_HOST_H

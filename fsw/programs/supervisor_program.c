@@ -222,9 +222,10 @@ static bool is_fitting(component_runtime_t* const runtime)
     char path[RUN_PATH_MAX];
     const mission_subsystem_t* const subsystem =
         descriptor_mission_find_subsystem(runtime->mission, runtime->apid);
-    const bool is_same = descriptor_path(runtime->run, subsystem->descriptor, path, sizeof path) &&
-                         (descriptor_check_interface(&runtime->reader->loader, path, runtime->own,
-                                                     SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
+    const bool is_same =
+        subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, path, sizeof path) &&
+        (descriptor_check_interface(&runtime->reader->loader, path, runtime->own,
+                                    SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
     subsystem_misfit_t misfit = {0U, ""};
     const bool fits           = is_same && subsystem_fits(runtime->own, supervisor_callbacks(), &misfit);
     if (is_same && !fits) {
@@ -248,7 +249,7 @@ static status_t load_descriptor(void* const context, const uint16_t index,
         *out_descriptor = runtime->own;
         return STATUS_OK;
     }
-    return descriptor_path(runtime->run, subsystem->descriptor, path, sizeof path)
+    return subsystem_host_descriptor_path(runtime->run, subsystem->descriptor, path, sizeof path)
                ? descriptor_load_subsystem(&runtime->reader->loader, path, &storage.other)
                : STATUS_TOO_LARGE;
 }

@@ -42,7 +42,7 @@ status_t osal_mqueue_create(osal_mqueue_t* const queue, const char* const name, 
 {
     FSW_ASSERT((queue != NULL) && (name != NULL));
     *queue = (osal_mqueue_t){.descriptor = -1};
-    if (!is_object_name(name) || (depth == 0U) || (message_octets == 0U)) {
+    if (!object_name_is_valid(name) || (depth == 0U) || (message_octets == 0U)) {
         return STATUS_INVALID;
     }
     struct mq_attr limits = {.mq_maxmsg = (long)depth, .mq_msgsize = (long)message_octets};
@@ -59,7 +59,7 @@ status_t osal_mqueue_open(osal_mqueue_t* const queue, const char* const name)
 {
     FSW_ASSERT((queue != NULL) && (name != NULL));
     *queue = (osal_mqueue_t){.descriptor = -1};
-    if (!is_object_name(name)) {
+    if (!object_name_is_valid(name)) {
         return STATUS_INVALID;
     }
     struct mq_attr limits = {0};
@@ -138,7 +138,7 @@ void osal_mqueue_close(osal_mqueue_t* const queue)
 status_t osal_mqueue_remove(const char* const name)
 {
     FSW_ASSERT(name != NULL);
-    if (!is_object_name(name)) {
+    if (!object_name_is_valid(name)) {
         return STATUS_INVALID;
     }
     if (mq_unlink(name) != 0) {

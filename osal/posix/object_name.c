@@ -6,7 +6,7 @@
 
 #define NAME_LENGTH_MAX 60U
 
-bool is_object_name(const char* const name)
+bool object_name_is_valid(const char* const name)
 {
     static const char allowed[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
     const size_t length         = strlen(name);

@@ -6,6 +6,6 @@
 #include <stdbool.h>
 
 /// A slash and 1 to 60 letters, digits, dots, underscores and hyphens, but not "." or ".." alone.
-bool is_object_name(const char* name);
+bool object_name_is_valid(const char* name);
 
 #endif // OSAL_POSIX_OBJECT_NAME_H

@@ -61,7 +61,7 @@ status_t osal_shm_create(osal_shm_t* const shm, const char* const name, const si
 {
     FSW_ASSERT((shm != NULL) && (name != NULL));
     *shm = (osal_shm_t){NULL, 0U};
-    if (!is_object_name(name) || (size == 0U)) {
+    if (!object_name_is_valid(name) || (size == 0U)) {
         return STATUS_INVALID;
     }
     if (size > (SIZE_MAX / 2U)) {
@@ -84,7 +84,7 @@ status_t osal_shm_open(osal_shm_t* const shm, const char* const name)
 {
     FSW_ASSERT((shm != NULL) && (name != NULL));
     *shm = (osal_shm_t){NULL, 0U};
-    if (!is_object_name(name)) {
+    if (!object_name_is_valid(name)) {
         return STATUS_INVALID;
     }
     const int descriptor = shm_open(name, O_RDWR | O_CLOEXEC, 0);
@@ -130,7 +130,7 @@ void osal_shm_close(osal_shm_t* const shm)
 status_t osal_shm_remove(const char* const name)
 {
     FSW_ASSERT(name != NULL);
-    if (!is_object_name(name)) {
+    if (!object_name_is_valid(name)) {
         return STATUS_INVALID;
     }
     if (shm_unlink(name) != 0) {

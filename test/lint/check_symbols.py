@@ -3,8 +3,8 @@
 
 No flight object calls an allocator, the printf family, longjmp or functions that would open Lua's sandbox;
 outside osal/ none calls a function of the mathematical library whose last bit depends on the machine; outside
-osal/, fsw/programs/ and launcher/ none keeps mutable data. Arguments: object files below build/obj/. Prints
-each breach; exit code 1."""
+osal/, fsw/programs/ and launcher/ none keeps mutable data; each global symbol begins with a prefix of its library.
+Arguments: object files below build/obj/. Prints each breach; exit code 1."""
 
 import re
 import subprocess
@@ -19,21 +19,59 @@ BANNED = set(f"{ALLOCATORS} {PRINTERS} {JUMPS} {OPENERS}".split())
 INEXACT = re.compile(r"(a?(sin|cos|tan)h?|sincos|atan2|exp[2m1]*|log(10|2|1p)?|pow|hypot|cbrt|tgamma|lgamma|erfc?)[fl]?")
 # expat's memory functions know no context, so the arena in use is named by a thread-local pointer around each call.
 DEVIATIONS = {("fsw/framework/xml/xml_arena.c", "in_use")}
+# Prefixes of the global symbols of each folder; a folder that is not listed has its own name as prefix.
+PREFIXES = {
+    "base": "crc16 crc32 fnv64 number octet pool quota resource status text value",
+    "osal/posix": "osal can lockstep socket object_name fsw_assertion",
+    "pus/core": "pus packet schedule",
+    "pus/private": "pus link",
+    "pus/st03": "pus hk",
+    "pus/st06": "pus memory",
+    "pus/st12": "pus monitoring",
+    "pus/st15": "pus st15",
+    "pus/st18": "pus procedures",
+    "pus/st19": "pus event_action",
+    "pus/st21": "pus sequences",
+    "pus/st23": "pus st23",
+    "pus": "pus",
+    "fsw/framework/dataflow": "flow",
+    "fsw/procedures": "procedure",
+    "fsw/programs": "component executive file ground_key loop_tasks record_store remote_endian run store_files subsystem_host",
+    "fsw/supervisor/services": "spacecraft",
+    "launcher": "launcher launch arguments guard return_budget run_summary",
+}
 MUTABLE = re.compile(r"(\.data(?!\.rel\.ro)|\.bss|\.tdata|\.tbss|COM).*")
 
 
 def symbols(objects):
-    """(source path, symbol, section) of each line of nm; an undefined symbol has section *UND*."""
+    """(source path, symbol, section, whether it is global) of each line of nm; an undefined symbol has section *UND*."""
     listing = subprocess.run(["nm", "-A", "--format=sysv", *objects], capture_output=True, text=True, check=True)
     for line in listing.stdout.splitlines():
         fields = line.split("|")
         if len(fields) == 7:
             path, _, name = fields[0].strip().rpartition(":")
-            yield path.replace("build/obj/", "").replace(".o", ".c"), name, fields[6].strip()
+            yield path.replace("build/obj/", "").replace(".o", ".c"), name, fields[6].strip(), fields[2].strip().isupper()
 
 
-def breach(path, name, section):
+def prefixes(path):
+    """Prefixes of the global symbols of a source."""
+    folder, _, file = path.rpartition("/")
+    listed = PREFIXES.get(folder) or (PREFIXES["pus"] if folder.startswith("pus/") else folder.rpartition("/")[2])
+    program = file.removesuffix("_program.c") if folder == "fsw/programs" and file.endswith("_program.c") else ""
+    return [*listed.split(), *program.split()]
+
+
+def is_misnamed(path, name, section, is_global):
+    """Whether a global symbol that this source defines has another prefix than its library."""
+    if not is_global or section == "*UND*" or (name == "main" and path.endswith("_main.c")):
+        return False
+    return not any(name == prefix or name.startswith(prefix + "_") for prefix in prefixes(path))
+
+
+def breach(path, name, section, is_global):
     """Description of a forbidden symbol, or None."""
+    if is_misnamed(path, name, section, is_global):
+        return f"{path}: {name} begins with none of the prefixes of its library: {' '.join(prefixes(path))}"
     if section == "*UND*" and name in BANNED:
         return f"{path}: calls {name}"
     if section == "*UND*" and INEXACT.fullmatch(name) and not path.startswith("osal/"):
@@ -46,7 +84,7 @@ def breach(path, name, section):
 def main():
     objects = sys.argv[1:]
     failures = [text for text in (breach(*entry) for entry in symbols(objects)) if text] if objects else []
-    print("\n".join(failures) if failures else f"check: no allocator, printf, jump or mutable global in {len(objects)} objects")
+    print("\n".join(failures) if failures else f"check: no allocator, printf, jump, mutable global or foreign prefix in {len(objects)} objects")
     return 1 if failures else 0
 
 

@@ -103,23 +103,32 @@ def test_cycle_over_three_folders_is_found():
 @pytest.mark.parametrize(
     "source, place, complaint",
     [
-        ("void* malloc(unsigned long); void* f(void) { return malloc(8); }", "pus/a.c", "calls malloc"),
-        ("int printf(const char*, ...); void f(int x) { printf(\"%d\", x); }", "pus/a.c", "calls printf"),
-        ("double sin(double); double f(double x) { return sin(x); }", "fsw/a.c", "calls sin"),
-        ("double sqrt(double); double f(double x) { return sqrt(x); }", "fsw/a.c", None),
-        ("static int n; int f(void) { return n++; }", "fsw/a.c", "mutable data"),
-        ("static int n = 1; int f(void) { return n++; }", "fsw/a.c", "mutable data"),
-        ("static int n; int f(void) { return n++; }", "fsw/programs/a.c", None),
-        ("static const char* const t[] = {\"a\"}; const char* f(int i) { return t[i]; }", "fsw/a.c", None),
-        ("int f(int i) { return i + 1; }", "pus/a.c", None),
+        ("void* malloc(unsigned long); void* pus_f(void) { return malloc(8); }", "pus/a.c", "calls malloc"),
+        ("int printf(const char*, ...); void pus_f(int x) { printf(\"%d\", x); }", "pus/a.c", "calls printf"),
+        ("double sin(double); double canopen_f(double x) { return sin(x); }", "fsw/canopen/a.c", "calls sin"),
+        ("double sqrt(double); double canopen_f(double x) { return sqrt(x); }", "fsw/canopen/a.c", None),
+        ("static int n; int canopen_f(void) { return n++; }", "fsw/canopen/a.c", "mutable data"),
+        ("static int n = 1; int canopen_f(void) { return n++; }", "fsw/canopen/a.c", "mutable data"),
+        ("static int n; int run_f(void) { return n++; }", "fsw/programs/a.c", None),
+        ("static const char* const t[] = {\"a\"}; const char* canopen_f(int i) { return t[i]; }", "fsw/canopen/a.c", None),
+        ("int pus_f(int i) { return i + 1; }", "pus/a.c", None),
+        ("int f(void) { return 1; }", "pus/st03/a.c", "f begins with none of the prefixes of its library: pus hk"),
+        ("const int descriptor_n = 1;", "fsw/programs/a.c", "descriptor_n begins with none"),
+        ("int arm_f(void) { return 1; }", "fsw/subsystems/leg/a.c", "arm_f begins with none"),
+        ("int canopenf(void) { return 1; }", "fsw/canopen/a.c", "canopenf begins with none"),
+        ("int main(void) { return 1; }", "fsw/programs/leg_program.c", "main begins with none"),
+        ("int main(void) { return 1; }", "fsw/programs/leg_main.c", None),
+        ("int leg_open(void) { return 1; }", "fsw/programs/leg_program.c", None),
+        ("int hk_f(void) { return 1; }", "pus/st03/a.c", None),
+        ("static int f(int i) { return i; } int leg_f(int i) { return f(i); }", "fsw/subsystems/leg/a.c", None),
+        ("void f(void); void canopen_f(void) { f(); }", "fsw/canopen/a.c", None),
     ],
 )
 def test_symbols(tmp_path, source, place, complaint):
     (tmp_path / "a.c").write_text(source)
     built = tmp_path / "a.o"
     subprocess.run(["gcc", "-O2", "-c", tmp_path / "a.c", "-o", built], check=True, stderr=subprocess.DEVNULL)
-    found = [text for _, name, section in check_symbols.symbols([built])
-             if (text := check_symbols.breach(place, name, section))]
+    found = [text for _, *symbol in check_symbols.symbols([built]) if (text := check_symbols.breach(place, *symbol))]
     assert (len(found) == 0) if complaint is None else any(complaint in text for text in found), found
 
 
