@@ -69,8 +69,7 @@ static double start_and_end(void)
     const uint64_t began_ns                  = osal_clock_monotonic_ns();
     for (unsigned i = 0U; i < launcher.run->component_count; i++) {
         arguments_t arguments = {.count = 0U};
-        arguments.text        = text_in(arguments.storage, sizeof arguments.storage);
-        arguments_add_program(&arguments, &launcher, launcher.mission.subsystems[i].executable);
+        arguments_add_joined(&arguments, launcher.program_folder, launcher.mission.subsystems[i].executable);
         launcher_start_child(&launcher, &children[i], &arguments, NULL, 0U);
     }
     for (unsigned i = 0U; i < launcher.run->component_count; i++) {

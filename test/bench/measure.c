@@ -12,12 +12,10 @@
 #define ROUNDS 101U
 #define ROUND_NS 1000000.0
 #define PRIORITY 50
-#define PAUSE_US                                                                                             \
 /// Pause for other processes, since a comparison holds its processor for about a quarter of a second.
-500000U
+#define PAUSE_US 500000U
 
-    static double
-    now_ns(void)
+static double now_ns(void)
 {
     struct timespec now;
     (void)clock_gettime(CLOCK_MONOTONIC, &now);
