@@ -51,9 +51,9 @@ OPTIONAL = {
     "takeover_of_channels": re.compile(r"fsw/framework/message/(message_positions|message_ring_refill)\.c"),
     "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(checks|lookup|rules|whole)\.c"),
 }
-# Present only with what needs them: connection of an optional service to a component, its records; framing
-# and records of flows.
-NEEDED = re.compile(r"fsw/framework/(subsystem/(\w+_service|subsystem_endnode_name)\.c|journal/|dataflow/(framing|record)\.c)")
+# Present only with what needs them: connection of an optional service to a component, its records; framing,
+# records and the link state of flows.
+NEEDED = re.compile(r"fsw/framework/(subsystem/(\w+_service|subsystem_endnode_name)\.c|journal/|dataflow/(framing|link|record)\.c)")
 # Programs that show that sources of the common part are in all programs; a program with a device has the CAN
 # endnode, another may not.
 PROGRAMS = ("communication", "joystick", "manipulator")
