@@ -56,7 +56,7 @@ def build(path, *sources):
     sources = [*sources, ROOT / "test/support/assertion.c"]
     options = "-std=c99 -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -D_POSIX_C_SOURCE=200809L".split()
     group = ["-Wl,--start-group", *(ROOT / library for library in libraries), "-Wl,--end-group"]
-    subprocess.run(["gcc", *options, f"-I{ROOT}", "-o", path, *sources, *group, "-lm", "-lpthread"], check=True)
+    subprocess.run(["gcc", *options, f"-I{ROOT}", f"-I{ROOT}/build", "-o", path, *sources, *group, "-lm", "-lpthread"], check=True)
     return path
 
 
