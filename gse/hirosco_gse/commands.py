@@ -15,7 +15,9 @@ from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, St
 from .session import Rejected, Request, SessionError, TimedOut
 from .values import ValueProblem
 
-_embedded_counts = itertools.count()  # Sequence counts of requests within requests.
+EMBEDDED_FIRST = 0x2000  # Sequence counts of requests within requests: the upper half, for scripts count their own from 0.
+
+_embedded_counts = itertools.count()
 METHOD_ANY = 0xFF  # Transfer method of a link: whatever both ends offer.
 ERROR_OPERATIONAL = STATES.index("ERROR_OPERATIONAL")
 REST_STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
@@ -442,7 +444,7 @@ def _embedded(text, dictionary):
     if len(planned.requests) != 1:
         raise UsageError(f"'{text}' sends {len(planned.requests)} requests, one is needed")
     request = planned.requests[0]
-    count = next(_embedded_counts) & 0x3FFF
+    count = EMBEDDED_FIRST | next(_embedded_counts) % EMBEDDED_FIRST
     return packets.build_tc(request.apid, count, request.service, request.subtype, request.data)
 
 

@@ -12,6 +12,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
 from hirosco_gse import commands, packets
 from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.messages import MessageProblem
+from hirosco_gse.session import Session
 from message_values import Values
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -70,6 +71,19 @@ def test_words_of_an_operator_become_a_scheduled_request(dictionary):
     inner = packets.parse(bytes.fromhex(found["n"][0]["request"]))
     assert (found["sub_schedule_id"], found["n"][0]["group_id"], found["n"][0]["release_time"]) == (1, 1, 12.5)
     assert (inner.apid, inner.message, inner.user, inner.data[:4]) == (16, (8, 1), 1, b"STOP")
+
+
+def test_requests_within_requests_have_counts_of_their_own(dictionary):
+    """On board a request is known by its packet ID and sequence count: one that is released later must not have those of
+    another one that a script sends then."""
+    sent = Session(dictionary, first_sequence=0)
+    counts = []
+    for _ in range(3):
+        planned = commands.plan(["at", "12.5", "ping", "MANIPULATOR"], dictionary)
+        found = dictionary.catalogue.decode(packets.parse(packets.build_tc(1, 0, 11, 4, planned.requests[0].data)))
+        counts.append(packets.parse(bytes.fromhex(found["n"][0]["request"])).sequence)
+    assert len(set(counts)) == 3 and min(counts) >= commands.EMBEDDED_FIRST
+    assert {sent.sequence(16) for _ in range(commands.EMBEDDED_FIRST)}.isdisjoint(counts)
 
 
 def test_any_message_is_a_command(dictionary):
