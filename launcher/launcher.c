@@ -15,7 +15,7 @@
 #define START_NS 120000000000ULL ///< The same, until it first moves: all programs have to start.
 #define ASK_NS 1000000000ULL     ///< Wall-clock time for a process to end by itself after its last grant.
 #define KILL_NS 2000000000ULL    ///< The same until it is killed.
-#define DOWN_NS 30000000000ULL   ///< Simulated time for the mission to go down; the supervisor needs 12 s.
+#define DOWN_NS 30000000000ULL   ///< Simulated time for the mission to shut down; the supervisor needs 12 s.
 #define ABANDONED 1U             ///< Value of abandon_ns: end the run at once, even before time begins.
 
 void launcher_give_up(launcher_t* const launcher, const char* const what, const char* const detail)
@@ -64,7 +64,7 @@ bool launcher_is_flag(const uint32_t* const flag)
     return __atomic_load_n(flag, __ATOMIC_ACQUIRE) != 0U;
 }
 
-/// If every process that could follow hangs, the flight ends all the same.
+/// If all processes hang, none of them can follow the request: the flight is ended after DOWN_NS.
 static void request_stop(launcher_t* const launcher)
 {
     __atomic_store_n(&launcher->run->is_stop_requested, 1U, __ATOMIC_RELEASE);
@@ -294,7 +294,8 @@ static bool is_abandoned(launcher_t* const launcher, uint64_t simulated)
     }
     const bool is_late = simulated >= launcher->abandon_ns;
     if (is_late) {
-        launcher_give_up(launcher, "the mission did not go down in time; it was ended", "; see console.log");
+        launcher_give_up(launcher, "the mission did not shut down in time and was ended",
+                         "; see console.log");
     }
     return is_late;
 }

@@ -254,7 +254,7 @@ static void sweep(void* const context, const char* const name)
 
 // ---- Shared memory ----
 
-/// `file` says which mission has written the storage: this one, or none yet, which is then recorded.
+/// The file holds the name of the mission that uses the storage. If it is empty, it gets the name of this one.
 static bool check_owner(launcher_t* const launcher, osal_file_t* const file, const char* const path)
 {
     char owner[LAUNCH_PATH_MAX] = {'\0'};
@@ -277,7 +277,7 @@ static bool check_owner(launcher_t* const launcher, osal_file_t* const file, con
         text_add(&text, "'; choose another folder with --storage, or fly that mission with --mission");
         return fail_at(launcher, "the storage is that of another mission: ", path, next);
     } else {
-        // As it shall be, or it cannot be read.
+        // The storage is that of this mission, or the file cannot be read.
     }
     return (status == STATUS_OK) ||
            fail_at(launcher, status_text(status), ": the storage cannot be used: ", path);

@@ -12,7 +12,7 @@ ONE_FLIGHT = "test/conformance/pus/"  # All files of this folder share one, and 
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "long: takes minutes; run with LONG=1")
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # As a shell leaves it for what it runs in the background.
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # Shells do so for commands in the background.
         signal.signal(signal.SIGINT, signal.default_int_handler)
     worker = os.environ.get("PYTEST_XDIST_WORKER", "")
     if worker:

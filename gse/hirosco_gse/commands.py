@@ -15,7 +15,7 @@ from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, St
 from .session import Rejected, Request, SessionError, TimedOut
 from .values import ValueProblem
 
-EMBEDDED_FIRST = 0x2000  # Sequence counts of requests within requests: the upper half, for scripts count their own from 0.
+EMBEDDED_FIRST = 0x2000  # Requests within requests use the upper half of the sequence counts; scripts count their own from 0.
 
 _embedded_counts = itertools.count()
 METHOD_ANY = 0xFF  # Transfer method of a link: whatever both ends offer.

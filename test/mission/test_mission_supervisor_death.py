@@ -292,7 +292,7 @@ def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
     assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
 
 
-def test_a_mission_of_which_all_hang_is_ended(folder):
+def test_a_mission_is_ended_if_all_its_processes_hang(folder):
     """No process is left that could follow the request to shut down: the launcher ends the flight after its
     patience of 30 s."""
     folder.mkdir()
@@ -301,7 +301,7 @@ def test_a_mission_of_which_all_hang_is_ended(folder):
     flight = flying.start(folder / "flight", "--scenario", path, "--form", "processes", "--duration", 3)
     flight.wait()
     assert flight.facts["exit_code"] == 1, flight.told()
-    assert "did not go down" in flight.facts["exit_reason"]
+    assert "did not shut down" in flight.facts["exit_reason"]
     assert flight.facts["simulated_s"] < 40
     flying.wait_until(lambda: not flight.leftovers(), "processes of the flight are left")
 

@@ -4,7 +4,7 @@
 /// `close`.
 ///
 /// Ownership  The caller places flow_link_t in its flow; both must not be moved.
-/// Context    One task; time is pushed in.
+/// Context    One task; the caller supplies the time.
 /// Time       O(1), and that of `open` and `close`.
 /// Errors     Each function lists its statuses.
 #ifndef FSW_FRAMEWORK_DATAFLOW_LINK_H

@@ -55,20 +55,20 @@ static void disconnected(void* const context, const unsigned client)
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_LOST, NULL, 0U);
 }
 
-/// The client whose time `since_ns` is the longest ago, and at least `bound_ns`; never the participant of the
-/// scheduler, on which others rely.
-static unsigned longest(const communication_t* const self, const uint64_t since_ns[COMMUNICATION_CLIENTS],
-                        const uint64_t bound_ns)
+/// The client whose time in `since_ns` is the longest ago, if that is at least `bound_ns`. Never the
+/// participant of the scheduler: simulated time waits for it.
+static unsigned oldest(const communication_t* const self, const uint64_t since_ns[COMMUNICATION_CLIENTS],
+                       const uint64_t bound_ns)
 {
     const uint64_t now_ns = subsystem_now_ns(self->generic);
-    uint64_t longest_ns   = bound_ns;
+    uint64_t oldest_ns    = bound_ns;
     unsigned found        = NO_CLIENT;
     for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
         const uint64_t passed_ns = now_ns - since_ns[client];
-        if ((passed_ns >= longest_ns) && !is_participant(self, client) &&
-            ((found == NO_CLIENT) || (passed_ns > longest_ns))) {
-            found      = client;
-            longest_ns = passed_ns;
+        if ((passed_ns >= oldest_ns) && !is_participant(self, client) &&
+            ((found == NO_CLIENT) || (passed_ns > oldest_ns))) {
+            found     = client;
+            oldest_ns = passed_ns;
         }
     }
     return found;
@@ -189,15 +189,15 @@ static unsigned make_room(void* const context)
     const communication_t* const self = (const communication_t*)context;
     const unsigned participant        = participant_client(self);
     if ((participant == NO_CLIENT) && (self->hooks.participant_port(self->hooks.context) != 0U)) {
-        return longest(self, self->connected_ns, 0U); // The newcomer may be the participant.
+        return oldest(self, self->connected_ns, 0U); // The newcomer may be the participant.
     }
     const unsigned stranger = communication_ground_security_stranger(&self->security, participant);
     if (stranger < COMMUNICATION_CLIENTS) {
         return stranger;
     }
-    const unsigned silent = longest(self, self->heard_ns, COMMUNICATION_IDLE_NS);
+    const unsigned silent = oldest(self, self->heard_ns, COMMUNICATION_IDLE_NS);
     return ((silent == NO_CLIENT) && (self->security.receiver == NULL))
-               ? longest(self, self->connected_ns, COMMUNICATION_HOLD_NS)
+               ? oldest(self, self->connected_ns, COMMUNICATION_HOLD_NS)
                : silent;
 }
 

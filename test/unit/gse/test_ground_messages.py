@@ -74,8 +74,8 @@ def test_words_of_an_operator_become_a_scheduled_request(dictionary):
 
 
 def test_requests_within_requests_have_counts_of_their_own(dictionary):
-    """On board a request is known by its packet ID and sequence count: one that is released later must not have those of
-    another one that a script sends then."""
+    """The spacecraft identifies a request by its packet ID and sequence count. A request that is released later must not have
+    the identity of a request that the script sends meanwhile."""
     sent = Session(dictionary, first_sequence=0)
     counts = []
     for _ in range(3):
