@@ -254,7 +254,7 @@ static void sweep(void* const context, const char* const name)
 
 // ---- Shared memory ----
 
-/// The file holds the name of the mission that uses the storage. If it is empty, it gets the name of this one.
+/// The file names the mission that uses the storage. If it is empty, this mission is written to it.
 static bool check_owner(launcher_t* const launcher, osal_file_t* const file, const char* const path)
 {
     char owner[LAUNCH_PATH_MAX] = {'\0'};
