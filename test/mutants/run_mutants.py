@@ -16,9 +16,9 @@ universalmutator (PyPI) is no alternative: its rules do not handle assertions, c
 import argparse
 import collections
 import concurrent.futures
+import hashlib
 import os
 import pathlib
-import random
 import re
 import resource
 import shutil
@@ -100,12 +100,17 @@ def mutants_of(path):
 
 
 def drawn(only, seed):
-    """Mutants without end, drawn at random; none twice."""
+    """All mutants in the order of the draw. A mutant keeps its place when other lines change."""
     sources = [path.relative_to(ROOT).as_posix() for folder in FOLDERS for path in (ROOT / folder).rglob("*.c")]
     found = [mutant for path in sorted(sources) if not LEFT_OUT.search(path) and only.split(":")[0] in path
              for mutant in mutants_of(path) if only in f"{path}:{mutant.number}:"]
-    random.Random(seed).shuffle(found)
-    return found
+    same = collections.Counter()
+
+    def place(mutant):
+        same[mutant.row()] += 1
+        return hashlib.sha256(repr((seed, same[mutant.row()], *mutant.row())).encode()).digest()
+
+    return sorted(found, key=place)
 
 
 def symbols(path, kinds="TDBR"):
