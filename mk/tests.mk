@@ -64,7 +64,7 @@ $(foreach b,$(BENCHES),$(eval $(call bench_rule,$b)))
 include test/bench/transport.mk
 
 # Tests with several tasks on one object: built and run again with the thread sanitizer.
-THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_link_doorbell.c %/test_packet_log_writer.c \
+THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_packet_log_writer.c \
                 $(patsubst %,test/contract/osal/test_%.c,mutex event task doorbell inversion),$(TESTS))
 thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
 	@:

@@ -9,7 +9,6 @@ import pathlib
 import statistics
 import subprocess
 import sys
-import time
 
 ROUNDS, TRIPS, LIMIT_S = 9, 3000, 60
 PROGRAMS = pathlib.Path("build/bench/transport")
@@ -29,11 +28,6 @@ ROWS = [
     ("link_poll_1024", "poll", 1024, "link_shm", "seqlock"),
     ("link_poll_64_by_iceoryx2", "poll", 64, "link_shm", "iceoryx2"),
     ("link_poll_1024_by_iceoryx2", "poll", 1024, "link_shm", "iceoryx2"),
-    ("link_block_64", "block", 64, "link_shm", "futex"),
-    ("link_block_64_by_lcm", "block", 64, "link_shm", "lcm"),
-    ("link_block_64_by_iceoryx", "block", 64, "link_shm", "iceoryx"),
-    ("link_block_64_by_iceoryx2", "block", 64, "link_shm", "iceoryx2"),
-    ("link_block_64_by_zeromq", "block", 64, "link_shm", "zeromq"),
     ("link_udp_64", "block", 64, "link_udp", "udp"),
     ("link_udp_64_by_lcm", "block", 64, "link_udp", "lcm"),
 ]
@@ -74,18 +68,6 @@ def command_of(transport, mode, size, own_network):
     return [*OWN_NETWORK, *command] if transport == "lcm" and own_network else command
 
 
-def start_daemon():
-    """iceoryx's daemon, if iceoryx is installed."""
-    if not (PROGRAMS / "iceoryx").exists():
-        return None
-    try:
-        daemon = subprocess.Popen(["iox-roudi", "-l", "off"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    except OSError:
-        return None
-    time.sleep(2.0)
-    return daemon
-
-
 def measure(wanted):
     """{(transport, mode, size): [us of each round, None where it failed]}."""
     taken = {key: [] for key in wanted}
@@ -117,13 +99,7 @@ def main():
             print(f"SKIPPED {name} needs two processors")
         return
     move_to_own_place()
-    daemon = start_daemon()
-    try:
-        report(measure(wanted))
-    finally:
-        if daemon:
-            daemon.terminate()
-            daemon.wait()
+    report(measure(wanted))
 
 
 if __name__ == "__main__":

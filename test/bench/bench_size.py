@@ -53,7 +53,7 @@ OPTIONAL = {
 }
 # Present only with what needs them: connection of an optional service to a component, its records; framing,
 # records and the link state of flows.
-NEEDED = re.compile(r"fsw/framework/(subsystem/(\w+_service|endnode_name)\.c|journal/|dataflow/(framing|link|record)\.c)")
+NEEDED = re.compile(r"fsw/framework/(subsystem/\w+_service\.c|journal/|dataflow/(framing|link|record)\.c)")
 # Programs that show that sources of the common part are in all programs; a program with a device has the CAN
 # endnode and publishes whole tables of parameters; another may not.
 PROGRAMS = ("communication", "joystick", "manipulator")

@@ -1,14 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# The programs of test/bench/transport, one per transport, which bench_link.py runs in turns. A peer that is not
-# installed is left out here, and told as skipped there.
-ICEORYX    := $(lastword $(wildcard /usr/include/iceoryx/v*))
-TRANSPORTS := futex lcm link_shm link_udp seqlock udp $(if $(wildcard /usr/include/zmq.h),zeromq) \
-              $(if $(ICEORYX),iceoryx)
+# The programs of test/bench/transport, one per transport, which bench_link.py runs in turns.
+TRANSPORTS := lcm link_shm link_udp seqlock udp
 
-transport_needs_lcm     := -llcm
-transport_needs_zeromq  := -lzmq
-transport_needs_iceoryx := -liceoryx_binding_c -liceoryx_posh -liceoryx_hoofs -liceoryx_platform
-$B/obj/test/bench/transport/iceoryx.o: CPPFLAGS += -isystem $(ICEORYX)
+transport_needs_lcm := -llcm
 
 define transport_rule
 $B/bench/transport/$1: $(call objects,test/bench/transport/$1.c test/bench/transport/round_trip.c) \

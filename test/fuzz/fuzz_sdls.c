@@ -76,12 +76,21 @@ static void restart(void)
     }
 }
 
+static void key_check(const uint8_t key[SDLS_KEY_OCTETS], uint8_t out_check[SESSION_MARK_CHECK])
+{
+    static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0};
+    struct gcm_aes256_ctx cipher;
+    gcm_aes256_set_key(&cipher, key);
+    gcm_aes256_set_iv(&cipher, sizeof unused, unused);
+    gcm_aes256_digest(&cipher, SESSION_MARK_CHECK, out_check);
+}
+
 static void begin(void)
 {
     uint8_t* const octets = disk.octets;
     (void)memset(&disk, 0, sizeof disk);
     (void)memcpy(octets, "SDLS\1", 5U);
-    sdls_key_check(secret, &octets[12]);
+    key_check(secret, &octets[12]);
     octets_put_u32(&octets[28], crc32_iso(octets, 28U));
     (void)memcpy(&octets[SESSION_MARK_APART], octets, SESSION_MARK_RECORD);
     highest = 0U;

@@ -57,7 +57,7 @@ static status_t parse(const uint8_t* const data, const size_t size, const size_t
         status = xml_feed(&parser, &data[at], ((size - at) < piece) ? (size - at) : piece);
     }
     status = (status == STATUS_OK) ? xml_finish(&parser) : status;
-    FUZZ_CHECK(parser.arena.peak <= parser.arena.capacity);
+    FUZZ_CHECK(parser.arena.used <= parser.arena.capacity);
     FUZZ_CHECK((status == STATUS_OK) == (parser.error.message[0] == '\0'));
     FUZZ_CHECK(memchr(parser.error.message, '\0', XML_ERROR_CHARACTERS) != NULL);
     FUZZ_CHECK((status != STATUS_OK) || ((sight->started == sight->ended) && (sight->started > 0U)));

@@ -16,7 +16,7 @@ static inline bool message_is_consistent(const message_endpoint_t* endpoint)
         is_sound                               = is_sound && octet_ring_is_consistent(&inbox->blocks) &&
                    (inbox->place <= inbox->blocks.used) &&
                    ((inbox->place == inbox->blocks.used) == (inbox->judged == inbox->arrived)) &&
-                   ((channel->sent - channel->credited) <= MESSAGE_WINDOW);
+                   ((channel->position.sent - channel->position.credited) <= MESSAGE_WINDOW);
     }
     return is_sound;
 }

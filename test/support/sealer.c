@@ -32,12 +32,21 @@ void seal(sealed_t* const frame, const uint8_t key[SDLS_KEY_OCTETS], const uint8
     gcm_aes256_digest(&cipher, SDLS_MAC_OCTETS, &octets[SDLS_CLEAR_OCTETS + size]);
 }
 
+void sealer_key_check(const uint8_t key[SDLS_KEY_OCTETS], uint8_t out_check[SESSION_MARK_CHECK])
+{
+    static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0};
+    struct gcm_aes256_ctx cipher;
+    gcm_aes256_set_key(&cipher, key);
+    gcm_aes256_set_iv(&cipher, sizeof unused, unused);
+    gcm_aes256_digest(&cipher, SESSION_MARK_CHECK, out_check);
+}
+
 void sealer_make_mark(const medium_t* const medium, const uint8_t key[SDLS_KEY_OCTETS],
                       const uint32_t session)
 {
     uint8_t record[SESSION_MARK_RECORD] = {'S', 'D', 'L', 'S', 1U};
     octets_put_u32(&record[8], session);
-    sdls_key_check(key, &record[12]);
+    sealer_key_check(key, &record[12]);
     octets_put_u32(&record[28], crc32_iso(record, 28U));
     TEST_ASSERT_EQUAL(STATUS_OK, medium->write(medium->context, 0U, record, sizeof record));
     TEST_ASSERT_EQUAL(STATUS_OK, medium->write(medium->context, SESSION_MARK_APART, record, sizeof record));

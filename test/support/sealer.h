@@ -23,6 +23,8 @@ typedef struct {
 
 /// Frame with the content, 1..988 octets, under the key.
 void seal(sealed_t* frame, const uint8_t key[SDLS_KEY_OCTETS], const uint8_t* content, size_t size);
+/// The value that identifies a key in its mark, as the ground computes it.
+void sealer_key_check(const uint8_t key[SDLS_KEY_OCTETS], uint8_t out_check[SESSION_MARK_CHECK]);
 /// A medium with the mark of the key at a session, as the ground makes it.
 void sealer_make_mark(const medium_t* medium, const uint8_t key[SDLS_KEY_OCTETS], uint32_t session);
 

@@ -45,7 +45,6 @@ struct subsystem {
     uint64_t now_ns;
     uint64_t period_ns;
     uint64_t device_deadline_ns;
-    uint64_t action_start_ns;
     uint32_t cycle;
     parameter_dictionary_t dictionary;
     parameter_entry_t entries[DESCRIPTOR_PARAMETERS_MAX];

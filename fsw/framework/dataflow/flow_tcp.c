@@ -27,55 +27,21 @@ void flow_tcp_set_quota(flow_tcp_t* const flow, quota_t* const quota)
     flow->quota = quota;
 }
 
-/// Result of an attempt to listen.
-static status_t settle(flow_tcp_t* const flow, const status_t status, const bool has_quota)
-{
-    if (status != STATUS_OK) {
-        flow->counters.failed++;
-        if (has_quota) {
-            quota_give(flow->quota);
-        }
-    }
-    return status;
-}
-
-status_t flow_tcp_open(flow_tcp_t* const flow, const flow_resolver_t* const resolver, const char* const name)
-{
-    FSW_ASSERT((flow != NULL) && (resolver != NULL) && (name != NULL));
-    if (osal_socket_is_open(&flow->listener)) {
-        return STATUS_EXISTS;
-    }
-    osal_address_t address = {0};
-    status_t status        = flow_endnode_resolve_socket(resolver, ENDNODE_TCP, name, &address);
-    if (status == STATUS_OK) {
-        status = quota_take(flow->quota);
-    }
-    if (status != STATUS_OK) {
-        return settle(flow, status, false);
-    }
-    return settle(flow, osal_tcp_listen(&flow->listener, address), true);
-}
-
 status_t flow_tcp_adopt(flow_tcp_t* const flow, const int descriptor)
 {
     FSW_ASSERT(flow != NULL);
     if (osal_socket_is_open(&flow->listener)) {
         return STATUS_EXISTS;
     }
-    const status_t status = quota_take(flow->quota);
-    if (status != STATUS_OK) {
-        return settle(flow, status, false);
+    status_t status = quota_take(flow->quota);
+    if (status == STATUS_OK) {
+        status = osal_socket_adopt(&flow->listener, descriptor);
+        if (status != STATUS_OK) {
+            quota_give(flow->quota);
+        }
     }
-    return settle(flow, osal_socket_adopt(&flow->listener, descriptor), true);
-}
-
-status_t flow_tcp_local_address(const flow_tcp_t* const flow, osal_address_t* const out_address)
-{
-    FSW_ASSERT((flow != NULL) && (out_address != NULL));
-    if (!osal_socket_is_open(&flow->listener)) {
-        return STATUS_CLOSED;
-    }
-    return (osal_socket_local_address(&flow->listener, out_address) == STATUS_OK) ? STATUS_OK : STATUS_CLOSED;
+    flow->counters.failed += (status != STATUS_OK) ? 1U : 0U;
+    return status;
 }
 
 bool flow_tcp_is_connected(const flow_tcp_t* const flow, const unsigned client)

@@ -17,7 +17,6 @@
 #define FSW_FRAMEWORK_DATAFLOW_FLOW_TCP_H
 
 #include "base/status.h"
-#include "fsw/framework/dataflow/endnode.h"
 #include "base/quota.h"
 #include "osal/include/osal/socket.h"
 
@@ -82,17 +81,11 @@ void flow_tcp_init(flow_tcp_t* flow, flow_tcp_client_t* clients, unsigned capaci
                    size_t buffer_octets);
 /// Count the listening socket and every connection in `quota`, which outlives the flow. Before it is opened.
 void flow_tcp_set_quota(flow_tcp_t* flow, quota_t* quota);
-/// Listen at the end node of that name.
-/// STATUS_OK, STATUS_EXISTS (open already, or port in use), STATUS_NOT_FOUND, STATUS_INVALID (address),
-/// STATUS_EXHAUSTED (quota), STATUS_DENIED, STATUS_IO.
-MUST_USE status_t flow_tcp_open(flow_tcp_t* flow, const flow_resolver_t* resolver, const char* name);
-/// The same with a listening socket inherited from the parent. STATUS_OK, STATUS_EXISTS, STATUS_INVALID,
-/// STATUS_EXHAUSTED.
+/// Listen with a socket inherited from the parent. STATUS_OK, STATUS_EXISTS (open already), STATUS_INVALID
+/// (no such descriptor), STATUS_EXHAUSTED (quota).
 MUST_USE status_t flow_tcp_adopt(flow_tcp_t* flow, int descriptor);
 /// End every connection (each reported to `user`) and stop listening.
 void flow_tcp_close(flow_tcp_t* flow, const flow_tcp_user_t* user);
-/// Address that is listened at. STATUS_OK, STATUS_CLOSED.
-MUST_USE status_t flow_tcp_local_address(const flow_tcp_t* flow, osal_address_t* out_address);
 
 /// Accept new connections, then read at most `limit_octets` from the clients in turn, and pass frames to
 /// `user`. *out_octets is the number of octets read. STATUS_OK, STATUS_CLOSED (not listening).

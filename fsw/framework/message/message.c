@@ -15,7 +15,7 @@
 static message_channel_t* channel_of(const message_endpoint_t* const endpoint, const uint16_t peer)
 {
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        if (endpoint->places[i].channel.peer == peer) {
+        if (endpoint->places[i].channel.position.peer == peer) {
             return &endpoint->places[i].channel;
         }
     }
@@ -46,7 +46,7 @@ status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t pee
         return STATUS_EXHAUSTED;
     }
     message_place_t* const place = &endpoint->places[endpoint->channel_count];
-    place->channel               = (message_channel_t){.peer = peer, .sync_at = STRAYS_MAX};
+    place->channel               = (message_channel_t){.position.peer = peer, .sync_at = STRAYS_MAX};
     message_inbox_init(&place->channel.inbox, place->octets, sizeof place->octets);
     endpoint->channel_count++;
     return STATUS_OK;
@@ -59,21 +59,21 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     uint8_t* const frame         = endpoint->frame;
     const message_frame_t header = {.kind      = kind,
                                     .from      = endpoint->self,
-                                    .to        = channel->peer,
+                                    .to        = channel->position.peer,
                                     .from_life = endpoint->life,
-                                    .to_life   = channel->peer_life,
-                                    .sequence  = channel->sent,
-                                    .taken     = channel->taken};
+                                    .to_life   = channel->position.peer_life,
+                                    .sequence  = channel->position.sent,
+                                    .taken     = channel->position.taken};
     message_frame_write(&header, frame);
     if (size > 0U) {
         (void)memcpy(&frame[MESSAGE_HEADER_OCTETS], octets, size);
     }
-    const status_t status =
-        endpoint->outlet.send(endpoint->outlet.context, channel->peer, frame, MESSAGE_HEADER_OCTETS + size);
+    const status_t status = endpoint->outlet.send(endpoint->outlet.context, channel->position.peer, frame,
+                                                  MESSAGE_HEADER_OCTETS + size);
     if (status == STATUS_OK) {
-        channel->told          = channel->taken;
-        channel->untold        = 0U;
-        channel->is_introduced = true;
+        channel->position.told   = channel->position.taken;
+        channel->position.untold = 0U;
+        channel->is_introduced   = true;
     }
     endpoint->counters.unreachable += ((status != STATUS_OK) && (status != STATUS_FULL)) ? 1U : 0U;
     return status;
@@ -84,8 +84,9 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
 static uint32_t credit_of(const message_channel_t* const channel, const uint32_t blocks,
                           const uint32_t octets)
 {
-    const uint32_t left = MESSAGE_WINDOW - (channel->sent - channel->credited);
-    return (((channel->under_way + MESSAGE_FRAME_MAX + octets) > MESSAGE_WINDOW_OCTETS) || (left <= blocks))
+    const uint32_t left = MESSAGE_WINDOW - (channel->position.sent - channel->position.credited);
+    return (((channel->position.under_way + MESSAGE_FRAME_MAX + octets) > MESSAGE_WINDOW_OCTETS) ||
+            (left <= blocks))
                ? 0U
                : (left - blocks);
 }
@@ -93,8 +94,8 @@ static uint32_t credit_of(const message_channel_t* const channel, const uint32_t
 /// The peer has taken all frames before number `taken`.
 static void credit_up_to(message_channel_t* const channel, const uint32_t taken)
 {
-    for (; channel->credited != taken; channel->credited++) {
-        channel->under_way -= channel->sizes[channel->credited % MESSAGE_WINDOW];
+    for (; channel->position.credited != taken; channel->position.credited++) {
+        channel->position.under_way -= channel->position.sizes[channel->position.credited % MESSAGE_WINDOW];
     }
 }
 
@@ -125,7 +126,7 @@ void message_probe(message_endpoint_t* const endpoint, const uint16_t peer)
 {
     FSW_ASSERT(endpoint != NULL);
     message_channel_t* const channel = channel_of(endpoint, peer);
-    if ((channel != NULL) && (channel->sent != channel->credited)) {
+    if ((channel != NULL) && (channel->position.sent != channel->position.credited)) {
         sync(endpoint, channel);
     }
 }
@@ -134,12 +135,6 @@ bool message_is_of_past(const message_endpoint_t* const endpoint)
 {
     FSW_ASSERT(endpoint != NULL);
     return endpoint->is_past;
-}
-
-uint32_t message_stale_frames(const message_endpoint_t* const endpoint)
-{
-    FSW_ASSERT(endpoint != NULL);
-    return endpoint->counters.stale;
 }
 
 static uint32_t credit_to(const message_endpoint_t* const endpoint, const uint16_t peer,
@@ -179,10 +174,10 @@ static status_t send_leaving(message_endpoint_t* const endpoint, const uint16_t 
     }
     const status_t status = send_frame(endpoint, channel, MESSAGE_DATA, octets, size);
     if (status == STATUS_OK) {
-        const uint16_t frame_size                      = (uint16_t)(MESSAGE_HEADER_OCTETS + size);
-        channel->sizes[channel->sent % MESSAGE_WINDOW] = frame_size;
-        channel->under_way += frame_size;
-        channel->sent++;
+        const uint16_t frame_size = (uint16_t)(MESSAGE_HEADER_OCTETS + size);
+        channel->position.sizes[channel->position.sent % MESSAGE_WINDOW] = frame_size;
+        channel->position.under_way += frame_size;
+        channel->position.sent++;
         endpoint->counters.sent++;
     }
     return ((status == STATUS_OK) || (status == STATUS_FULL)) ? status : STATUS_CLOSED;
@@ -242,21 +237,21 @@ status_t message_deliver(message_endpoint_t* const endpoint, const uint8_t* cons
 /// have taken what was sent before it was heard of.
 static void meet(message_endpoint_t* const endpoint, message_channel_t* const channel, const uint32_t life)
 {
-    const bool is_restart = (channel->peer_life != 0U) || (life > FIRST_LIFE);
-    channel->peer_life    = life;
-    channel->expected     = 0U;
-    channel->taken        = 0U;
-    channel->told         = 0U;
-    channel->untold       = 0U;
-    channel->is_syncing   = false;
-    channel->strays       = 0U;
-    channel->sync_at      = STRAYS_MAX;
-    channel->refusals     = 0U;
+    const bool is_restart       = (channel->position.peer_life != 0U) || (life > FIRST_LIFE);
+    channel->position.peer_life = life;
+    channel->position.expected  = 0U;
+    channel->position.taken     = 0U;
+    channel->position.told      = 0U;
+    channel->position.untold    = 0U;
+    channel->is_syncing         = false;
+    channel->strays             = 0U;
+    channel->sync_at            = STRAYS_MAX;
+    channel->refusals           = 0U;
     if (is_restart) { // Frames on the way to the earlier life are lost.
-        endpoint->counters.abandoned += channel->sent - channel->credited;
-        channel->sent      = 0U;
-        channel->credited  = 0U;
-        channel->under_way = 0U;
+        endpoint->counters.abandoned += channel->position.sent - channel->position.credited;
+        channel->position.sent      = 0U;
+        channel->position.credited  = 0U;
+        channel->position.under_way = 0U;
     }
 }
 
@@ -267,7 +262,7 @@ void message_set_life(message_endpoint_t* const endpoint, const uint16_t peer, c
     if (channel == NULL) {
         return;
     }
-    if (life != channel->peer_life) {
+    if (life != channel->position.peer_life) {
         meet(endpoint, channel, life);
     }
     channel->is_life_said = true;
@@ -306,9 +301,9 @@ static void correct_life(message_endpoint_t* const endpoint, message_channel_t* 
                          const message_frame_t* const frame)
 {
     meet(endpoint, channel, frame->from_life);
-    channel->expected = frame->sequence;
-    channel->taken    = frame->sequence;
-    channel->told     = frame->sequence;
+    channel->position.expected = frame->sequence;
+    channel->position.taken    = frame->sequence;
+    channel->position.told     = frame->sequence;
     sync(endpoint, channel);
 }
 
@@ -317,12 +312,12 @@ static bool is_of_this_life(message_endpoint_t* const endpoint, message_channel_
                             const message_frame_t* const frame)
 {
     if (channel->is_life_said) {
-        endpoint->counters.stale += (frame->from_life != channel->peer_life) ? 1U : 0U;
-        return frame->from_life == channel->peer_life;
+        endpoint->counters.stale += (frame->from_life != channel->position.peer_life) ? 1U : 0U;
+        return frame->from_life == channel->position.peer_life;
     }
-    if (frame->from_life > channel->peer_life) {
+    if (frame->from_life > channel->position.peer_life) {
         meet(endpoint, channel, frame->from_life);
-    } else if (frame->from_life == channel->peer_life) {
+    } else if (frame->from_life == channel->position.peer_life) {
         // As known.
     } else if ((frame->kind == MESSAGE_SYNC_ACK) && channel->is_syncing) {
         correct_life(endpoint, channel, frame);
@@ -401,7 +396,7 @@ static void catch_up(message_channel_t* const channel)
 {
     uint32_t stamp = 0U;
     if (!message_inbox_oldest(&channel->inbox, &stamp)) {
-        channel->taken = channel->expected;
+        channel->position.taken = channel->position.expected;
     }
 }
 
@@ -409,19 +404,19 @@ static void catch_up(message_channel_t* const channel)
 static void resync(message_endpoint_t* const endpoint, message_channel_t* const channel,
                    const message_frame_t* const frame)
 {
-    const uint32_t ahead     = frame->sequence - channel->expected;
-    const uint32_t under_way = channel->sent - frame->taken;
+    const uint32_t ahead     = frame->sequence - channel->position.expected;
+    const uint32_t under_way = channel->position.sent - frame->taken;
     endpoint->counters.lost += (ahead <= LOST_AT_ONCE_MAX) ? ahead : 0U;
-    channel->expected = frame->sequence;
+    channel->position.expected = frame->sequence;
     catch_up(channel);
     if (ahead > LOST_AT_ONCE_MAX) {
-        channel->told = channel->taken;
+        channel->position.told = channel->position.taken;
     }
-    if ((under_way <= MESSAGE_WINDOW) && (under_way <= channel->sent)) {
-        channel->credited  = frame->taken;
-        channel->under_way = 0U;
-        for (uint32_t i = frame->taken; i != channel->sent; i++) {
-            channel->under_way += channel->sizes[i % MESSAGE_WINDOW];
+    if ((under_way <= MESSAGE_WINDOW) && (under_way <= channel->position.sent)) {
+        channel->position.credited  = frame->taken;
+        channel->position.under_way = 0U;
+        for (uint32_t i = frame->taken; i != channel->position.sent; i++) {
+            channel->position.under_way += channel->position.sizes[i % MESSAGE_WINDOW];
         }
     }
     channel->is_syncing = channel->is_syncing && (frame->kind != MESSAGE_SYNC_ACK);
@@ -434,9 +429,10 @@ static void resync(message_endpoint_t* const endpoint, message_channel_t* const 
 static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t* const channel,
                            const message_frame_t* const frame)
 {
-    const uint32_t ahead     = frame->sequence - channel->expected;
-    const uint32_t limit     = (frame->kind == MESSAGE_DATA) ? (MESSAGE_WINDOW - 1U) : MESSAGE_WINDOW;
-    const bool is_claim_good = (frame->taken - channel->credited) <= (channel->sent - channel->credited);
+    const uint32_t ahead = frame->sequence - channel->position.expected;
+    const uint32_t limit = (frame->kind == MESSAGE_DATA) ? (MESSAGE_WINDOW - 1U) : MESSAGE_WINDOW;
+    const bool is_claim_good =
+        (frame->taken - channel->position.credited) <= (channel->position.sent - channel->position.credited);
     if (is_claim_good) {
         credit_up_to(channel, frame->taken);
     }
@@ -450,15 +446,15 @@ static bool is_in_sequence(message_endpoint_t* const endpoint, message_channel_t
         out_of_step(endpoint, channel);
     }
     endpoint->counters.lost += ahead;
-    channel->expected = frame->sequence + ((frame->kind == MESSAGE_DATA) ? 1U : 0U);
+    channel->position.expected = frame->sequence + ((frame->kind == MESSAGE_DATA) ? 1U : 0U);
     return frame->kind == MESSAGE_DATA;
 }
 
 static void return_credit(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     FSW_ASSERT(channel != NULL);
-    if (((channel->taken - channel->told) >= (MESSAGE_WINDOW / 2U)) ||
-        (channel->untold >= (MESSAGE_WINDOW_OCTETS / 2U))) {
+    if (((channel->position.taken - channel->position.told) >= (MESSAGE_WINDOW / 2U)) ||
+        (channel->position.untold >= (MESSAGE_WINDOW_OCTETS / 2U))) {
         (void)send_frame(endpoint, channel, MESSAGE_CREDIT, NULL,
                          0U); // If refused, again at the next receive.
     }
@@ -538,7 +534,7 @@ static message_channel_t* next_channel(message_endpoint_t* const endpoint,
         uint32_t stamp                   = 0U;
         if (message_inbox_oldest(&channel->inbox, &stamp) &&
             ((found == NULL) || ((first - stamp) < (UINT32_MAX / 2U))) &&
-            ((filter == NULL) || filter->admits(filter->context, channel->peer))) {
+            ((filter == NULL) || filter->admits(filter->context, channel->position.peer))) {
             found = channel;
             first = stamp;
         }
@@ -558,7 +554,7 @@ status_t message_next(message_endpoint_t* const endpoint, const message_filter_t
     }
     (void)message_ring_look(&channel->inbox.blocks, 0U, endpoint->frame,
                             MESSAGE_HEADER_OCTETS + MESSAGE_HEAD_OCTETS, out_size);
-    *out_from = channel->peer;
+    *out_from = channel->position.peer;
     *out_head = &endpoint->frame[MESSAGE_HEADER_OCTETS];
     *out_size -= MESSAGE_HEADER_OCTETS;
     return STATUS_OK;
@@ -579,14 +575,14 @@ status_t message_receive_if(message_endpoint_t* const endpoint, const message_fi
     uint8_t header[MESSAGE_HEADER_OCTETS];
     size_t size           = 0U;
     const status_t status = message_inbox_take(&channel->inbox, header, octets, capacity, &size);
-    endpoint->is_past     = (message_frame_life(header) != channel->peer_life);
+    endpoint->is_past     = (message_frame_life(header) != channel->position.peer_life);
     if (!endpoint->is_past) { // Last words of an earlier life give no credit to this one.
-        channel->taken = message_frame_sequence(header) + 1U;
-        channel->untold += (uint32_t)size;
+        channel->position.taken = message_frame_sequence(header) + 1U;
+        channel->position.untold += (uint32_t)size;
     }
     catch_up(channel);
     endpoint->counters.received++;
-    *out_from = channel->peer;
+    *out_from = channel->position.peer;
     *out_size = (status == STATUS_OK) ? (size - MESSAGE_HEADER_OCTETS) : 0U;
     return_credit(endpoint, channel);
     return status;

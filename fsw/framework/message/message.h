@@ -61,24 +61,29 @@ typedef struct {
     uint32_t abandoned;   ///< Blocks sent to an earlier life of a peer and not credited by it.
 } message_counters_t;
 
-typedef struct { // Private.
+typedef struct {        // Position of a channel: all that another process needs to continue it.
+    uint32_t peer_life; // 0: not heard of yet.
+    uint32_t sent;      // Data frames sent in this incarnation of the channel.
+    uint32_t credited;  // Of these, taken by the peer.
+    uint32_t expected;  // Next sequence number from the peer.
+    uint32_t taken;     // Data frames taken here by the caller, lost ones included.
+    uint32_t told;      // `taken` as last sent to the peer.
+    uint32_t under_way; // Octets of frames that were sent and not credited.
+    uint32_t untold;    // Octets of frames taken since credit was last sent.
     uint16_t peer;
-    message_inbox_t inbox;          // Frames from this peer.
-    uint32_t peer_life;             // 0: not heard of yet.
-    bool is_life_said;              // Set by message_set_life: received frames do not change it.
-    bool is_introduced;             // The peer was sent a frame in this life of the endpoint.
-    bool is_syncing;                // A SYNC was sent and not answered yet.
-    uint32_t strays;                // Frames dropped in a row.
-    uint32_t sync_at;               // Strays at which the next SYNC is due.
-    uint32_t sent;                  // Data frames sent in this incarnation of the channel.
-    uint32_t credited;              // Of these, taken by the peer.
-    uint32_t expected;              // Next sequence number from the peer.
-    uint32_t taken;                 // Data frames taken here by the caller, lost ones included.
-    uint32_t told;                  // `taken` as last sent to the peer.
-    uint32_t refusals;              // Sends refused for lack of credit since the peer was last heard.
-    uint32_t under_way;             // Octets of frames that were sent and not credited.
-    uint32_t untold;                // Octets of frames taken since credit was last sent.
+    uint16_t reserved;
     uint16_t sizes[MESSAGE_WINDOW]; // Of the frames under way, by their number.
+} message_position_t;
+
+typedef struct { // Private.
+    message_position_t position;
+    message_inbox_t inbox; // Frames from this peer.
+    bool is_life_said;     // Set by message_set_life: received frames do not change it.
+    bool is_introduced;    // The peer was sent a frame in this life of the endpoint.
+    bool is_syncing;       // A SYNC was sent and not answered yet.
+    uint32_t strays;       // Frames dropped in a row.
+    uint32_t sync_at;      // Strays at which the next SYNC is due.
+    uint32_t refusals;     // Sends refused for lack of credit since the peer was last heard.
 } message_channel_t;
 
 /// Place of one peer, private: its channel and the octets of its inbox.
@@ -150,8 +155,6 @@ void message_probe(message_endpoint_t* endpoint, uint16_t peer);
 /// to another life of this endpoint from a peer with a life set by message_set_life, which the scheduler did
 /// not announce to this one: dropped and counted); or `received`.
 MUST_USE status_t message_accept(message_endpoint_t* endpoint, status_t received, size_t size);
-/// Frames of other lives or outside of the window that were dropped so far [wraps].
-uint32_t message_stale_frames(const message_endpoint_t* endpoint);
 /// Blocks that may be sent to a peer now, as long as their octets fit. If this is not 0, the next block fits,
 /// whatever its size. 0 for an unknown peer.
 uint32_t message_credit(const message_endpoint_t* endpoint, uint16_t peer);

@@ -3,8 +3,6 @@
 
 #include "base/assertion.h"
 
-#include <string.h>
-
 bool message_position(const message_endpoint_t* const endpoint, const size_t index,
                       message_position_t* const out_position)
 {
@@ -12,18 +10,7 @@ bool message_position(const message_endpoint_t* const endpoint, const size_t ind
     if (index >= endpoint->channel_count) {
         return false;
     }
-    const message_channel_t* const channel = &endpoint->places[index].channel;
-    (void)memset(out_position, 0, sizeof *out_position);
-    out_position->peer      = channel->peer;
-    out_position->peer_life = channel->peer_life;
-    out_position->sent      = channel->sent;
-    out_position->credited  = channel->credited;
-    out_position->expected  = channel->expected;
-    out_position->taken     = channel->taken;
-    out_position->told      = channel->told;
-    out_position->under_way = channel->under_way;
-    out_position->untold    = channel->untold;
-    (void)memcpy(out_position->sizes, channel->sizes, sizeof out_position->sizes);
+    *out_position = endpoint->places[index].channel.position;
     return true;
 }
 
@@ -45,16 +32,8 @@ bool message_position_is_sound(const message_position_t* const position)
 /// channel to it begins at 0, as message_set_life has left it.
 static void resume(message_channel_t* const channel, const message_position_t* const position)
 {
-    if (!channel->is_life_said || (channel->peer_life == position->peer_life)) {
-        channel->peer_life = position->peer_life;
-        channel->sent      = position->sent;
-        channel->credited  = position->credited;
-        channel->expected  = position->expected;
-        channel->taken     = position->taken;
-        channel->told      = position->told;
-        channel->under_way = position->under_way;
-        channel->untold    = position->untold;
-        (void)memcpy(channel->sizes, position->sizes, sizeof channel->sizes);
+    if (!channel->is_life_said || (channel->position.peer_life == position->peer_life)) {
+        channel->position = *position;
     }
     channel->inbox.arrived = channel->inbox.blocks.blocks; // All that waits was judged.
     channel->inbox.judged  = channel->inbox.arrived;
@@ -66,7 +45,7 @@ void message_resume(message_endpoint_t* const endpoint, const message_position_t
     FSW_ASSERT((endpoint != NULL) && (position != NULL) && message_position_is_sound(position));
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
         message_channel_t* const channel = &endpoint->places[i].channel;
-        if (channel->peer == position->peer) {
+        if (channel->position.peer == position->peer) {
             resume(channel, position);
         }
     }

@@ -13,20 +13,6 @@
 
 #include <stdbool.h>
 
-typedef struct { // Of one channel; see message_channel_t.
-    uint32_t peer_life;
-    uint32_t sent;
-    uint32_t credited;
-    uint32_t expected;
-    uint32_t taken;
-    uint32_t told;
-    uint32_t under_way;
-    uint32_t untold;
-    uint16_t peer;
-    uint16_t reserved;
-    uint16_t sizes[MESSAGE_WINDOW];
-} message_position_t;
-
 /// Position of the channel of that index. False: there is no such channel.
 bool message_position(const message_endpoint_t* endpoint, size_t index, message_position_t* out_position);
 /// True if the fields of a position do not contradict each other.

@@ -8,16 +8,12 @@
 #define NAME_MAX_OCTETS 64U
 
 #define WORDS_OF(octets) (((octets) + 7U) / 8U)
-#define APART_OCTETS 128U // Processors fetch cache lines by pairs of 64 octets.
 #define LINE_WORDS 8U
 #define HEADER_WORDS LINK_FRAME_HEADER_WORDS
 
 /// Content of the shared memory. `guard` is odd while the writer writes. The frame is written and read word
-/// by word with relaxed atomics between fences, so that a torn read is seen and never undefined. The doorbell
-/// has cache lines of its own: readers that do not wait never touch it.
+/// by word with relaxed atomics between fences, so that a torn read is seen and never undefined.
 typedef struct link_slot {
-    osal_doorbell_t doorbell; // Rung after each sample.
-    uint8_t apart[APART_OCTETS - sizeof(osal_doorbell_t)];
     uint32_t guard;
     uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
 } link_slot_t;
@@ -100,7 +96,6 @@ static void write_slot(link_slot_t* const slot, const rtlink_frame_header_t* con
     }
     store_words(&slot->words[HEADER_WORDS], payload, size);
     __atomic_store_n(&slot->guard, guard + 2U, __ATOMIC_RELEASE);
-    osal_doorbell_ring(&slot->doorbell);
 }
 
 static status_t send_datagram(rtlink_producer_t* const producer, const rtlink_frame_header_t* const header,
@@ -260,12 +255,6 @@ static void take_from_slot(rtlink_consumer_t* const consumer)
         }
     }
     consumer->counters.torn++;
-}
-
-osal_doorbell_t* rtlink_consumer_doorbell(const rtlink_consumer_t* const consumer)
-{
-    FSW_ASSERT(consumer != NULL);
-    return (consumer->slot != NULL) ? &consumer->slot->doorbell : NULL;
 }
 
 status_t rtlink_consumer_read(rtlink_consumer_t* const consumer, const uint64_t now_ns)

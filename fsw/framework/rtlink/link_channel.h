@@ -17,7 +17,6 @@
 #include "base/status.h"
 #include "fsw/framework/rtlink/agreement.h"
 #include "fsw/framework/rtlink/link_frame.h"
-#include "osal/include/osal/doorbell.h"
 #include "osal/include/osal/shm.h"
 #include "osal/include/osal/socket.h"
 #include "osal/include/osal/tipc.h"
@@ -115,10 +114,6 @@ MUST_USE status_t rtlink_consumer_open(rtlink_consumer_t* consumer, const rtlink
 status_t rtlink_consumer_read(rtlink_consumer_t* consumer, uint64_t now_ns);
 /// A datagram for this link has arrived. STATUS_OK, STATUS_INVALID (refused and counted), STATUS_CLOSED.
 status_t rtlink_consumer_deliver(rtlink_consumer_t* consumer, const uint8_t* frame, size_t size);
-/// The doorbell that the producer rings after each sample in shared memory; null if not open, or another
-/// method. For an executive that lets a sample start its cycle, instead of a poll in each cycle; see
-/// osal/doorbell.h.
-osal_doorbell_t* rtlink_consumer_doorbell(const rtlink_consumer_t* consumer);
 void rtlink_consumer_close(rtlink_consumer_t* consumer);
 
 #endif // FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H

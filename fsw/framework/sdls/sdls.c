@@ -29,22 +29,6 @@ void sdls_wipe(void* const secret, const size_t size)
     }
 }
 
-static void take_check(struct gcm_aes256_ctx* const cipher, uint8_t out_check[SESSION_MARK_CHECK])
-{
-    static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0}; // Sessions begin with 1.
-    gcm_aes256_set_iv(cipher, sizeof unused, unused);
-    gcm_aes256_digest(cipher, SESSION_MARK_CHECK, out_check);
-}
-
-void sdls_key_check(const uint8_t key[SDLS_KEY_OCTETS], uint8_t out_check[SESSION_MARK_CHECK])
-{
-    struct gcm_aes256_ctx cipher;
-    FSW_ASSERT((key != NULL) && (out_check != NULL));
-    gcm_aes256_set_key(&cipher, key);
-    take_check(&cipher, out_check);
-    sdls_wipe(&cipher, sizeof cipher);
-}
-
 void sdls_close(sdls_receiver_t* const self)
 {
     FSW_ASSERT(self != NULL);
@@ -55,10 +39,12 @@ status_t sdls_open(sdls_receiver_t* const self, const uint8_t key[SDLS_KEY_OCTET
                    const medium_t* const medium)
 {
     FSW_ASSERT((self != NULL) && (key != NULL) && (medium != NULL));
-    uint8_t check[SESSION_MARK_CHECK];
+    static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0}; // Of no frame: sessions begin with 1.
+    uint8_t check[SESSION_MARK_CHECK]; // Identifies the key without revealing it: the cipher's first output.
     sdls_close(self);
     gcm_aes256_set_key(&self->cipher, key);
-    take_check(&self->cipher, check);
+    gcm_aes256_set_iv(&self->cipher, sizeof unused, unused);
+    gcm_aes256_digest(&self->cipher, sizeof check, check);
     const status_t status = sdls_session_mark_open(&self->mark, medium, check);
     self->is_open         = (status == STATUS_OK);
     return status;

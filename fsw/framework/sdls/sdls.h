@@ -85,9 +85,6 @@ MUST_USE status_t sdls_look(sdls_receiver_t* receiver, sdls_session_t* session, 
 /// Accept the frame that sdls_look has just returned.
 void sdls_accept(sdls_receiver_t* receiver, sdls_session_t* session);
 
-/// A value that identifies a key without revealing it: the cipher's first output for a vector that no frame
-/// uses.
-void sdls_key_check(const uint8_t key[SDLS_KEY_OCTETS], uint8_t out_check[SESSION_MARK_CHECK]);
 /// Overwrite a secret; the compiler cannot remove this write.
 void sdls_wipe(void* secret, size_t size);
 

@@ -106,8 +106,6 @@ uint64_t subsystem_period_ns(const subsystem_t* subsystem);
 /// descriptor and of the protocol.
 uint64_t subsystem_device_deadline_ns(const subsystem_t* subsystem);
 state_t subsystem_state(const subsystem_t* subsystem);
-/// Time since the running entry action was started [ns].
-uint64_t subsystem_action_age_ns(const subsystem_t* subsystem);
 /// Applied configuration, or null.
 const descriptor_configuration_t* subsystem_configuration(const subsystem_t* subsystem);
 const subsystem_descriptor_t* subsystem_descriptor(const subsystem_t* subsystem);

@@ -280,11 +280,6 @@ state_t subsystem_state(const subsystem_t* const subsystem)
     return subsystem->machine.state;
 }
 
-uint64_t subsystem_action_age_ns(const subsystem_t* const subsystem)
-{
-    return subsystem->now_ns - subsystem->action_start_ns;
-}
-
 const descriptor_configuration_t* subsystem_configuration(const subsystem_t* const subsystem)
 {
     return subsystem->configuration;

@@ -12,24 +12,11 @@
 #define ARENA_WORDS_MIN 1024U
 #define PIECE_OCTETS 4096U
 
-static const xml_limits_t default_limits = {.octets_max      = 1U << 20U,
-                                            .elements_max    = 20000U,
-                                            .depth_max       = 16U,
-                                            .attributes_max  = 24U,
-                                            .allocations_max = 0U};
-
 void xml_init(xml_parser_t* const parser, uint64_t* const arena, const size_t arena_words)
 {
     FSW_ASSERT((parser != NULL) && (arena != NULL) && (arena_words >= ARENA_WORDS_MIN));
-    *parser        = (xml_parser_t){.status = STATUS_CLOSED};
-    parser->arena  = (xml_arena_t){.words = arena, .capacity = arena_words * sizeof(uint64_t)};
-    parser->limits = default_limits;
-}
-
-void xml_set_limits(xml_parser_t* const parser, const xml_limits_t* const limits)
-{
-    FSW_ASSERT((parser != NULL) && (limits != NULL));
-    parser->limits = *limits;
+    *parser       = (xml_parser_t){.status = STATUS_CLOSED};
+    parser->arena = (xml_arena_t){.words = arena, .capacity = arena_words * sizeof(uint64_t)};
 }
 
 /// Keep the first error with its place, and stop expat.
@@ -66,12 +53,12 @@ static void XMLCALL on_start(void* const context, const XML_Char* const name,
     parser->depth++;
     parser->elements++;
     const uint32_t count = (uint32_t)XML_GetSpecifiedAttributeCount(parser->expat) / 2U;
-    if (parser->depth > parser->limits.depth_max) {
-        refuse_beyond(parser, "elements are nested too deep", parser->limits.depth_max);
-    } else if (parser->elements > parser->limits.elements_max) {
-        refuse_beyond(parser, "too many elements", parser->limits.elements_max);
-    } else if (count > parser->limits.attributes_max) {
-        refuse_beyond(parser, "too many attributes", parser->limits.attributes_max);
+    if (parser->depth > XML_DEPTH_MAX) {
+        refuse_beyond(parser, "elements are nested too deep", XML_DEPTH_MAX);
+    } else if (parser->elements > XML_ELEMENTS_MAX) {
+        refuse_beyond(parser, "too many elements", XML_ELEMENTS_MAX);
+    } else if (count > XML_ATTRIBUTES_MAX) {
+        refuse_beyond(parser, "too many attributes", XML_ATTRIBUTES_MAX);
     } else {
         const xml_element_t element = {.name       = name,
                                        .attributes = (const char* const*)attributes,
@@ -164,7 +151,7 @@ status_t xml_begin(xml_parser_t* const parser, const xml_handler_t* const handle
     parser->octets                                = 0U;
     parser->elements                              = 0U;
     parser->depth                                 = 0U;
-    xml_arena_reset(&parser->arena, parser->limits.allocations_max);
+    xml_arena_reset(&parser->arena);
     xml_arena_enter(&parser->arena);
     XML_Parser const expat = XML_ParserCreate_MM("UTF-8", &memory, NULL);
     parser->expat          = expat;
@@ -222,8 +209,8 @@ status_t xml_feed(xml_parser_t* const parser, const void* const octets, const si
     // expat keeps the incomplete token of the previous piece, so small pieces keep its buffer small.
     for (size_t done = 0U; (done < size) && (parser->status == STATUS_OK);) {
         const size_t piece = ((size - done) < PIECE_OCTETS) ? (size - done) : PIECE_OCTETS;
-        if (piece > (parser->limits.octets_max - parser->octets)) {
-            refuse_beyond(parser, "the document has too many octets", parser->limits.octets_max);
+        if (piece > (XML_OCTETS_MAX - parser->octets)) {
+            refuse_beyond(parser, "the document has too many octets", XML_OCTETS_MAX);
         } else if ((parser->octets == 0U) && ((bytes[0] == 0xFEU) || (bytes[0] == 0xFFU))) {
             refuse(parser, STATUS_INVALID, "encoding is not UTF-8");
         } else {

@@ -21,7 +21,12 @@
 
 #define XML_ERROR_CHARACTERS 128U
 
-/// An arena of this size holds every document within the default limits [64-bit words].
+#define XML_OCTETS_MAX (1U << 20U)
+#define XML_ELEMENTS_MAX 20000U
+#define XML_DEPTH_MAX 16U
+#define XML_ATTRIBUTES_MAX 24U ///< Of an element.
+
+/// An arena of this size holds every document within the limits [64-bit words].
 #define XML_ARENA_WORDS 8192U
 
 typedef struct {
@@ -39,14 +44,6 @@ typedef struct {
     void* context;
 } xml_handler_t;
 
-typedef struct { // By default 1 MiB, 20000 elements, depth 16, 24 attributes, allocations not limited.
-    uint32_t octets_max;
-    uint32_t elements_max;
-    uint16_t depth_max;
-    uint16_t attributes_max;  ///< Per element.
-    uint32_t allocations_max; ///< Allocations from the arena per document; 0 = not limited.
-} xml_limits_t;
-
 typedef struct {
     uint32_t line; ///< 0 if the error has no place (the document did not begin).
     uint32_t column;
@@ -58,15 +55,10 @@ typedef struct { // Private.
     size_t capacity; // [octets]
     size_t used;     // [octets]
     size_t last;     // Offset of the newest block, which alone can grow in place.
-    size_t peak;
-    uint32_t allocations;
-    uint32_t allocations_max;
-    uint32_t refused;
 } xml_arena_t;
 
 typedef struct { // Private, except `error`: read-only.
     xml_arena_t arena;
-    xml_limits_t limits;
     xml_handler_t handler;
     xml_error_t error;
     void* expat;
@@ -76,10 +68,8 @@ typedef struct { // Private, except `error`: read-only.
     uint16_t depth;
 } xml_parser_t;
 
-/// Parser with the default limits. arena_words >= 1024.
+/// arena_words >= 1024.
 void xml_init(xml_parser_t* parser, uint64_t* arena, size_t arena_words);
-/// Other limits, valid from the next document on.
-void xml_set_limits(xml_parser_t* parser, const xml_limits_t* limits);
 
 /// Begin a document, forgetting the one before. STATUS_OK, STATUS_EXHAUSTED (arena).
 MUST_USE status_t xml_begin(xml_parser_t* parser, const xml_handler_t* handler);

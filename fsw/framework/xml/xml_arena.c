@@ -22,14 +22,11 @@ void xml_arena_leave(void)
     in_use = NULL;
 }
 
-void xml_arena_reset(xml_arena_t* const arena, const uint32_t allocations_max)
+void xml_arena_reset(xml_arena_t* const arena)
 {
     FSW_ASSERT((arena != NULL) && (arena->words != NULL));
-    arena->used            = ((uintptr_t)arena->words % HEADER_OCTETS == 0U) ? 0U : (HEADER_OCTETS / 2U);
-    arena->last            = arena->used;
-    arena->allocations     = 0U;
-    arena->allocations_max = allocations_max;
-    arena->refused         = 0U;
+    arena->used = ((uintptr_t)arena->words % HEADER_OCTETS == 0U) ? 0U : (HEADER_OCTETS / 2U);
+    arena->last = arena->used;
 }
 
 /// Octets of a block with its header, a multiple of the alignment; 0 if that is beyond any arena.
@@ -45,14 +42,9 @@ static uint8_t* at(const xml_arena_t* const arena, const size_t offset)
     return (uint8_t*)arena->words + offset;
 }
 
-/// Whether one more allocation is allowed and `octets` are left.
-static bool has_room(xml_arena_t* const arena, const size_t octets)
+static bool has_room(const xml_arena_t* const arena, const size_t octets)
 {
-    arena->allocations++;
-    const bool is_allowed = (arena->allocations_max == 0U) || (arena->allocations <= arena->allocations_max);
-    const bool has_octets = (octets != 0U) && ((arena->capacity - arena->used) >= octets);
-    arena->refused += (is_allowed && has_octets) ? 0U : 1U;
-    return is_allowed && has_octets;
+    return (octets != 0U) && ((arena->capacity - arena->used) >= octets);
 }
 
 void* xml_arena_take(const size_t octets)
@@ -65,7 +57,6 @@ void* xml_arena_take(const size_t octets)
     }
     arena->last = arena->used;
     arena->used += whole;
-    arena->peak = (arena->used > arena->peak) ? arena->used : arena->peak;
     (void)memcpy(at(arena, arena->last), &octets, sizeof octets);
     return at(arena, arena->last + HEADER_OCTETS);
 }
@@ -90,7 +81,6 @@ void* xml_arena_resize(void* const block, const size_t octets)
             return NULL;
         }
         arena->used += whole;
-        arena->peak = (arena->used > arena->peak) ? arena->used : arena->peak;
         (void)memcpy((uint8_t*)block - HEADER_OCTETS, &octets, sizeof octets);
         return block;
     }

@@ -12,8 +12,8 @@
 void xml_arena_enter(xml_arena_t* arena);
 void xml_arena_leave(void);
 
-/// Everything is free again; counters of the document restart.
-void xml_arena_reset(xml_arena_t* arena, uint32_t allocations_max);
+/// Everything is free again.
+void xml_arena_reset(xml_arena_t* arena);
 
 /// The three functions of XML_Memory_Handling_Suite; null when the arena has no room.
 void* xml_arena_take(size_t octets);

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pair of real-time links through shared memory; the reader polls, or sleeps at the doorbell.
+// A pair of real-time links through shared memory; the reader polls.
 #include "fsw/framework/rtlink/link_channel.h"
 #include "test/bench/transport/round_trip.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -12,7 +11,6 @@ static rtlink_producer_t producers[2];
 static rtlink_producer_t* producer;
 static rtlink_consumer_t consumer;
 static rtlink_terms_t terms;
-static bool polls;
 static long maker; // Process that made the memories.
 
 static bool shm_name(void* context, uint16_t link, char* out_name, size_t capacity)
@@ -40,9 +38,9 @@ static bool prepare(size_t size)
 static bool open_side(unsigned side, size_t size, bool is_polled)
 {
     (void)size;
-    polls    = is_polled;
     producer = &producers[side];
-    return rtlink_consumer_open(&consumer, &resolver, (uint16_t)(1U - side), &terms, 1U) == STATUS_OK;
+    return is_polled &&
+           (rtlink_consumer_open(&consumer, &resolver, (uint16_t)(1U - side), &terms, 1U) == STATUS_OK);
 }
 
 static void send_payload(const uint8_t* payload)
@@ -52,19 +50,11 @@ static void send_payload(const uint8_t* payload)
 
 static void receive(uint8_t* payload)
 {
-    osal_doorbell_t* const bell = rtlink_consumer_doorbell(&consumer);
-    const uint32_t frames       = consumer.counters.frames;
-    for (;;) {
-        const uint32_t seen = polls ? 0U : osal_doorbell_rings(bell);
+    const uint32_t frames = consumer.counters.frames;
+    while (consumer.counters.frames == frames) {
         (void)rtlink_consumer_read(&consumer, 1U);
-        if (consumer.counters.frames != frames) {
-            (void)memcpy(payload, consumer.payload, terms.layout_octets);
-            return;
-        }
-        if (!polls && (osal_doorbell_wait(bell, seen, UINT32_MAX) != STATUS_OK)) {
-            abort();
-        }
     }
+    (void)memcpy(payload, consumer.payload, terms.layout_octets);
 }
 
 static void close_side(void)

@@ -66,25 +66,24 @@ static size_t on_frame(void* const context, const unsigned client, const uint8_t
     return frame;
 }
 
-static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
-                        flow_endnode_address_t* const out_address)
+/// Listen at a port of the kernel's choice, as a program does with the descriptor it inherits.
+static status_t listen_with(flow_tcp_t* const listening)
 {
-    (void)context;
-    if ((kind != ENDNODE_TCP) || (strcmp(name, "moon") == 0)) {
-        return STATUS_NOT_FOUND;
+    osal_socket_t inherited = OSAL_SOCKET_CLOSED;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_listen(&inherited, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&inherited, &address));
+    const status_t status = flow_tcp_adopt(listening, osal_socket_descriptor(&inherited));
+    if (status != STATUS_OK) {
+        osal_socket_close(&inherited);
     }
-    (void)strcpy(out_address->address, (strcmp(name, "text") == 0) ? "here" : "127.0.0.1:0");
-    return STATUS_OK;
+    return status;
 }
-
-static const flow_resolver_t resolver = {NULL, resolve};
 
 void setUp(void)
 {
     memset(&seen, 0, sizeof seen);
     flow_tcp_init(&flow, clients, CLIENTS, &buffers[0][0], BUFFER);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_open(&flow, &resolver, "ground"));
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_local_address(&flow, &address));
+    TEST_ASSERT_EQUAL(STATUS_OK, listen_with(&flow));
     for (unsigned i = 0U; i < 4U; i++) {
         peers[i].descriptor = -1;
     }
@@ -246,8 +245,7 @@ static void turns_go_round(void)
     size_t octets                = 0U;
     flow_tcp_close(&flow, &user);
     flow_tcp_init(&flow, three, THREE, &room[0][0], BUFFER);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_open(&flow, &resolver, "ground"));
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_local_address(&flow, &address));
+    TEST_ASSERT_EQUAL(STATUS_OK, listen_with(&flow));
     for (unsigned i = 0U; i < THREE; i++) {
         join(i);
     }
@@ -361,8 +359,7 @@ static void sockets_are_counted_where_a_quota_is_given(void)
     flow_tcp_set_quota(&flow, &quota);
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_tcp_adopt(&flow, 9999));
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_open(&flow, &resolver, "ground"));
-    TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_local_address(&flow, &address));
+    TEST_ASSERT_EQUAL(STATUS_OK, listen_with(&flow));
     flow_tcp_t second;
     flow_tcp_client_t places[1];
     uint8_t room[BUFFER];
@@ -373,9 +370,8 @@ static void sockets_are_counted_where_a_quota_is_given(void)
     TEST_ASSERT_EQUAL_UINT32(1U, quota.stats.refused);
     flow_tcp_init(&second, places, 1U, room, BUFFER);
     flow_tcp_set_quota(&second, &quota);
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow_tcp_open(&second, &resolver, "ground"));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow_tcp_adopt(&second, 0));
-    TEST_ASSERT_EQUAL_UINT32(2U, second.counters.failed);
+    TEST_ASSERT_EQUAL_UINT32(1U, second.counters.failed);
     osal_socket_close(&peers[0]);
     wait(&clients[0].socket);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &user, FLOW_TCP_UNLIMITED, &octets));
@@ -393,20 +389,16 @@ static void closing_tells_everyone(void)
     flow_tcp_close(&flow, &user);
     TEST_ASSERT_EQUAL_UINT(2U, seen.disconnected);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_step(&flow, &user, FLOW_TCP_UNLIMITED, &octets));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_local_address(&flow, &address));
     flow_tcp_close(&flow, &user);
     TEST_ASSERT_EQUAL_UINT(2U, seen.disconnected);
 }
 
 static void opening_is_refused_for_a_reason(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_tcp_open(&flow, &resolver, "ground"));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_tcp_adopt(&flow, 0));
     flow_tcp_close(&flow, &user);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, flow_tcp_open(&flow, &resolver, "moon"));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, flow_tcp_open(&flow, &resolver, "text"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow_tcp_adopt(&flow, 9999));
-    TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.failed);
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.failed);
 }
 
 int main(void)

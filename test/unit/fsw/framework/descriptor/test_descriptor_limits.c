@@ -251,17 +251,14 @@ static void a_port_may_be_in_several_configurations(void)
     TEST_ASSERT_EQUAL_UINT32(2000U, arm.ports[1].period_us);
 }
 
-/// The arena gives out a limited number of blocks: none for a parser, or some and then no more.
+/// Too small for the parser itself, and then for the document. setUp initializes the loader again.
 static void an_arena_that_is_used_up_is_reported(void)
 {
-    xml_limits_t limits    = loader.parser.limits;
-    limits.allocations_max = 1U;
-    xml_set_limits(&loader.parser, &limits);
+    loader.parser.arena.capacity = 1024U;
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, descriptor_parse_subsystem(&loader, "arm.xml", arm_document,
                                                                    strlen(arm_document), &arm));
     TEST_ASSERT_EQUAL_STRING("arm.xml:0: the arena is too small to begin", descriptor_error(&loader));
-    limits.allocations_max = 20U;
-    xml_set_limits(&loader.parser, &limits);
+    loader.parser.arena.capacity = 14U * 1024U;
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, descriptor_parse_subsystem(&loader, "arm.xml", arm_document,
                                                                    strlen(arm_document), &arm));
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), ": the arena is used up"));

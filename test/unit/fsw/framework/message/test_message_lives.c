@@ -109,7 +109,7 @@ static void say_the_lives_before_a_word(void)
     // It has not sent a frame, but the first one to it arrives.
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 60U));
     TEST_ASSERT_EQUAL(60U, next_number(1U));
-    TEST_ASSERT_EQUAL((party.form == PARTY_RING) ? 0U : 1U, message_stale_frames(end(1U)));
+    TEST_ASSERT_EQUAL((party.form == PARTY_RING) ? 0U : 1U, end(1U)->counters.stale);
     exchange(100U, 100U);
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.syncs + end(1U)->counters.syncs);
@@ -134,7 +134,7 @@ static void hear_other_lives(void)
         octets_put_u32(&frame[AT_FROM_LIFE], others[i % 3U]);
         inject(frame, 0U, 1U);
         TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
-        TEST_ASSERT_EQUAL(i + 1U, message_stale_frames(end(1U)));
+        TEST_ASSERT_EQUAL(i + 1U, end(1U)->counters.stale);
     }
     TEST_ASSERT_EQUAL(3U, party.frames[1][0]); // They are not answered, either.
     exchange(10U, 3U);
@@ -188,7 +188,7 @@ static void resume_after_a_start(void)
     TEST_ASSERT_TRUE(message_is_of_past(end(0U)));
     exchange(100U, 100U);
     TEST_ASSERT_FALSE(message_is_of_past(end(0U)));
-    TEST_ASSERT_EQUAL(0U, message_stale_frames(end(0U)) + message_stale_frames(end(1U)));
+    TEST_ASSERT_EQUAL(0U, end(0U)->counters.stale + end(1U)->counters.stale);
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.syncs + end(1U)->counters.syncs);
 }
@@ -261,8 +261,8 @@ static void one_exchange_later_all_is_counted_and_data_passes(void)
 static void be_far_ahead(void)
 {
     exchange(0U, 3U);
-    end(0U)->places[0].channel.sent += 100U; // As after a forged credit, or in a copied endpoint.
-    end(0U)->places[0].channel.credited += 100U;
+    end(0U)->places[0].channel.position.sent += 100U; // As after a forged credit, or in a copied endpoint.
+    end(0U)->places[0].channel.position.credited += 100U;
     unsigned passed = 0U;
     for (uint32_t i = 0U; i < 200U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
@@ -307,8 +307,8 @@ static void forge_each_field(void)
             exchange(0U, 3U);
             forge(frame, 0U, 1U);
             frame[AT_KIND] = kind;
-            octets_put_u32(&frame[AT_SEQUENCE], end(0U)->places[0].channel.sent);
-            octets_put_u32(&frame[AT_TAKEN], end(0U)->places[0].channel.taken);
+            octets_put_u32(&frame[AT_SEQUENCE], end(0U)->places[0].channel.position.sent);
+            octets_put_u32(&frame[AT_TAKEN], end(0U)->places[0].channel.position.taken);
             octets_put_u32(&frame[places[i % 4U]], values[(i / 4U) % 9U]);
             for (unsigned k = 0U; k <= (i / 36U); k++) {
                 inject(frame, 0U, 1U);
@@ -354,8 +354,8 @@ static void damage_at_random(void)
         for (unsigned i = draw(20U); i > 0U; i--) {
             forge(frame, from, 1U - from);
             frame[AT_KIND] = (uint8_t)draw(4U);
-            octets_put_u32(&frame[AT_SEQUENCE], end(from)->places[0].channel.sent + draw(3U));
-            octets_put_u32(&frame[AT_TAKEN], end(from)->places[0].channel.taken + draw(3U));
+            octets_put_u32(&frame[AT_SEQUENCE], end(from)->places[0].channel.position.sent + draw(3U));
+            octets_put_u32(&frame[AT_TAKEN], end(from)->places[0].channel.position.taken + draw(3U));
             frame[AT_FROM_LIFE + draw(16U)] ^= (uint8_t)(1U << draw(8U));
             inject(frame, from, 1U - from);
             (void)next_number(1U - from);

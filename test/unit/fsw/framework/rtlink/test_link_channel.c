@@ -319,10 +319,10 @@ static void a_damaged_slot_is_refused(void)
     open_both(1U);
     write_number(1U, 0U);
     uint8_t* const memory = osal_shm_address(&producer.shm);
-    *(uint64_t*)(void*)&memory[136] ^= 1ULL << 48U; // Behind the doorbell and the guard: the magic.
+    *(uint64_t*)(void*)&memory[8] ^= 1ULL << 48U; // Behind the guard: the magic.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.refused);
-    *(uint32_t*)(void*)&memory[128] |= 1U; // The guard: a writer that died inside.
+    *(uint32_t*)(void*)&memory[0] |= 1U; // The guard: a writer that died inside.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.torn);
 }

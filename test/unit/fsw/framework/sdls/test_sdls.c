@@ -108,7 +108,7 @@ static void test_known_answers(void)
     uint8_t check[SESSION_MARK_CHECK];
     uint8_t expected[SDLS_FRAME_MAX];
     TEST_ASSERT_EQUAL(SESSION_MARK_CHECK, hex("f05d76ae4ab99fe5", expected));
-    sdls_key_check(sealer_key, check);
+    sealer_key_check(sealer_key, check);
     TEST_ASSERT_EQUAL_MEMORY(expected, check, sizeof check);
 
     known("2001003100c00001000000000000000100000000290aa47d319bc59af5529e9a7be54538e048770377ec5a9c6d922351ac"

@@ -20,7 +20,7 @@ void setUp(void)
     recorded_clear(empty);
     recorded.fail_from = 0U;
     medium             = recorded_medium(0U);
-    sdls_key_check(sealer_key, check);
+    sealer_key_check(sealer_key, check);
     sealer_make_mark(&medium, sealer_key, 0U);
 }
 

@@ -218,16 +218,8 @@ static void an_action_runs_once_a_cycle(void)
 
 static struct {
     uint64_t now_ns;
-    uint64_t age_ns; // Of HARDWARE_INIT, as its callback sees it.
     uint32_t cycle;
 } seen;
-
-static void see_age(state_action_t action)
-{
-    if (action == ACTION_HARDWARE_INIT) {
-        seen.age_ns = subsystem_action_age_ns(&fixture.subsystem);
-    }
-}
 
 static void see_time(void)
 {
@@ -239,11 +231,9 @@ static void see_time(void)
 static void callbacks_are_told_the_time(void)
 {
     seen.now_ns                          = 0U;
-    fixture.in_action                    = see_age;
     fixture.in_sense                     = see_time;
     fixture.delays[ACTION_HARDWARE_INIT] = 2U;
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
-    TEST_ASSERT_EQUAL_UINT64(3U * 10000000U, seen.age_ns); // Idle cycles: it began as SOFTWARE_INIT ended.
     const uint32_t before = seen.cycle;
     fixture_run(7U);
     TEST_ASSERT_EQUAL_UINT64(fixture.now_ns - FIXTURE_PERIOD_NS, seen.now_ns);
