@@ -47,14 +47,6 @@ uint64_t octet_read_u64(octet_reader_t* const reader)
     return (octets != NULL) ? octets_u64_at(octets) : 0U;
 }
 
-float octet_read_f32(octet_reader_t* const reader)
-{
-    const uint32_t bits = octet_read_u32(reader);
-    float value         = 0.0F;
-    (void)memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
 double octet_read_f64(octet_reader_t* const reader)
 {
     const uint64_t bits = octet_read_u64(reader);
@@ -136,13 +128,6 @@ void octet_write_u64(octet_writer_t* const writer, const uint64_t value)
     if (octets != NULL) {
         octets_put_u64(octets, value);
     }
-}
-
-void octet_write_f32(octet_writer_t* const writer, const float value)
-{
-    uint32_t bits = 0U;
-    (void)memcpy(&bits, &value, sizeof bits);
-    octet_write_u32(writer, bits);
 }
 
 void octet_write_f64(octet_writer_t* const writer, const double value)

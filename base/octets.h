@@ -70,7 +70,6 @@ uint8_t octet_read_u8(octet_reader_t* reader);
 uint16_t octet_read_u16(octet_reader_t* reader);
 uint32_t octet_read_u32(octet_reader_t* reader);
 uint64_t octet_read_u64(octet_reader_t* reader);
-float octet_read_f32(octet_reader_t* reader);
 double octet_read_f64(octet_reader_t* reader);
 /// Pointer to `size` octets inside the reader's buffer, or NULL (and failed) if fewer are left.
 const uint8_t* octet_read_octets(octet_reader_t* reader, size_t size);
@@ -84,7 +83,6 @@ void octet_write_u8(octet_writer_t* writer, uint8_t value);
 void octet_write_u16(octet_writer_t* writer, uint16_t value);
 void octet_write_u32(octet_writer_t* writer, uint32_t value);
 void octet_write_u64(octet_writer_t* writer, uint64_t value);
-void octet_write_f32(octet_writer_t* writer, float value);
 void octet_write_f64(octet_writer_t* writer, double value);
 /// Pointer to the next `size` octets, for the caller to fill, or NULL (and failed) if they do not fit.
 uint8_t* octet_write_space(octet_writer_t* writer, size_t size);

@@ -47,15 +47,6 @@ status_t resource_init(resource_t* const resource, uint64_t* const arena, const 
     return STATUS_OK;
 }
 
-void resource_set_thresholds(resource_t* const resource, const uint8_t warn_percent,
-                             const uint8_t clear_percent)
-{
-    FSW_ASSERT(resource != NULL);
-    for (uint16_t i = 0U; i < resource->pool_count; i++) {
-        pool_set_thresholds(&resource->pools[i], warn_percent, clear_percent);
-    }
-}
-
 /// Pool of the smallest blocks that fit, or NULL.
 static pool_t* fitting(resource_t* const resource, const size_t octets)
 {
@@ -68,27 +59,15 @@ static pool_t* fitting(resource_t* const resource, const size_t octets)
     return NULL;
 }
 
-static status_t taken(void* const block, const pool_t* const pool, void** const out_block)
-{
-    *out_block = block;
-    if (block != NULL) {
-        return STATUS_OK;
-    }
-    return (pool == NULL) ? STATUS_TOO_LARGE : STATUS_EXHAUSTED;
-}
-
-status_t resource_take(resource_t* const resource, const size_t octets, void** const out_block)
-{
-    FSW_ASSERT((resource != NULL) && (out_block != NULL));
-    pool_t* const pool = fitting(resource, octets);
-    return taken((pool == NULL) ? NULL : pool_take(pool), pool, out_block);
-}
-
 status_t resource_take_reserved(resource_t* const resource, const size_t octets, void** const out_block)
 {
     FSW_ASSERT((resource != NULL) && (out_block != NULL));
     pool_t* const pool = fitting(resource, octets);
-    return taken((pool == NULL) ? NULL : pool_take_reserved(pool), pool, out_block);
+    *out_block         = (pool == NULL) ? NULL : pool_take_reserved(pool);
+    if (*out_block != NULL) {
+        return STATUS_OK;
+    }
+    return (pool == NULL) ? STATUS_TOO_LARGE : STATUS_EXHAUSTED;
 }
 
 /// Pool whose storage contains the block; for a foreign block the first pool, which counts the error.
@@ -112,15 +91,4 @@ status_t resource_release(resource_t* const resource, void* const block)
 {
     FSW_ASSERT((resource != NULL) && (resource->pool_count > 0U) && (block != NULL));
     return pool_release(home_of(resource, block), block);
-}
-
-int resource_poll_warning(resource_t* const resource)
-{
-    FSW_ASSERT(resource != NULL);
-    for (uint16_t i = 0U; i < resource->pool_count; i++) {
-        if (pool_poll_warning(&resource->pools[i])) {
-            return (int)i;
-        }
-    }
-    return -1;
 }

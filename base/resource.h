@@ -29,7 +29,7 @@
 typedef struct {
     size_t block_octets;  ///< [octets], >= 1, strictly ascending in a list of sizes.
     uint16_t block_count; ///< 1..65534.
-    uint16_t reserve;     ///< Kept for resource_take_reserved; < block_count.
+    uint16_t reserve;     ///< As pool_setup_t.reserve; < block_count.
 } resource_size_t;
 
 typedef struct { // Private, except that `pools[i].stats` may be read.
@@ -42,17 +42,13 @@ typedef struct { // Private, except that `pools[i].stats` may be read.
 /// STATUS_TOO_LARGE (the arena is too small for them).
 MUST_USE status_t resource_init(resource_t* resource, uint64_t* arena, size_t arena_words,
                                 const resource_size_t* sizes, uint16_t size_count);
-void resource_set_thresholds(resource_t* resource, uint8_t warn_percent, uint8_t clear_percent);
 
-/// One block of at least `octets`. STATUS_OK; STATUS_EXHAUSTED; STATUS_TOO_LARGE (no pool has such blocks).
-MUST_USE status_t resource_take(resource_t* resource, size_t octets, void** out_block);
+/// One block of at least `octets`, also of the reserve. STATUS_OK; STATUS_EXHAUSTED; STATUS_TOO_LARGE (no
+/// pool has such blocks).
 MUST_USE status_t resource_take_reserved(resource_t* resource, size_t octets, void** out_block);
 /// STATUS_OK, STATUS_NOT_OURS, STATUS_FULL; see pool_retain.
 MUST_USE status_t resource_retain(resource_t* resource, void* block);
 /// STATUS_OK, STATUS_NOT_OURS; see pool_release.
 MUST_USE status_t resource_release(resource_t* resource, void* block);
-
-/// Index of a pool whose warning has risen since the last call, or -1.
-int resource_poll_warning(resource_t* resource);
 
 #endif // BASE_RESOURCE_H

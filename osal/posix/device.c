@@ -124,12 +124,6 @@ status_t osal_device_read(osal_device_t* const device, uint8_t* const octets, co
     return is_gone(errno) ? STATUS_CLOSED : STATUS_IO;
 }
 
-bool osal_device_is_open(const osal_device_t* const device)
-{
-    FSW_ASSERT(device != NULL);
-    return device->descriptor >= 0;
-}
-
 void osal_device_close(osal_device_t* const device)
 {
     FSW_ASSERT(device != NULL);

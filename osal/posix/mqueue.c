@@ -120,12 +120,6 @@ uint32_t osal_mqueue_message_octets(const osal_mqueue_t* const queue)
     return queue->message_octets;
 }
 
-bool osal_mqueue_is_open(const osal_mqueue_t* const queue)
-{
-    FSW_ASSERT(queue != NULL);
-    return queue->is_open;
-}
-
 void osal_mqueue_close(osal_mqueue_t* const queue)
 {
     FSW_ASSERT(queue != NULL);

@@ -89,10 +89,3 @@ void osal_mutex_unlock(osal_mutex_t* const mutex)
     const int result = pthread_mutex_unlock(native(mutex));
     FSW_ASSERT(result == 0); // EPERM: not the holder.
 }
-
-void osal_mutex_destroy(osal_mutex_t* const mutex)
-{
-    FSW_ASSERT(mutex != NULL);
-    mutex->storage[MARK_WORD] = 0U;
-    (void)pthread_mutex_destroy(native(mutex));
-}

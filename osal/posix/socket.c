@@ -244,51 +244,6 @@ status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out
     return STATUS_OK;
 }
 
-/// Wait for the result of a connect, however often a signal interrupts.
-static int outcome_of_connect(const int descriptor)
-{
-    struct pollfd watched = {.fd = descriptor, .events = POLLOUT};
-    int result            = 0;
-    do {
-        result = poll(&watched, 1U, -1);
-    } while ((result < 0) && (errno == EINTR));
-    int error      = 0;
-    socklen_t size = (socklen_t)sizeof error;
-    if ((result < 0) || (getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &error, &size) != 0)) {
-        return EIO;
-    }
-    return error;
-}
-
-static status_t connect_to(osal_socket_t* const sock, const int descriptor, const void* const address,
-                           const size_t size)
-{
-    int error = (connect(descriptor, generic(address), (socklen_t)size) == 0) ? 0 : errno;
-    if ((error == EINPROGRESS) || (error == EINTR)) {
-        error = outcome_of_connect(descriptor);
-    }
-    if (error != 0) {
-        (void)close(descriptor);
-        const bool is_nobody_there = (error == ENOENT) || (error == EAGAIN);
-        return (is_nobody_there || (status_of_send(error) == STATUS_CLOSED)) ? STATUS_CLOSED : STATUS_IO;
-    }
-    sock->descriptor = descriptor;
-    return STATUS_OK;
-}
-
-status_t osal_tcp_connect(osal_socket_t* const sock, const osal_address_t to)
-{
-    FSW_ASSERT(sock != NULL);
-    *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
-    const int descriptor = open_descriptor(AF_INET, SOCK_STREAM);
-    if (descriptor < 0) {
-        return STATUS_IO;
-    }
-    set_option(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
-    const struct sockaddr_in address = native(to);
-    return connect_to(sock, descriptor, &address, sizeof address);
-}
-
 status_t osal_tcp_connect_begin(osal_socket_t* const sock, const osal_address_t to)
 {
     FSW_ASSERT(sock != NULL);
@@ -393,18 +348,6 @@ status_t osal_local_listen(osal_socket_t* const sock, const char* const path)
     }
     const int descriptor = open_descriptor(AF_UNIX, SOCK_STREAM);
     return (descriptor >= 0) ? listen_on(sock, descriptor, &address, sizeof address) : STATUS_IO;
-}
-
-status_t osal_local_connect(osal_socket_t* const sock, const char* const path)
-{
-    FSW_ASSERT((sock != NULL) && (path != NULL));
-    struct sockaddr_un address;
-    *sock = (osal_socket_t)OSAL_SOCKET_CLOSED;
-    if (!local_address(path, &address)) {
-        return STATUS_INVALID;
-    }
-    const int descriptor = open_descriptor(AF_UNIX, SOCK_STREAM);
-    return (descriptor >= 0) ? connect_to(sock, descriptor, &address, sizeof address) : STATUS_IO;
 }
 
 status_t osal_local_pair(osal_socket_t* const sock, osal_socket_t* const out_peer)

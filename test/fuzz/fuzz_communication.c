@@ -152,7 +152,8 @@ static void speak(const unsigned client, const uint8_t* const octets, const size
 {
     if (!osal_socket_is_open(&clients[client].socket)) {
         const osal_address_t port = {OSAL_IPV4_LOOPBACK, PORT};
-        if ((stream_count == STREAMS) || (osal_tcp_connect(&clients[client].socket, port) != STATUS_OK)) {
+        if ((stream_count == STREAMS) ||
+            (osal_tcp_connect_begin(&clients[client].socket, port) != STATUS_OK)) {
             return;
         }
         osal_address_t local = {0U, 0U};

@@ -49,7 +49,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
         size_t sent = 0U;
         if (((record.kind % 4U) == 1U) || !osal_socket_is_open(&client)) {
             osal_socket_close(&client);
-            (void)!osal_local_connect(&client, "cosimulation");
+            (void)!memory_sockets_connect_local(&client);
         }
         (void)!osal_stream_send(&client, record.octets, record.size, &sent);
         turn(&cosimulation);

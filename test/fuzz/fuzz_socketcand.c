@@ -39,7 +39,8 @@ static void begin(void)
     served.bus = bus;
     FUZZ_CHECK(socketcand_open(PORT, &served, 1U, &server) == STATUS_OK);
     for (unsigned i = 0U; i < CLIENTS; i++) {
-        FUZZ_CHECK(osal_tcp_connect(&clients[i], (osal_address_t){OSAL_IPV4_LOOPBACK, PORT}) == STATUS_OK);
+        FUZZ_CHECK(osal_tcp_connect_begin(&clients[i], (osal_address_t){OSAL_IPV4_LOOPBACK, PORT}) ==
+                   STATUS_OK);
     }
 }
 

@@ -116,6 +116,11 @@ static status_t connect_to(osal_socket_t* const socket, const uint16_t port)
     return STATUS_CLOSED;
 }
 
+status_t memory_sockets_connect_local(osal_socket_t* const socket)
+{
+    return connect_to(socket, LOCAL_PORT);
+}
+
 // ---- The contract ----
 
 status_t osal_udp_open(osal_socket_t* const socket, const osal_address_t local, const size_t receive_bytes)
@@ -189,11 +194,6 @@ status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out
     return STATUS_OK;
 }
 
-status_t osal_tcp_connect(osal_socket_t* const socket, const osal_address_t to)
-{
-    return connect_to(socket, to.port);
-}
-
 status_t osal_tcp_connect_begin(osal_socket_t* const socket, const osal_address_t to)
 {
     return connect_to(socket, to.port);
@@ -249,12 +249,6 @@ status_t osal_local_listen(osal_socket_t* const socket, const char* const path)
 {
     (void)path;
     return make(socket, true, LOCAL_PORT);
-}
-
-status_t osal_local_connect(osal_socket_t* const socket, const char* const path)
-{
-    (void)path;
-    return connect_to(socket, LOCAL_PORT);
 }
 
 status_t osal_local_pair(osal_socket_t* const socket, osal_socket_t* const out_peer)

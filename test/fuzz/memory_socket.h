@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Sockets in memory for the fuzz targets: osal/socket.h without an operating system. A target connects with
-/// osal_tcp_connect or osal_local_connect, as a peer would.
+/// osal_tcp_connect_begin or memory_sockets_connect_local, as a peer would: it is connected at once.
 #ifndef TEST_FUZZ_MEMORY_SOCKET_H
 #define TEST_FUZZ_MEMORY_SOCKET_H
 
@@ -13,6 +13,8 @@ void memory_sockets_limit(size_t octets);
 /// A datagram arrives at the socket that receives next; it replaces one that was not received. At most 16
 /// KiB.
 void memory_sockets_datagram(osal_address_t from, const uint8_t* octets, size_t size);
+/// Connect to the socket of osal_local_listen. STATUS_OK, STATUS_CLOSED (no listener, or no end is free).
+status_t memory_sockets_connect_local(osal_socket_t* socket);
 /// Ends open, listeners included.
 unsigned memory_sockets_open(void);
 

@@ -45,7 +45,6 @@ MUST_USE status_t osal_device_write(osal_device_t* device, const uint8_t* octets
 /// Read the available octets. STATUS_OK with *out_size >= 1, STATUS_EMPTY (nothing now; of a file: its end,
 /// which may move), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
 MUST_USE status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_t capacity, size_t* out_size);
-bool osal_device_is_open(const osal_device_t* device);
 void osal_device_close(osal_device_t* device);
 
 #endif // OSAL_DEVICE_H

@@ -45,7 +45,6 @@ MUST_USE status_t osal_mqueue_receive(osal_mqueue_t* queue, uint8_t* octets, siz
                                       size_t* out_size);
 /// Largest message [octets].
 uint32_t osal_mqueue_message_octets(const osal_mqueue_t* queue);
-bool osal_mqueue_is_open(const osal_mqueue_t* queue);
 void osal_mqueue_close(osal_mqueue_t* queue);
 /// Remove the name. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED.
 status_t osal_mqueue_remove(const char* name);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Mutual exclusion with priority inheritance. Not recursive. Critical sections are short and never wait.
 /// Robust: if a holder dies, the next lock succeeds (STATUS_CLOSED, once) and its caller may repair the data.
-/// Errors   Coding errors (FSW_ASSERT): locking a mutex that was never created or is destroyed, and unlocking
+/// Errors   Coding errors (FSW_ASSERT): locking a mutex that was never created, and unlocking
 ///          a mutex that the caller does not hold.
 #ifndef OSAL_MUTEX_H
 #define OSAL_MUTEX_H
@@ -26,6 +26,5 @@ MUST_USE status_t osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns);
 /// System's number of the task that holds it now; 0: none.
 int32_t osal_mutex_holder(const osal_mutex_t* mutex);
 void osal_mutex_unlock(osal_mutex_t* mutex);
-void osal_mutex_destroy(osal_mutex_t* mutex);
 
 #endif // OSAL_MUTEX_H

@@ -58,8 +58,6 @@ MUST_USE status_t osal_tcp_listen(osal_socket_t* socket, osal_address_t local);
 /// STATUS_OK, STATUS_EMPTY, STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
 MUST_USE status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client,
                                   osal_address_t* out_peer);
-/// Connect; waits for the answer (loopback: at once). STATUS_OK, STATUS_CLOSED (refused), STATUS_IO.
-MUST_USE status_t osal_tcp_connect(osal_socket_t* socket, osal_address_t to);
 /// Start to connect, without waiting. STATUS_OK (connected), STATUS_BUSY (call osal_tcp_connect_result),
 /// STATUS_CLOSED (refused), STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
 MUST_USE status_t osal_tcp_connect_begin(osal_socket_t* socket, osal_address_t to);
@@ -77,8 +75,6 @@ MUST_USE status_t osal_stream_receive(osal_socket_t* socket, uint8_t* octets, si
 /// characters. Accept with osal_tcp_accept (peer address 0:0). The path stays until removed as a file.
 /// STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_local_listen(osal_socket_t* socket, const char* path);
-/// STATUS_OK, STATUS_CLOSED (no listener), STATUS_INVALID (path), STATUS_IO.
-MUST_USE status_t osal_local_connect(osal_socket_t* socket, const char* path);
 /// Two ends of one local stream; hand one to a child process. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer);
 

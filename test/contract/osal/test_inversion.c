@@ -102,7 +102,6 @@ static void play(void)
     osal_task_join(&high);
     osal_task_join(&middle);
     osal_task_join(&low);
-    osal_mutex_destroy(&scene.mutex);
     (void)pthread_mutex_destroy(&scene.plain);
 }
 

@@ -29,6 +29,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "test/support/clients.h"
 #include "unity.h"
 
 #define SLOT_NS 1000U
@@ -131,7 +132,6 @@ static void lock_mutex(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock(&mutex));
     osal_mutex_unlock(&mutex);
     osal_task_join(&task);
-    osal_mutex_destroy(&mutex);
 }
 
 static void wait_readable(void)
@@ -151,11 +151,11 @@ static void connect_stream(void)
     osal_address_t local = {OSAL_IPV4_LOOPBACK, 0U};
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_listen(&listener, local));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&listener, &local));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&client, local));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&client, local));
     osal_socket_close(&client);
     osal_socket_close(&listener);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_tcp_connect(&client, local));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_local_connect(&client, "/tmp/osal-nobody-listens"));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_tcp(&client, local));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_local(&client, "/tmp/osal-nobody-listens"));
 }
 
 static void wait_for_process(void)

@@ -53,7 +53,7 @@ static void test_messages_come_whole_and_in_order(void)
 {
     uint8_t octets[OCTETS];
     size_t size = 1U;
-    TEST_ASSERT_TRUE(osal_mqueue_is_open(&sender));
+    TEST_ASSERT_TRUE(sender.is_open);
     TEST_ASSERT_EQUAL_UINT32(OCTETS, osal_mqueue_message_octets(&sender));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_mqueue_receive(&receiver, octets, sizeof octets, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
@@ -101,7 +101,7 @@ static void test_names_that_exist_and_do_not(void)
 {
     osal_mqueue_t other;
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_mqueue_create(&other, name, 4U, OCTETS));
-    TEST_ASSERT_FALSE(osal_mqueue_is_open(&other));
+    TEST_ASSERT_FALSE(other.is_open);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_remove(name));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_remove(name));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_open(&other, name));

@@ -86,7 +86,7 @@ static void test_bit_rates_of_the_contract(void)
         osal_device_close(&line);
     }
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, osal_serial_open(&line, path, 12345U));
-    TEST_ASSERT_FALSE(osal_device_is_open(&line));
+    TEST_ASSERT_EQUAL(-1, line.descriptor);
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, osal_serial_open(&line, path, 0U));
 }
 
@@ -137,7 +137,7 @@ static void test_a_far_end_that_sleeps_fills_the_line(void)
 static void test_a_path_that_is_no_serial_line_is_refused(void)
 {
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_serial_open(&line, "/dev/null", 9600U));
-    TEST_ASSERT_FALSE(osal_device_is_open(&line));
+    TEST_ASSERT_EQUAL(-1, line.descriptor);
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_serial_open(&line, "/tmp", 9600U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_serial_open(&line, "/dev/no-such-line", 9600U));
 }

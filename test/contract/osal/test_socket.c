@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "test/support/clients.h"
 #include "unity.h"
 
 static const osal_address_t any_port = {OSAL_IPV4_LOOPBACK, 0U};
@@ -139,7 +140,7 @@ static void connect_pair(void)
     osal_address_t peer;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_listen(&a, any_port));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_tcp_accept(&a, &c, &peer));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&b, address_of(&a)));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&b, address_of(&a)));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 5000U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_accept(&a, &c, &peer));
     TEST_ASSERT_EQUAL_UINT16(address_of(&b).port, peer.port);
@@ -199,7 +200,7 @@ static void test_tcp_listener(void)
     TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, local.ipv4);
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_tcp_listen(&b, local));
     osal_socket_close(&a);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_tcp_connect(&b, local));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_tcp(&b, local));
     TEST_ASSERT_FALSE(osal_socket_is_open(&b));
     // The port is available at once, although a connection through it was just closed.
     connect_pair();
@@ -215,7 +216,7 @@ static void test_descriptors_run_out_as_a_status(void)
     osal_address_t peer;
     struct rlimit kept;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_listen(&a, any_port));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&b, address_of(&a)));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&b, address_of(&a)));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 5000U));
     TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_NOFILE, &kept));
     const struct rlimit none = {(rlim_t)osal_socket_descriptor(&b), kept.rlim_max};
@@ -255,10 +256,10 @@ static void test_local_streams(void)
     osal_address_t peer = {1U, 1U};
     uint8_t in[8];
     size_t size = 0U;
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_local_connect(&b, path)); // Nothing there.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_local(&b, path)); // Nothing there.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_local_listen(&a, path));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_local_listen(&b, path));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_local_connect(&b, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_local(&b, path));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_accept(&a, &c, &peer));
     TEST_ASSERT_EQUAL_UINT16(0U, peer.port);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_send(&b, (const uint8_t*)"hello", 5U, &size));
@@ -267,16 +268,19 @@ static void test_local_streams(void)
     osal_socket_close(&a);
     osal_socket_close(&b);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&c, in, sizeof(in), &size));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_local_connect(&b, path)); // The path is left, without a listener.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_local(&b, path)); // The path is left, without a listener.
     memset(long_path, 'x', sizeof(long_path));
+    (void)memcpy(long_path, "/tmp/", 5U);
+    long_path[100] = '\0'; // The longest that is accepted.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_local_listen(&a, long_path));
+    osal_socket_close(&a);
+    TEST_ASSERT_EQUAL(0, unlink(long_path));
+    long_path[100]            = 'x';
     long_path[101]            = '\0';
     const char* const wrong[] = {long_path, ""};
     for (unsigned i = 0U; i < 2U; i++) { // Then the socket is closed, whatever it still contained.
         b = (osal_socket_t){.descriptor = 4711};
         TEST_ASSERT_EQUAL(STATUS_INVALID, osal_local_listen(&b, wrong[i]));
-        TEST_ASSERT_EQUAL(-1, b.descriptor);
-        b = (osal_socket_t){.descriptor = 4711};
-        TEST_ASSERT_EQUAL(STATUS_INVALID, osal_local_connect(&b, wrong[i]));
         TEST_ASSERT_EQUAL(-1, b.descriptor);
     }
 }

@@ -337,15 +337,15 @@ static void queues_that_cannot_be_had_are_reported(void** state)
     for (size_t i = 0U; i < COUNT(errors); i++) {
         will_return_count(__wrap_mq_open, -errors[i].error, 2);
         assert_int_equal(errors[i].status, osal_mqueue_create(&queue, NAME, 4U, 64U));
-        assert_false(osal_mqueue_is_open(&queue));
+        assert_false(queue.is_open);
         assert_int_equal(errors[i].status, osal_mqueue_open(&queue, NAME));
-        assert_false(osal_mqueue_is_open(&queue));
+        assert_false(queue.is_open);
     }
     will_return(__wrap_mq_open, DESCRIPTOR);
     will_return(__wrap_mq_getattr, -EBADF);
     expect_function_call(__wrap_mq_close);
     assert_int_equal(STATUS_IO, osal_mqueue_open(&queue, NAME));
-    assert_false(osal_mqueue_is_open(&queue));
+    assert_false(queue.is_open);
 }
 
 static void each_error_of_a_queue_has_its_status(void** state)

@@ -55,7 +55,7 @@ static int answer(const int result)
 
 int __wrap_socket(int domain, int type, int protocol)
 {
-    assert_int_equal(AF_INET, domain);
+    assert_true((domain == AF_INET) || (domain == AF_UNIX));
     assert_int_equal(SOCK_CLOEXEC | SOCK_NONBLOCK, type & (SOCK_CLOEXEC | SOCK_NONBLOCK));
     assert_int_equal(0, protocol);
     return answer(mock_type(int));
@@ -216,7 +216,7 @@ static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
     will_return_count(__wrap_socket, -EMFILE, 3);
     assert_int_equal(STATUS_IO, osal_udp_open(&sock, somewhere, 0U));
     assert_int_equal(STATUS_IO, osal_tcp_listen(&sock, somewhere));
-    assert_int_equal(STATUS_IO, osal_tcp_connect(&sock, somewhere));
+    assert_int_equal(STATUS_IO, osal_local_listen(&sock, "mocked"));
     for (size_t i = 0U; i < COUNT(binds); i++) {
         will_return_count(__wrap_socket, DESCRIPTOR, 3);
         will_return_count(__wrap_bind, -binds[i].error, 2);
@@ -254,40 +254,6 @@ static const told_t refusals[] = {{ECONNREFUSED, STATUS_CLOSED},
                                   {ENETUNREACH, STATUS_CLOSED},
                                   {ETIMEDOUT, STATUS_CLOSED},
                                   {EINVAL, STATUS_IO}};
-
-static void a_connection_that_is_interrupted_is_waited_for(void** state)
-{
-    (void)state;
-    will_return(__wrap_socket, DESCRIPTOR);
-    will_return(__wrap_connect, -EINTR);
-    expect_value_count(__wrap_poll, timeout_ms, -1, 2);
-    will_return(__wrap_poll, -EINTR);
-    will_return(__wrap_poll, 1);
-    will_return(__wrap_getsockopt, 0);
-    assert_int_equal(STATUS_OK, osal_tcp_connect(&sock, somewhere));
-    assert_int_equal(DESCRIPTOR, sock.descriptor);
-    for (size_t i = 0U; i < COUNT(refusals); i++) {
-        pending = refusals[i].error;
-        will_return(__wrap_socket, DESCRIPTOR);
-        will_return(__wrap_connect, -EINPROGRESS);
-        expect_value(__wrap_poll, timeout_ms, -1);
-        will_return(__wrap_poll, 1);
-        will_return(__wrap_getsockopt, 0);
-        expect_function_call(__wrap_close);
-        assert_int_equal(refusals[i].status, osal_tcp_connect(&sock, somewhere));
-        assert_int_equal(-1, sock.descriptor);
-    }
-    pending = 0; // The result is unknown.
-    will_return_count(__wrap_socket, DESCRIPTOR, 2);
-    will_return_count(__wrap_connect, -EINPROGRESS, 2);
-    expect_value_count(__wrap_poll, timeout_ms, -1, 2);
-    will_return(__wrap_poll, -ENOMEM);
-    expect_function_calls(__wrap_close, 2);
-    assert_int_equal(STATUS_IO, osal_tcp_connect(&sock, somewhere));
-    will_return(__wrap_poll, 1);
-    will_return(__wrap_getsockopt, -EBADF);
-    assert_int_equal(STATUS_IO, osal_tcp_connect(&sock, somewhere));
-}
 
 static void a_connection_that_is_begun_is_asked_for_its_end(void** state)
 {
@@ -542,7 +508,7 @@ static void each_kind_of_socket_has_its_options(void** state)
     assert_int_equal(9U, peer.port);
     will_return(__wrap_socket, DESCRIPTOR);
     will_return(__wrap_connect, 0);
-    assert_int_equal(STATUS_OK, osal_tcp_connect(&sock, somewhere));
+    assert_int_equal(STATUS_OK, osal_tcp_connect_begin(&sock, somewhere));
     expect_options(1U, at_once);
     will_return(__wrap_socket, DESCRIPTOR);
     will_return(__wrap_connect, -EINPROGRESS);
@@ -572,7 +538,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_socket_that_does_not_open_is_reported_and_closed, set_up),
         cmocka_unit_test_setup(the_reason_for_an_unaccepted_connection_is_reported, set_up),
-        cmocka_unit_test_setup(a_connection_that_is_interrupted_is_waited_for, set_up),
         cmocka_unit_test_setup(a_connection_that_is_begun_is_asked_for_its_end, set_up),
         cmocka_unit_test_setup(why_octets_are_not_sent_is_reported, set_up),
         cmocka_unit_test_setup(each_end_of_a_stream_has_its_status, set_up),

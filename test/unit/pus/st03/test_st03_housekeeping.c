@@ -567,7 +567,6 @@ static void another_loop_samples_its_own_and_hands_it_over(void)
     run_loop(LOOP, 12U);
     TEST_ASSERT_EQUAL(1U, handed_count);
     hk.config.guard = NULL;
-    osal_mutex_destroy(&guard);
 }
 
 int main(void)

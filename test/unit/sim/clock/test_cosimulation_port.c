@@ -13,6 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "test/support/clients.h"
 #include "unity.h"
 
 #define SLOT_NS 500000U
@@ -73,7 +74,7 @@ static void hear(const char* expected)
 static void come_in(const char* join)
 {
     osal_socket_close(&client);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_local_connect(&client, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_local(&client, path));
     say(join);
 }
 
@@ -130,7 +131,7 @@ static void test_endless_line_and_zeros_are_malformed(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 5U));
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.malformed);
     osal_socket_close(&client);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_local_connect(&client, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_local(&client, path));
     say_octets("join operator 0\0\n", 17U);
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 5U));
     TEST_ASSERT_EQUAL_UINT32(2U, cosimulation.count.malformed);

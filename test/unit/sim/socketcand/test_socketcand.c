@@ -2,6 +2,7 @@
 // The socketcand server: handshake as in python-can, frames in both directions, slow and malformed clients.
 #include "osal/include/osal/socket.h"
 #include "sim/socketcand/socketcand.h"
+#include "test/support/clients.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -45,7 +46,7 @@ static osal_socket_t join(void)
 {
     osal_socket_t client    = OSAL_SOCKET_CLOSED;
     const osal_address_t to = {.ipv4 = OSAL_IPV4_LOOPBACK, .port = socketcand_port(server)};
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_tcp_connect(&client, to));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, connect_tcp(&client, to));
     return client;
 }
 

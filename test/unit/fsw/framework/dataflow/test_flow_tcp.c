@@ -2,6 +2,7 @@
 // Frames of this test: one octet of length, then as many octets; length 0xFF is malformed.
 #include "fsw/framework/dataflow/flow_tcp.h"
 
+#include "test/support/clients.h"
 #include "unity.h"
 
 #include <string.h>
@@ -122,7 +123,7 @@ static size_t step(const size_t limit)
 static void join(const unsigned peer)
 {
     size_t octets = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&peers[peer], address));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&peers[peer], address));
     wait(&flow.listener);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &user, FLOW_TCP_UNLIMITED, &octets));
 }
@@ -276,7 +277,7 @@ static void a_place_may_be_given_up_for_a_new_one(void)
     join(0U);
     join(1U);
     victim = 1U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&peers[2], address));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&peers[2], address));
     wait(&flow.listener);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &generous, FLOW_TCP_UNLIMITED, &taken));
     TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.evicted);
@@ -284,7 +285,7 @@ static void a_place_may_be_given_up_for_a_new_one(void)
     TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
     TEST_ASSERT_TRUE(flow_tcp_is_connected(&flow, 1U));
     victim = CLIENTS; // No client is to be dropped.
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&peers[3], address));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&peers[3], address));
     wait(&flow.listener);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_tcp_step(&flow, &generous, FLOW_TCP_UNLIMITED, &taken));
     TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.turned_away);

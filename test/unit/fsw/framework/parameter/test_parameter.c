@@ -63,7 +63,6 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
-    osal_mutex_destroy(&dictionary.mutex);
 }
 
 static void id_holds_apid_layout_and_number(void)
@@ -116,7 +115,6 @@ static void refuses_parameters_already_published_or_without_room(void)
     parameter_withdraw_all(&small);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&small, &definitions[2], &rate));
     TEST_ASSERT_TRUE(parameter_is_consistent(&small));
-    osal_mutex_destroy(&small.mutex);
 }
 
 static void a_read_that_does_not_fit_writes_nothing(void)
@@ -343,7 +341,6 @@ static void finding_one_of_more_does_not_take_longer(void)
     static parameter_entry_t many_entries[MANY];
     static parameter_bounds_t many_bounds[MANY];
     static double storage;
-    osal_mutex_destroy(&dictionary.mutex);
     for (uint16_t number = 1U; number <= MANY; number = (uint16_t)((number * 3U / 2U) + 1U)) {
         TEST_ASSERT_EQUAL(STATUS_OK, parameter_init(&dictionary, many_entries, number, many_bounds, number));
         for (uint16_t i = 0U; i < number; i++) {
@@ -354,7 +351,6 @@ static void finding_one_of_more_does_not_take_longer(void)
         }
         TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
         TEST_ASSERT_TRUE(count_looks() <= (2U * number));
-        osal_mutex_destroy(&dictionary.mutex);
     }
     setUp();
 }

@@ -31,7 +31,6 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
-    osal_mutex_destroy(&dictionary.mutex);
 }
 
 static void publish(void)

@@ -108,7 +108,6 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
-    osal_mutex_destroy(&dictionary.mutex);
 }
 
 /// By id, by an entry found before, and by name, in turn.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/unit/fsw/subsystems/communication/communication_fixture.h"
+#include "test/support/clients.h"
 
 #include "unity.h"
 
@@ -156,7 +157,7 @@ void fixture_run_until_requests(unsigned count)
 void fixture_connect(unsigned client)
 {
     osal_address_t own = {0U, 0U};
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(&fixture.clients[client], fixture.address));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&fixture.clients[client], fixture.address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&fixture.clients[client], &own));
     fixture.ports[client] = own.port;
     fixture.sent[client]  = 0U;

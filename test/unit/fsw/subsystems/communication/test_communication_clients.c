@@ -3,6 +3,7 @@
 #include "fsw/subsystems/communication/communication.h"
 
 #include "test/unit/fsw/subsystems/communication/communication_fixture.h"
+#include "test/support/clients.h"
 #include "unity.h"
 
 #include <string.h>
@@ -137,7 +138,7 @@ static void a_participant_that_comes_gets_a_place_at_once(void)
         fixture_connect(i);
     }
     osal_socket_t* const last = &fixture.clients[COMMUNICATION_CLIENTS];
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_connect(last, fixture.address));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(last, fixture.address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(last, &own));
     fixture.ports[COMMUNICATION_CLIENTS] = own.port;
     fixture.participant                  = own.port;
