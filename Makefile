@@ -15,7 +15,7 @@
 ##                                                               KEY=<file>: accept only telecommands protected by it
 ##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=can1
 ##                                                                        SIM_ROBOT_IF=  SIM_JOYSTICK_IF=
-##                                                               FOREIGN=<subsystem>: its program big-endian, emulated
+##                                                               REMOTE_ENDIAN=<subsystem>: it runs big-endian, emulated
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
@@ -34,8 +34,8 @@
 ##                   in build/vm/out             CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
 ##   make bench      measure, print a table, write build/bench.json         ONLY=<part of a name>  CHECK=1
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<an existing one>
-##   make foreign    the subsystems' programs for the big-endian s390x: build/s390x/bin/
-##                   S390X=1 make foreign-tests: unit tests for that processor: build/s390x/test/
+##   make remote-endian   programs of subsystems for the big-endian s390x: build/s390x/bin/
+##                   S390X=1 make remote-endian-tests: unit tests for that processor: build/s390x/test/
 ##   make yamcs      run Yamcs with a mission that flies on this machine     MISSION=  PORT=<its ground port>  HTTP=8090
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
 ##   make gse        set up the ground segment's command line and show how to call it
@@ -50,9 +50,9 @@ SHELL         := /bin/sh
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
-OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COUNT COVERAGE FOREIGN FORM FUZZ HTTP JOBS JOYSTICK_IF KEY LINKS \
-           MEMORY MISSION NAME NODES ONLY OUT PLACE PORT ROBOT_IF S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF \
-           SIM_ROBOT_IF STORAGE TIME TOOLS TRANSPORT TSAN UPDATE V
+OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COUNT COVERAGE FORM FUZZ HTTP JOBS JOYSTICK_IF KEY LINKS \
+           MEMORY MISSION NAME NODES ONLY OUT PLACE PORT REMOTE_ENDIAN ROBOT_IF S390X SANITIZE SCENARIO SECONDS \
+           SEED SIM_JOYSTICK_IF SIM_ROBOT_IF STORAGE TIME TOOLS TRANSPORT TSAN UPDATE V
 ifeq ($(MAKELEVEL),0)
 $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
     $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))
@@ -70,9 +70,9 @@ VENV     := build/venv/bin/python
 include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/tests.mk mk/fuzz.mk mk/setup.mk mk/run.mk \
         mk/check.mk mk/coverage.mk
 
-.PHONY: force all help programs tests thread-tests kernel-tests foreign foreign-programs foreign-tests \
-        benches fuzzers fuzz fuzz-corpus sim-run vm test test-hil check check-full bench doctor setup clean gse format \
-        new-subsystem docs
+.PHONY: force all help programs tests thread-tests kernel-tests remote-endian remote-endian-programs \
+        remote-endian-tests benches fuzzers fuzz fuzz-corpus sim-run vm test test-hil check check-full bench \
+        doctor setup clean gse format new-subsystem docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 

@@ -30,8 +30,9 @@ const char* launch_options_help(void)
            "  --transport udp|tipc     carrier of messages between processes (default: the mission's)\n"
            "  --links shm|udp|tipc     transfer method of real-time links (default: the mission's)\n"
            "  --nodes 1|2        on-board computers that the processes are spread over (default 1)\n"
-           "  --foreign SUBSYSTEM  its program runs big-endian: built for s390x (make foreign), in "
-           "qemu-s390x\n"
+           "  --remote-endian SUBSYSTEM\n"
+           "                     its program runs big-endian: built for s390x (make remote-endian),\n"
+           "                     in qemu-s390x\n"
            "  --port N           ground port on 127.0.0.1 (default: the first free from the mission's)\n"
            "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
            "SavvyCAN)\n"
@@ -259,8 +260,8 @@ static bool take(launch_options_t* const options, const char* const option, cons
     if (is_word(option, "--interface") || is_word(option, "--sim-interface")) {
         return take_interface(options, option, value, error);
     }
-    if (strcmp(option, "--foreign") == 0) {
-        options->foreign = value;
+    if (strcmp(option, "--remote-endian") == 0) {
+        options->remote_endian = value;
         return is_name(value) ||
                fail(error, option, value, "expected the name of a subsystem of the mission");
     }
@@ -327,34 +328,35 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
 /// A remote-endian program shares no memory with the rest of the run.
 static bool is_remote_endian_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
-    if (options->foreign[0] == '\0') {
+    if (options->remote_endian[0] == '\0') {
         return true;
     }
     options->links     = (options->links[0] == '\0') ? "udp" : options->links;
     options->transport = (options->transport[0] == '\0') ? "udp" : options->transport;
     if (options->is_image) {
-        return fail(error, "--foreign", "--form image",
+        return fail(error, "--remote-endian", "--form image",
                     "a program for another processor needs a process of its own; use --form processes");
     }
     if (strcmp(options->links, "udp") != 0) {
         return fail(
-            error, "--foreign --links", options->links,
+            error, "--remote-endian --links", options->links,
             "it cannot read structures of another byte order in shared memory and has no TIPC; use udp");
     }
     if (strcmp(options->transport, "udp") != 0) {
-        return fail(error, "--foreign --transport", options->transport, "qemu-s390x has no TIPC; use udp");
+        return fail(error, "--remote-endian --transport", options->transport,
+                    "qemu-s390x has no TIPC; use udp");
     }
     if (options->bus != LAUNCH_BUS_SHM) {
-        return fail(error, "--foreign --bus", launch_bus_text(options->bus),
+        return fail(error, "--remote-endian --bus", launch_bus_text(options->bus),
                     "its proxy forwards frames, but not the status of a controller; use --bus shm");
     }
     if (!options->is_stepped) {
-        return fail(error, "--foreign --time", options->is_free ? "free" : "real",
+        return fail(error, "--remote-endian --time", options->is_free ? "free" : "real",
                     "its proxy works in stepped time, and an emulated processor keeps no deadline; use "
                     "--time stepped");
     }
-    return (options->nodes == 1U) ||
-           fail(error, "--foreign", "--nodes 2", "a proxy and its program run on one on-board computer");
+    return (options->nodes == 1U) || fail(error, "--remote-endian", "--nodes 2",
+                                          "a proxy and its program run on one on-board computer");
 }
 
 static bool is_image_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
@@ -408,18 +410,18 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
                           launch_options_t* const out_options, char error[LAUNCH_ERROR_MAX])
 {
     FSW_ASSERT((arguments != NULL) && (out_options != NULL) && (error != NULL));
-    *out_options      = (launch_options_t){.mission    = "rokviss",
-                                           .scenario   = "telepresence",
-                                           .seed       = 1U,
-                                           .is_stepped = true,
-                                           .transport  = "",
-                                           .links      = "",
-                                           .nodes      = 1U,
-                                           .output     = "",
-                                           .storage    = "",
-                                           .key        = "",
-                                           .foreign    = "",
-                                           .has_report = true};
+    *out_options      = (launch_options_t){.mission       = "rokviss",
+                                           .scenario      = "telepresence",
+                                           .seed          = 1U,
+                                           .is_stepped    = true,
+                                           .transport     = "",
+                                           .links         = "",
+                                           .nodes         = 1U,
+                                           .output        = "",
+                                           .storage       = "",
+                                           .key           = "",
+                                           .remote_endian = "",
+                                           .has_report    = true};
     error[0]          = '\0';
     bool is_time_said = false;
     for (int i = 0; i < argument_count; i += 2) {

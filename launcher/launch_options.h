@@ -42,8 +42,8 @@ typedef struct {
     const char*
         storage;     ///< Folder of lasting records, stores and files; empty: "storage" in the output folder.
     const char* key; ///< File with the key of telecommands; empty: the mission's.
-    const char* foreign;  ///< Subsystem whose program is that of another processor, by its proxy; "": none.
-    uint64_t duration_ns; ///< Shut the mission down after this simulated time; 0: never.
+    const char* remote_endian; ///< Subsystem with a program of another byte order and a proxy; "": none.
+    uint64_t duration_ns;      ///< Shut the mission down after this simulated time; 0: never.
     bool has_report;
 } launch_options_t;
 

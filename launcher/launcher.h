@@ -74,7 +74,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     launcher_bus_t buses[MISSION_BUSES_MAX];
     uint32_t late_frames; // Of the counted hand-over of all buses.
     uint32_t lost_frames;
-    uint32_t foreign_frames;
+    uint32_t external_frames;
     uint32_t bus_cuts;                                 // How often an interface was lost while in use.
     int tool_code;                                     // Exit code of the last tool.
     uint32_t memory_limit_kib[MISSION_SUBSYSTEMS_MAX]; // Address space.

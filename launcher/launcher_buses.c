@@ -358,9 +358,9 @@ static void tell_hand_over(launcher_t* const launcher, const char* const bus, co
     }
     launcher->late_frames += counts.late;
     launcher->lost_frames += counts.lost;
-    launcher->foreign_frames += counts.foreign;
+    launcher->external_frames += counts.external;
     launcher->bus_cuts += counts.cuts;
-    if ((counts.late + counts.lost + counts.foreign + counts.cuts) == 0U) {
+    if ((counts.late + counts.lost + counts.external + counts.cuts) == 0U) {
         return;
     }
     char line[224];
@@ -374,7 +374,7 @@ static void tell_hand_over(launcher_t* const launcher, const char* const bus, co
     text_add(&text, " came late, ");
     text_add_unsigned(&text, counts.lost);
     text_add(&text, " not at all; ");
-    text_add_unsigned(&text, counts.foreign);
+    text_add_unsigned(&text, counts.external);
     text_add(&text, " came from others; an end lost its interface ");
     text_add_unsigned(&text, counts.cuts);
     text_add(&text, " times");

@@ -92,7 +92,7 @@ void launcher_remove_all(const char* const identity)
 static void remove_names(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
-    if (run_name(launcher->run, "foreign", 0U, name, sizeof name)) {
+    if (run_name(launcher->run, "remote", 0U, name, sizeof name)) {
         // Left by a remote-endian program that was killed.
         (void)osal_shm_each(name, remove_name, NULL);
     }

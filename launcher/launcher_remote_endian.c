@@ -18,14 +18,14 @@ static bool fail(launcher_t* const launcher, const char* const what, const char*
 
 bool launcher_is_remote_endian(const launcher_t* const launcher, const unsigned component)
 {
-    return strcmp(launcher->mission.subsystems[component].name, launcher->options.foreign) == 0;
+    return strcmp(launcher->mission.subsystems[component].name, launcher->options.remote_endian) == 0;
 }
 
 bool launcher_check_remote_endian(launcher_t* const launcher)
 {
     char program[LAUNCH_PATH_MAX];
     unsigned component = 0U;
-    if (launcher->options.foreign[0] == '\0') {
+    if (launcher->options.remote_endian[0] == '\0') {
         return true;
     }
     while ((component < launcher->mission.subsystem_count) &&
@@ -33,24 +33,26 @@ bool launcher_check_remote_endian(launcher_t* const launcher)
         component++;
     }
     if (component == launcher->mission.subsystem_count) {
-        return fail(launcher, "--foreign: the mission has no such subsystem: ", launcher->options.foreign);
+        return fail(launcher,
+                    "--remote-endian: the mission has no such subsystem: ", launcher->options.remote_endian);
     }
     const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[component];
     if ((subsystem->apid == SUPERVISOR_APID) || (subsystem->apid == COMMUNICATION_APID)) {
-        return fail(
-            launcher,
-            "--foreign: the launcher and the operator reach this subsystem in shared memory; choose one "
-            "that drives devices: ",
-            launcher->options.foreign);
+        return fail(launcher,
+                    "--remote-endian: the launcher and the operator reach this subsystem in shared memory; "
+                    "choose one that drives devices: ",
+                    launcher->options.remote_endian);
     }
     text_t text = text_in(program, sizeof program);
     text_add(&text, PROGRAM_FOLDER);
     text_add(&text, subsystem->executable);
     if (!osal_file_exists(program)) {
-        return fail(launcher, "--foreign: there is no such program (make foreign builds it): ", program);
+        return fail(launcher,
+                    "--remote-endian: there is no such program (make remote-endian builds it): ", program);
     }
     return osal_file_exists(RUNNER) ||
-           fail(launcher, "--foreign: install the package qemu-user (make setup does); there is no ", RUNNER);
+           fail(launcher, "--remote-endian: install the package qemu-user (make setup does); there is no ",
+                RUNNER);
 }
 
 void launcher_add_component(const launcher_t* const launcher, const unsigned component,

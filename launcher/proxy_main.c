@@ -44,7 +44,7 @@ static const char* open_run(proxy_t* const self, const char* const name)
 {
     char scheduler_name[RUN_NAME_MAX];
     if (run_state_attach(&self->run_shm, name, &self->run) != STATUS_OK) {
-        return "there is no such run; `hirosco run --foreign SUBSYSTEM` starts it";
+        return "there is no such run; `hirosco run --remote-endian SUBSYSTEM` starts it";
     }
     if (self->component >= self->run->component_count) {
         return "the run has no such component";
@@ -174,7 +174,7 @@ static bool serve(proxy_t* const self)
     }
     if ((status == STATUS_INVALID) || (status == STATUS_TOO_LARGE)) {
         (void)complain(
-            "the protocol between it and its program was violated; build both again: make foreign, ",
+            "the protocol between it and its program was violated; build both again: make remote-endian, ",
             status_text(status));
     }
     return false;
@@ -212,7 +212,7 @@ static void tell_loss(const proxy_t* const self, const osal_process_result_t* co
 int main(int argument_count, char* arguments[])
 {
     static const char usage[] = "usage: --run NAME --component INDEX --program PATH --runner PATH "
-                                "(the launcher `hirosco run --foreign SUBSYSTEM` starts it)";
+                                "(the launcher `hirosco run --remote-endian SUBSYSTEM` starts it)";
     proxy_t* const self       = &storage;
     const bool is_well_called = (argument_count == 9) && (strcmp(arguments[1], "--run") == 0) &&
                                 (strcmp(arguments[3], "--component") == 0) &&

@@ -65,8 +65,8 @@ static void add_options(text_t* const text, const launch_options_t* const option
     add_key(text, "nodes");
     text_add_unsigned(text, options->nodes);
     add_word(text, "links", options->links);
-    if (options->foreign[0] != '\0') {
-        add_word(text, "foreign", options->foreign);
+    if (options->remote_endian[0] != '\0') {
+        add_word(text, "remote_endian", options->remote_endian);
     }
 }
 
@@ -77,8 +77,8 @@ static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
     text_add_unsigned(text, launcher->late_frames);
     add_key(text, "bus_frames_lost");
     text_add_unsigned(text, launcher->lost_frames);
-    add_key(text, "bus_frames_foreign");
-    text_add_unsigned(text, launcher->foreign_frames);
+    add_key(text, "bus_frames_external");
+    text_add_unsigned(text, launcher->external_frames);
     add_key(text, "bus_interfaces_lost");
     text_add_unsigned(text, launcher->bus_cuts);
 }
@@ -187,7 +187,7 @@ static size_t describe_run(const launcher_t* const launcher, char out_summary[SU
     add_speed(&text, launcher);
     const bool is_reproducible = launcher->options.is_stepped && !launcher->is_undetermined &&
                                  !launcher->is_cut_short && (launcher->run->is_intruded == 0U) &&
-                                 (launcher->lost_frames == 0U) && (launcher->foreign_frames == 0U) &&
+                                 (launcher->lost_frames == 0U) && (launcher->external_frames == 0U) &&
                                  (launcher->bus_cuts == 0U) && (launcher->run->is_lossy == 0U);
     add_key(&text, "reproducible");
     text_add(&text, is_reproducible ? "true" : "false");

@@ -53,7 +53,7 @@ check-complexity: build/setup/check
 	    echo 'check: no function is too complex'
 .PHONY: check-flights
 # The long tests: many deaths and power cuts at random instants, peers.
-check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all foreign
+check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all remote-endian
 	@LONG=1 SOAK_HOURS=24 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
 	    test/mission test/hil test/conformance && echo 'check: every flight ends as it should'
 # Hangs, deaths and returns in wall-clock time, on a machine that does nothing else.

@@ -23,12 +23,12 @@ endef
 $(foreach m,$(MAINS),$(eval $(call program_rule,$m)))
 PROGRAMS := $(foreach m,$(MAINS),$(call program_name,$m))
 # Programs that a proxy can replace: all components except the two that others access in shared memory.
-FOREIGN_PROGRAMS := $(foreach p,$(filter-out supervisor communication,$(patsubst %_program.c,%,\
+REMOTE_ENDIAN_PROGRAMS := $(foreach p,$(filter-out supervisor communication,$(patsubst %_program.c,%,\
                     $(notdir $(wildcard fsw/programs/*_program.c)))),$B/bin/$(subst _,-,$p))
 
 all: build/setup/build
 	$(PARALLEL) programs
 programs: $(LIBRARIES) $(PROGRAMS)
 	@:
-foreign: build/setup/s390x
-	$(PARALLEL) S390X=1 foreign-programs
+remote-endian: build/setup/s390x
+	$(PARALLEL) S390X=1 remote-endian-programs

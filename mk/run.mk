@@ -4,12 +4,12 @@
 # Only options of the command line are passed on; the launcher has the defaults and refuses invalid values.
 option = $(if $(filter command%,$(origin $2)),$(if $($2),--$1 '$($2)'))
 adapter = $(if $(filter command%,$(origin $3)),$(if $($3),--$1 '$2=$($3)'))
-sim-run: build/setup/run all $(if $(FOREIGN),foreign)
+sim-run: build/setup/run all $(if $(REMOTE_ENDIAN),remote-endian)
 	@build/bin/hirosco run $(call option,mission,MISSION) $(call option,scenario,SCENARIO) $(call option,seed,SEED) \
 	    $(call option,form,FORM) $(call option,time,TIME) $(call option,bus,BUS) \
 	    $(call option,transport,TRANSPORT) $(call option,nodes,NODES) $(call option,links,LINKS) \
 	    $(call option,port,PORT) $(call option,tools,TOOLS) $(call option,out,OUT) \
-	    $(call option,storage,STORAGE) $(call option,key,KEY) $(call option,foreign,FOREIGN) \
+	    $(call option,storage,STORAGE) $(call option,key,KEY) $(call option,remote-endian,REMOTE_ENDIAN) \
 	    $(call adapter,interface,robot,ROBOT_IF) $(call adapter,interface,joystick,JOYSTICK_IF) \
 	    $(call adapter,sim-interface,robot,SIM_ROBOT_IF) $(call adapter,sim-interface,joystick,SIM_JOYSTICK_IF)
 

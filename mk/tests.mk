@@ -73,13 +73,13 @@ tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 # Tests of conversions between numbers and octets, for a big-endian processor. Only those of Unity, because cmocka is
 # not available for it, and only those that need neither several tasks (the emulator has no locks with priority
 # inheritance) nor wall-clock time.
-FOREIGN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_remote_endian_wire.c test/unit/base/% \
+REMOTE_ENDIAN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_remote_endian_wire.c test/unit/base/% \
                  $(foreach f,parameter rtlink message,test/unit/fsw/framework/$f/%),\
                  $(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
-FOREIGN_TESTS := $(if $(FOREIGN_TESTS),$(shell grep -L cmocka.h $(FOREIGN_TESTS)))
-foreign-tests: $(FOREIGN_PROGRAMS) $(foreach t,$(FOREIGN_TESTS),$(call test_name,$t))
+REMOTE_ENDIAN_TESTS := $(if $(REMOTE_ENDIAN_TESTS),$(shell grep -L cmocka.h $(REMOTE_ENDIAN_TESTS)))
+remote-endian-tests: $(REMOTE_ENDIAN_PROGRAMS) $(foreach t,$(REMOTE_ENDIAN_TESTS),$(call test_name,$t))
 	@:
-foreign-programs: $(FOREIGN_PROGRAMS)
+remote-endian-programs: $(REMOTE_ENDIAN_PROGRAMS)
 	@:
 # Tests that test/hil runs again on a kernel with CAN buses and TIPC.
 KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/message/% \
@@ -96,11 +96,11 @@ FLYING_TESTS   := $(filter test/conformance/% test/mission/% test/hil/%,$(PYTHON
 HIL_TESTS      := $(filter test/hil/%,$(PYTHON_TESTS))
 NEEDS_PROGRAMS := $(if $(FLYING_TESTS),programs)
 NEEDS_FUZZERS  := $(filter test/fuzz/%,$(PYTHON_TESTS))
-NEEDS_FOREIGN  := $(filter test/hil/test_big_endian.py,$(PYTHON_TESTS))
+NEEDS_REMOTE_ENDIAN  := $(filter test/hil/test_remote_endian.py,$(PYTHON_TESTS))
 NEEDS_THREADS  := $(strip $(call selected,$(THREAD_TESTS)))
-TEST_SETUP     := $(if $(FLYING_TESTS),test) $(if $(HIL_TESTS),vm) $(if $(NEEDS_FOREIGN),s390x) \
+TEST_SETUP     := $(if $(FLYING_TESTS),test) $(if $(HIL_TESTS),vm) $(if $(NEEDS_REMOTE_ENDIAN),s390x) \
                   $(if $(PYTHON_TESTS),pytest) $(if $(NEEDS_THREADS)$(NEEDS_FUZZERS),clang) unit
-BUILD_FOREIGN   = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 foreign-tests
+BUILD_REMOTE_ENDIAN   = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 remote-endian-tests
 test: $(TEST_SETUP:%=build/setup/%)
 	+@failed=; \
 	$(MAKE) -k --no-print-directory -j$(JOBS) $(NEEDS_PROGRAMS) tests $(if $(PYTHON_TESTS),generated) \
@@ -110,13 +110,13 @@ test: $(TEST_SETUP:%=build/setup/%)
 	$(if $(NEEDS_FUZZERS),$(BUILD_FUZZERS) -k ONLY= || failed="$$failed the fuzz build";) \
 	$(if $(NEEDS_THREADS),$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || \
 	    failed="$$failed the build against data races";) \
-	$(if $(NEEDS_FOREIGN),$(BUILD_FOREIGN) -k || failed="$$failed the big-endian build";) \
+	$(if $(NEEDS_REMOTE_ENDIAN),$(BUILD_REMOTE_ENDIAN) -k || failed="$$failed the big-endian build";) \
 	$(if $(PYTHON_TESTS),$(VENV),$(PYTHON)) test/support/run_tests.py --threads '$(NEEDS_THREADS)' --jobs $(JOBS) \
 	    --only '$(ONLY)' --failed "$$failed" $(call selected,$(TESTS))
 
-test-hil: build/setup/vm $(if $(NEEDS_FOREIGN),build/setup/s390x) all
+test-hil: build/setup/vm $(if $(NEEDS_REMOTE_ENDIAN),build/setup/s390x) all
 	$(PARALLEL) kernel-tests
-	+$(if $(NEEDS_FOREIGN),@$(BUILD_FOREIGN))
+	+$(if $(NEEDS_REMOTE_ENDIAN),@$(BUILD_REMOTE_ENDIAN))
 	@$(if $(HIL_TESTS),,$(error no test in test/hil has '$(ONLY)' in its path))HIL_PLACE='$(PLACE)' \
 	    $(VENV) test/support/run_tests.py --jobs $(JOBS) --under test/hil --only '$(ONLY)'
 

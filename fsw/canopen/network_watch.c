@@ -181,8 +181,8 @@ static void watch_bus(canopen_network_t* const network, const uint8_t channel, c
     *told = now;
 }
 
-/// All devices act on SYNC at once. A foreign SYNC makes them sample and actuate at an instant that the
-/// master did not compute, and their answers belong to no cycle.
+/// All devices act on SYNC at once. A SYNC of another node makes them sample and actuate at an instant that
+/// the master did not compute, and their answers belong to no cycle.
 static void watch_sync(canopen_network_t* const network, const uint64_t now_ns)
 {
     canopen_network_foreign_sync_t* const told = &network->foreign_sync;

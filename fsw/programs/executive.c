@@ -99,7 +99,7 @@ static const char* join_by_proxy(const unsigned descriptor)
     const status_t joined =
         (descriptor != UINT32_MAX) ? remote_endian_join(remote, (int)descriptor) : STATUS_INVALID;
     if (joined != STATUS_OK) {
-        return "the proxy has sent no run; `hirosco run --foreign SUBSYSTEM` starts both";
+        return "the proxy has sent no run; `hirosco run --remote-endian SUBSYSTEM` starts both";
     }
     const char* const error = take_runtime(&remote->run, remote->component, NULL);
     if (error == NULL) {

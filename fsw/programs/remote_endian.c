@@ -25,7 +25,7 @@ static bool name_ring(const remote_endian_t* const remote, const unsigned bus, c
 {
     char name[RUN_NAME_MAX];
     const unsigned number = (remote->component * MISSION_BUSES_MAX) + bus + 1U;
-    if (!run_name(&remote->run, "foreign", number, name, sizeof name)) {
+    if (!run_name(&remote->run, "remote", number, name, sizeof name)) {
         return false;
     }
     text_t text = text_in(out_address, capacity);

@@ -95,33 +95,34 @@ static void keep_members(const supervisor_t* const supervisor, checkpoint_state_
     for (uint16_t i = 0U; i < state->member_count; i++) {
         const registry_entry_t* const entry = &supervisor->registry[i];
         const recommission_t* const run     = &entry->recommission;
-        state->members[i]                   = (checkpoint_member_t){.heard_ns             = entry->heard_ns,
-                                                                    .started_ns           = entry->started_ns,
-                                                                    .interface_hash       = entry->interface_hash,
-                                                                    .configuration_hash   = entry->configuration_hash,
-                                                                    .apid                 = entry->mission->apid,
-                                                                    .configuration        = entry->configuration,
-                                                                    .process              = (uint8_t)entry->process,
-                                                                    .state                = (uint8_t)entry->state,
-                                                                    .phase                = (uint8_t)entry->phase,
-                                                                    .is_heard             = truth(entry->is_heard),
-                                                                    .restarts             = entry->restarts,
-                                                                    .is_order_owed        = truth(entry->is_order_owed),
-                                                                    .ordered              = (uint8_t)entry->ordered,
-                                                                    .order_cause          = (uint8_t)entry->order_cause,
-                                                                    .is_interface_foreign = truth(entry->is_interface_foreign),
-                                                                    .is_restarted         = truth(entry->is_restarted),
-                                                                    .error_ns             = entry->error_ns,
-                                                                    .rested               = (uint8_t)entry->rested,
-                                                                    .rested_with          = entry->rested_with,
-                                                                    .run_since_ns         = run->since_ns,
-                                                                    .run_configuration    = run->configuration,
-                                                                    .is_run_active        = truth(run->is_active),
-                                                                    .is_run_walking       = truth(run->is_walking),
-                                                                    .run_target           = (uint8_t)run->target,
-                                                                    .run_ordered          = (uint8_t)run->ordered,
-                                                                    .run_seen             = (uint8_t)run->seen,
-                                                                    .run_seen_phase       = (uint8_t)run->seen_phase};
+        state->members[i] =
+            (checkpoint_member_t){.heard_ns                = entry->heard_ns,
+                                  .started_ns              = entry->started_ns,
+                                  .interface_hash          = entry->interface_hash,
+                                  .configuration_hash      = entry->configuration_hash,
+                                  .apid                    = entry->mission->apid,
+                                  .configuration           = entry->configuration,
+                                  .process                 = (uint8_t)entry->process,
+                                  .state                   = (uint8_t)entry->state,
+                                  .phase                   = (uint8_t)entry->phase,
+                                  .is_heard                = truth(entry->is_heard),
+                                  .restarts                = entry->restarts,
+                                  .is_order_owed           = truth(entry->is_order_owed),
+                                  .ordered                 = (uint8_t)entry->ordered,
+                                  .order_cause             = (uint8_t)entry->order_cause,
+                                  .is_interface_mismatched = truth(entry->is_interface_mismatched),
+                                  .is_restarted            = truth(entry->is_restarted),
+                                  .error_ns                = entry->error_ns,
+                                  .rested                  = (uint8_t)entry->rested,
+                                  .rested_with             = entry->rested_with,
+                                  .run_since_ns            = run->since_ns,
+                                  .run_configuration       = run->configuration,
+                                  .is_run_active           = truth(run->is_active),
+                                  .is_run_walking          = truth(run->is_walking),
+                                  .run_target              = (uint8_t)run->target,
+                                  .run_ordered             = (uint8_t)run->ordered,
+                                  .run_seen                = (uint8_t)run->seen,
+                                  .run_seen_phase          = (uint8_t)run->seen_phase};
     }
 }
 
@@ -139,32 +140,32 @@ static void take_members(supervisor_t* const supervisor, const checkpoint_state_
         entry->process      = (process_state_t)member->process;
         entry->is_start_due = (entry->process == PROCESS_LOST) &&
                               (member->restarts < entry->mission->restart_budget); // A pause was under way.
-        entry->is_heard             = is_true(member->is_heard);
-        entry->state                = (state_t)member->state;
-        entry->phase                = (state_phase_t)member->phase;
-        entry->configuration        = member->configuration;
-        entry->is_order_owed        = is_true(member->is_order_owed);
-        entry->ordered              = (state_t)member->ordered;
-        entry->order_cause          = (pus_cause_t)member->order_cause;
-        entry->heard_ns             = member->heard_ns;
-        entry->started_ns           = member->started_ns;
-        entry->interface_hash       = member->interface_hash;
-        entry->configuration_hash   = member->configuration_hash;
-        entry->is_interface_foreign = is_true(member->is_interface_foreign);
-        entry->is_restarted         = is_true(member->is_restarted);
-        entry->error_ns             = member->error_ns;
-        entry->rested               = (state_t)member->rested;
-        entry->rested_with          = member->rested_with;
-        entry->recommission         = (recommission_t){.is_active     = is_true(member->is_run_active),
-                                                       .is_walking    = is_true(member->is_run_walking),
-                                                       .target        = (state_t)member->run_target,
-                                                       .configuration = member->run_configuration,
-                                                       .ordered       = (state_t)member->run_ordered,
-                                                       .seen          = (state_t)member->run_seen,
-                                                       .seen_phase    = (state_phase_t)member->run_seen_phase,
-                                                       .since_ns      = member->run_since_ns};
-        entry->is_in_doubt          = (entry->process == PROCESS_RUNNING);
-        entry->are_links_in_doubt   = entry->is_in_doubt;
+        entry->is_heard                = is_true(member->is_heard);
+        entry->state                   = (state_t)member->state;
+        entry->phase                   = (state_phase_t)member->phase;
+        entry->configuration           = member->configuration;
+        entry->is_order_owed           = is_true(member->is_order_owed);
+        entry->ordered                 = (state_t)member->ordered;
+        entry->order_cause             = (pus_cause_t)member->order_cause;
+        entry->heard_ns                = member->heard_ns;
+        entry->started_ns              = member->started_ns;
+        entry->interface_hash          = member->interface_hash;
+        entry->configuration_hash      = member->configuration_hash;
+        entry->is_interface_mismatched = is_true(member->is_interface_mismatched);
+        entry->is_restarted            = is_true(member->is_restarted);
+        entry->error_ns                = member->error_ns;
+        entry->rested                  = (state_t)member->rested;
+        entry->rested_with             = member->rested_with;
+        entry->recommission            = (recommission_t){.is_active     = is_true(member->is_run_active),
+                                                          .is_walking    = is_true(member->is_run_walking),
+                                                          .target        = (state_t)member->run_target,
+                                                          .configuration = member->run_configuration,
+                                                          .ordered       = (state_t)member->run_ordered,
+                                                          .seen          = (state_t)member->run_seen,
+                                                          .seen_phase    = (state_phase_t)member->run_seen_phase,
+                                                          .since_ns      = member->run_since_ns};
+        entry->is_in_doubt             = (entry->process == PROCESS_RUNNING);
+        entry->are_links_in_doubt      = entry->is_in_doubt;
     }
 }
 

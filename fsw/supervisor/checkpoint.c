@@ -306,7 +306,7 @@ static bool are_members_sound(const checkpoint_state_t* const state, const check
                               (member->ordered < (uint8_t)STATE_COUNT) &&
                               (member->order_cause <= (uint8_t)CAUSE_SUPERVISOR_LOST) &&
                               (member->phase <= (uint8_t)PHASE_UNSECURED) && is_truth(member->is_heard) &&
-                              is_truth(member->is_order_owed) && is_truth(member->is_interface_foreign) &&
+                              is_truth(member->is_order_owed) && is_truth(member->is_interface_mismatched) &&
                               is_truth(member->is_restarted) && is_run_sound(member, state->now_ns) &&
                               (member->heard_ns <= state->now_ns) && (member->started_ns <= state->now_ns);
         if (!is_sound) {

@@ -82,7 +82,7 @@ typedef struct { // A subsystem of the mission, in its order.
     uint8_t restarts;
     uint8_t is_order_owed;
     uint8_t ordered;
-    uint8_t is_interface_foreign;
+    uint8_t is_interface_mismatched;
     uint8_t is_restarted;
     uint8_t reserved[7];
 } checkpoint_member_t;

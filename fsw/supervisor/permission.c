@@ -156,7 +156,7 @@ pus_failure_t supervisor_permission_of(supervisor_t* const supervisor, const pus
         return pus_failure(PUS_FAILURE_PERMISSION,
                            ((uint32_t)supervisor->mode << 8U) | (uint32_t)target->state);
     }
-    if (target->is_interface_foreign && (rule != PERMISSION_RULE_ALWAYS)) {
+    if (target->is_interface_mismatched && (rule != PERMISSION_RULE_ALWAYS)) {
         return pus_failure(PUS_FAILURE_INTERFACE, tc->apid);
     }
     const bool is_state_request = (tc->service == PUS_SERVICE_MANAGEMENT) &&

@@ -78,8 +78,8 @@ static void compare_descriptors(supervisor_t* const supervisor, registry_entry_t
                                 const pus_subsystem_status_t* const status)
 {
     const mission_subsystem_t* const own = entry->mission;
-    entry->is_interface_foreign          = (status->interface_hash != own->interface_hash);
-    if (entry->is_interface_foreign && (status->interface_hash != entry->interface_hash)) {
+    entry->is_interface_mismatched       = (status->interface_hash != own->interface_hash);
+    if (entry->is_interface_mismatched && (status->interface_hash != entry->interface_hash)) {
         raise_difference(supervisor, SUPERVISOR_EVENT_INTERFACE_DIFFERS, own->apid, own->interface_hash,
                          status->interface_hash);
     }

@@ -107,10 +107,10 @@ typedef struct { // Known data of one subsystem.
     uint64_t started_ns;
     uint64_t interface_hash; ///< Hash of the descriptor with which it runs, as it last reported it.
     uint64_t configuration_hash;
-    bool is_interface_foreign; ///< The interface hash differs from that of the supervisor's descriptor.
-    bool is_in_doubt;          ///< Taken over from the previous supervisor, not reported since.
-    bool is_clogged;           ///< Requests to it no longer wait: it has taken no packet for too long.
-    bool are_links_in_doubt;   ///< Taken over, and not yet compared with its own report.
+    bool is_interface_mismatched; ///< The interface hash differs from that of the supervisor's descriptor.
+    bool is_in_doubt;             ///< Taken over from the previous supervisor, not reported since.
+    bool is_clogged;              ///< Requests to it no longer wait: it has taken no packet for too long.
+    bool are_links_in_doubt;      ///< Taken over, and not yet compared with its own report.
     doubt_t doubt;
     struct {
         uint32_t request_id; ///< TC[129,4], if DOUBT_ASKED.

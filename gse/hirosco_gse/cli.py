@@ -155,7 +155,7 @@ class _Console:
         with stream:
             for entry in driver.run(command.procedure(session, int(self.arguments.timeout * 1e9))):
                 _print(self.arguments, entry)
-        for problem in session.foreign.values():
+        for problem in session.mismatches.values():
             print(f"gse: warning: {problem}", file=sys.stderr)
         return SUCCESS
 

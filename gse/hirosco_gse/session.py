@@ -92,7 +92,7 @@ class Session:
         self.mode = None
         self.asked = collections.deque(maxlen=ASKED)  # (APID, sequence count) of each packet of a request, in order.
         self.malformed = []
-        self.foreign = {}  # APID -> error text: the flying interface differs from that of the dictionary
+        self.mismatches = {}  # APID -> error text: the flying interface differs from that of the dictionary
         self._splitter = packets.Splitter()
         self._first = first_sequence
         self._sequences = {}
@@ -230,7 +230,7 @@ class Session:
         subsystem = self.dictionary.subsystem_of_apid(packet.apid)
         flown = int(decoded["interface_hash"], 0)
         if subsystem and subsystem.interface_hash not in (0, flown):
-            self.foreign[packet.apid] = (
+            self.mismatches[packet.apid] = (
                 f"{subsystem.name} flies interface 0x{flown:016x}, the dictionary has "
                 f"0x{subsystem.interface_hash:016x}: names and values may be wrong; run make"
             )

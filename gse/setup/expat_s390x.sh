@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Fetch the XML parser expat, built for the big-endian s390x, into build/third_party/expat-s390x/: what a foreign
+# Fetch the XML parser expat, built for the big-endian s390x, into build/third_party/expat-s390x/: what a remote-endian
 # program is linked with. The package client fetches and verifies it from wherever this machine gets its packages, with
 # package lists of its own: those of the machine, and what is installed on it, stay as they are. The package is kept in the
 # user's cache for other clones and for work without a network.

@@ -76,11 +76,11 @@ status_t osal_can_hand_over(const char* const address, osal_can_hand_over_t* con
     return can_counted_look(place.shared, out_counts);
 }
 
-void osal_can_add_foreign(osal_can_t* const can, const uint32_t frames)
+void osal_can_add_external(osal_can_t* const can, const uint32_t frames)
 {
     FSW_ASSERT(can != NULL);
     if ((can->shared != NULL) && (can->descriptor >= 0)) {
-        can_counted_add_foreign(can, frames);
+        can_counted_add_external(can, frames);
     }
 }
 

@@ -30,7 +30,7 @@ typedef struct {
     uint32_t frames;
     uint32_t late;
     uint32_t lost;
-    uint32_t foreign;
+    uint32_t external;
     uint32_t cuts;
 } counts_t;
 
@@ -171,7 +171,7 @@ static status_t receive_late(osal_can_t* const can, osal_can_frame_t* const out_
     } else if (status == STATUS_EMPTY) {
         count(&counts->lost, due);
         direction_t* const direction = direction_of(can, true);
-        store(&direction->taken, direction->taken + due); // Later arrivals are counted as foreign.
+        store(&direction->taken, direction->taken + due); // Later arrivals are counted as external.
     } else {
         // Closed: the caller opens it again.
     }
@@ -208,15 +208,15 @@ status_t can_counted_receive(osal_can_t* const can, osal_can_frame_t* const out_
         store(&direction->taken, direction->taken + 1U);
         count(&counts->frames, 1U);
     } else {
-        count(&counts->foreign, 1U);
+        count(&counts->external, 1U);
     }
     return STATUS_OK;
 }
 
-void can_counted_add_foreign(osal_can_t* const can, const uint32_t frames)
+void can_counted_add_external(osal_can_t* const can, const uint32_t frames)
 {
     counts_t* const counts = can->shared;
-    count(&counts->foreign, frames);
+    count(&counts->external, frames);
 }
 
 status_t can_counted_look(const char* const name, osal_can_hand_over_t* const out_counts)
@@ -225,11 +225,11 @@ status_t can_counted_look(const char* const name, osal_can_hand_over_t* const ou
     if (attach(name, &counts) != STATUS_OK) {
         return STATUS_NOT_FOUND;
     }
-    *out_counts = (osal_can_hand_over_t){.frames  = load(&counts->frames),
-                                         .late    = load(&counts->late),
-                                         .lost    = load(&counts->lost),
-                                         .foreign = load(&counts->foreign),
-                                         .cuts    = load(&counts->cuts)};
+    *out_counts = (osal_can_hand_over_t){.frames   = load(&counts->frames),
+                                         .late     = load(&counts->late),
+                                         .lost     = load(&counts->lost),
+                                         .external = load(&counts->external),
+                                         .cuts     = load(&counts->cuts)};
     (void)munmap(counts, sizeof(counts_t));
     return STATUS_OK;
 }

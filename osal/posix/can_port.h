@@ -31,7 +31,7 @@ status_t can_counted_open(osal_can_t* can, const char* name, const char* interfa
 void can_counted_close(osal_can_t* can);
 status_t can_counted_send(osal_can_t* can, const osal_can_frame_t* frame);
 status_t can_counted_receive(osal_can_t* can, osal_can_frame_t* out_frame);
-void can_counted_add_foreign(osal_can_t* can, uint32_t frames);
+void can_counted_add_external(osal_can_t* can, uint32_t frames);
 status_t can_counted_look(const char* name, osal_can_hand_over_t* out_counts);
 
 #endif // OSAL_POSIX_CAN_PORT_H

@@ -30,7 +30,7 @@ static struct sockaddr_in native(const osal_address_t address)
     return result;
 }
 
-static osal_address_t foreign(const struct sockaddr_in* const address)
+static osal_address_t osal_address(const struct sockaddr_in* const address)
 {
     return (osal_address_t){.ipv4 = ntohl(address->sin_addr.s_addr), .port = ntohs(address->sin_port)};
 }
@@ -182,7 +182,7 @@ status_t osal_udp_receive(osal_socket_t* const sock, osal_address_t* const out_f
     if ((message.msg_flags & MSG_TRUNC) != 0) {
         return STATUS_TOO_LARGE;
     }
-    *out_from = foreign(&from);
+    *out_from = osal_address(&from);
     *out_size = (size_t)size;
     return STATUS_OK;
 }
@@ -239,7 +239,7 @@ status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out
     }
     if (peer.internet.sin_family == AF_INET) {
         set_option(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
-        *out_peer = foreign(&peer.internet);
+        *out_peer = osal_address(&peer.internet);
     }
     return STATUS_OK;
 }
@@ -407,7 +407,7 @@ status_t osal_socket_local_address(const osal_socket_t* const sock, osal_address
         (address.sin_family != AF_INET)) {
         return STATUS_IO;
     }
-    *out_local = foreign(&address);
+    *out_local = osal_address(&address);
     return STATUS_OK;
 }
 

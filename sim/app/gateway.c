@@ -84,7 +84,7 @@ static void submit(gateway_t* const gateway, const osal_can_frame_t* const frame
 {
     const bus_callbacks_t deaf = {.on_frame = NULL}; // Tools receive frames as the gateway publishes them.
     status_t status            = STATUS_OK;
-    gateway->counters.foreign++;
+    gateway->counters.from_tools++;
     if ((frame->id & OSAL_CAN_ERROR) != 0U) {
         gateway->report(gateway->context, frame);
         return;

@@ -24,8 +24,8 @@ typedef void (*gateway_report_t)(void* context, const osal_can_frame_t* frame);
 
 typedef struct { // Read-only for others [frames].
     uint64_t shown;
-    uint64_t unshown; ///< The interface did not take them.
-    uint64_t foreign; ///< Sent by tools.
+    uint64_t unshown;    ///< The interface did not take them.
+    uint64_t from_tools; ///< Sent by tools.
     /// Of these, refused by the bus: its queue was full, or the frame does not exist on it.
     uint64_t refused;
 } gateway_counters_t;

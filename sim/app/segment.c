@@ -174,8 +174,9 @@ void segment_take(segment_t* const segment, const uint64_t now_ns)
         take_from_flight(segment, now_ns);
     }
     if (segment->gateway != NULL) {
-        const uint64_t before = gateway_counters(segment->gateway)->foreign;
+        const uint64_t before = gateway_counters(segment->gateway)->from_tools;
         gateway_take(segment->gateway, now_ns);
-        osal_can_add_foreign(&segment->can, (uint32_t)(gateway_counters(segment->gateway)->foreign - before));
+        osal_can_add_external(&segment->can,
+                              (uint32_t)(gateway_counters(segment->gateway)->from_tools - before));
     }
 }

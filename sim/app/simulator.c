@@ -584,7 +584,7 @@ void simulator_statistics(const simulator_t* const simulator, simulator_statisti
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
         if (simulator->segment[i].gateway != NULL) {
             const gateway_counters_t* gateway = gateway_counters(simulator->segment[i].gateway);
-            out_statistics->tool_frames += gateway->foreign;
+            out_statistics->tool_frames += gateway->from_tools;
             out_statistics->unshown += gateway->unshown;
         }
     }

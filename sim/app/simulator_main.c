@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The simulator as a process: a participant of the run's scheduler, a real-time program, or on its own for
-/// foreign tools. See `simulator --help`.
+/// external tools. See `simulator --help`.
 #include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"

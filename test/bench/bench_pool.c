@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Taking and releasing a block of a pool. Baselines: a bare free list that refuses foreign and free blocks;
-/// malloc and free of the same size, in a program with threads.
+/// Taking and releasing a block of a pool. Baselines: a bare free list that refuses free blocks and
+/// blocks of other pools; malloc and free of the same size, in a program with threads.
 #include "base/pool.h"
 #include "osal/include/osal/task.h"
 #include "test/bench/measure.h"

@@ -46,7 +46,7 @@ static void begin(void)
 static void arrive(const fuzz_record_t* const record)
 {
     const osal_address_t from       = {OSAL_IPV4_LOOPBACK, (uint16_t)PORT_OF(FIRST_PEER + record->kind)};
-    const uint32_t foreign          = carrier.foreign;
+    const uint32_t other_senders    = carrier.other_senders;
     const message_counters_t before = endpoint.counters;
     const uint32_t stamp            = endpoint.stamp;
     memory_sockets_datagram(from, record->octets, record->size);
@@ -56,12 +56,13 @@ static void arrive(const fuzz_record_t* const record)
         FUZZ_CHECK((status == STATUS_NOT_OURS) && !is_kept &&
                    (endpoint.counters.malformed == (before.malformed + 1U)));
     } else if (record->kind == 2U) {
-        FUZZ_CHECK((status == STATUS_NOT_OURS) && !is_kept && (carrier.foreign == (foreign + 1U)));
+        FUZZ_CHECK((status == STATUS_NOT_OURS) && !is_kept &&
+                   (carrier.other_senders == (other_senders + 1U)));
     } else {
         const bool is_counted = (endpoint.counters.malformed != before.malformed) ||
                                 (endpoint.counters.overruns != before.overruns);
         FUZZ_CHECK(((status == STATUS_OK) && (is_kept != is_counted)) || (record->size == 0U));
-        FUZZ_CHECK(carrier.foreign == foreign);
+        FUZZ_CHECK(carrier.other_senders == other_senders);
     }
 }
 

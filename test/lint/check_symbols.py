@@ -84,7 +84,7 @@ def breach(path, name, section, is_global):
 def main():
     objects = sys.argv[1:]
     failures = [text for text in (breach(*entry) for entry in symbols(objects)) if text] if objects else []
-    print("\n".join(failures) if failures else f"check: no allocator, printf, jump, mutable global or foreign prefix in {len(objects)} objects")
+    print("\n".join(failures) or f"check: no allocator, printf, jump, mutable global or prefix of another library in {len(objects)} objects")
     return 1 if failures else 0
 
 

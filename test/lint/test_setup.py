@@ -227,7 +227,7 @@ EXPAT = ["usr/include/expat.h", "usr/include/expat_external.h", "usr/include/s39
          "usr/share/doc/libexpat1-dev/copyright", "usr/lib/s390x-linux-gnu/libexpat.a"]
 
 
-def test_foreign_expat_is_fetched_once_for_all_clones(tmp_path):
+def test_s390x_expat_is_fetched_once_for_all_clones(tmp_path):
     for name in EXPAT:
         (tmp_path / "package" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "package" / name).write_text(name)

@@ -130,7 +130,7 @@ def test_a_report_of_pytest_gives_count_and_times(tmp_path):
         ("test_fuzz", "clang pytest unit", False),
         ("conformance", "pytest test unit", True),
         ("test_nodes", "pytest test unit vm", True),
-        ("test_big_endian", "pytest s390x test unit vm", True),
+        ("test_remote_endian", "pytest s390x test unit vm", True),
         ("no such test", "unit", False),
         ("", "clang pytest s390x test unit vm", True),
     ],

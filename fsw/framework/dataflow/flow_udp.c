@@ -82,7 +82,7 @@ status_t flow_udp_receive(flow_udp_t* const flow, uint8_t* const octets, const s
             *out_size = 0U;
             return status;
         } else if ((from.ipv4 != flow->peer.ipv4) || (from.port != flow->peer.port)) {
-            flow->counters.foreign++;
+            flow->counters.other_senders++;
         } else {
             flow->counters.received++;
             return STATUS_OK;

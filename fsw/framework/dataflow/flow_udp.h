@@ -33,10 +33,10 @@ typedef struct {
 typedef struct { // [datagrams, wrap]
     uint32_t sent;
     uint32_t received;
-    uint32_t refused;  ///< Not sent: kernel buffer full, no receiver, too large, closed.
-    uint32_t foreign;  ///< Received from another address than the peer's, dropped.
-    uint32_t oversize; ///< Received, longer than the caller's buffer, dropped.
-    uint32_t unfit;    ///< Received, but no such record.
+    uint32_t refused;       ///< Not sent: kernel buffer full, no receiver, too large, closed.
+    uint32_t other_senders; ///< Received from another address than the peer's, dropped.
+    uint32_t oversize;      ///< Received, longer than the caller's buffer, dropped.
+    uint32_t unfit;         ///< Received, but no such record.
 } flow_udp_counters_t;
 
 typedef struct { // Private; read-only for housekeeping: counters, link.
@@ -55,7 +55,7 @@ status_t flow_udp_step(flow_udp_t* flow, uint64_t now_ns);
 
 /// STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no socket, or no way there).
 MUST_USE status_t flow_udp_send(flow_udp_t* flow, const uint8_t* octets, size_t size);
-/// One datagram of the peer; foreign and oversize ones are counted and passed over.
+/// One datagram of the peer; those of other senders and oversize ones are counted and passed over.
 /// STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (no socket).
 MUST_USE status_t flow_udp_receive(flow_udp_t* flow, uint8_t* octets, size_t capacity, size_t* out_size);
 /// One struct as one datagram, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a coding

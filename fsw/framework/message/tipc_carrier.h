@@ -32,9 +32,9 @@ typedef struct { // Private, except the counters.
     } peers[MESSAGE_PEERS_MAX];
     size_t peer_count;
     message_delivery_notice_t notice;
-    uint32_t foreign;   ///< Datagrams of a socket that is no peer's, dropped.
-    uint32_t returned;  ///< Returned frames: no room at the receiver, or no receiver.
-    uint32_t withdrawn; ///< Times a peer's name went away.
+    uint32_t other_senders; ///< Datagrams of a socket that is no peer's, dropped.
+    uint32_t returned;      ///< Returned frames: no room at the receiver, or no receiver.
+    uint32_t withdrawn;     ///< Times a peer's name went away.
 } message_tipc_carrier_t;
 
 /// `type`: service type of the mission instance. `watch` of that type (osal_tipc_watch_open), or null: no

@@ -67,7 +67,7 @@ status_t message_udp_carrier_pump(message_udp_carrier_t* const carrier, message_
         return message_accept(endpoint, status, 0U);
     }
     if (!is_peer(carrier, from)) {
-        carrier->foreign++;
+        carrier->other_senders++;
         return STATUS_NOT_OURS;
     }
     return message_accept(endpoint, STATUS_OK, size);

@@ -27,7 +27,7 @@ typedef struct { // Private, except the counters.
     } peers[MESSAGE_PEERS_MAX];
     size_t peer_count;
     message_delivery_notice_t notice;
-    uint32_t foreign; ///< Datagrams from an address that is no peer's, dropped.
+    uint32_t other_senders; ///< Datagrams from an address that is no peer's, dropped.
 } message_udp_carrier_t;
 
 void message_udp_carrier_init(message_udp_carrier_t* carrier, osal_socket_t* socket,

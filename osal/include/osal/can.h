@@ -84,12 +84,12 @@ typedef struct { // All fields are private, except the last four: read-only.
     uint32_t filtered; ///< Received and dropped by the filters; those that the kernel drops are not counted.
 } osal_can_t;
 
-typedef struct {      // Of a counted hand-over, both directions [frames, wrap].
-    uint32_t frames;  ///< Handed over.
-    uint32_t late;    ///< Of these, received late, but within OSAL_CAN_PATIENCE_MS.
-    uint32_t lost;    ///< Announced but never received.
-    uint32_t foreign; ///< Received but not announced: another program sends on the interface.
-    uint32_t cuts;    ///< Times that an end found its interface down or away [calls].
+typedef struct {       // Of a counted hand-over, both directions [frames, wrap].
+    uint32_t frames;   ///< Handed over.
+    uint32_t late;     ///< Of these, received late, but within OSAL_CAN_PATIENCE_MS.
+    uint32_t lost;     ///< Announced but never received.
+    uint32_t external; ///< Received but not announced: another program sends on the interface.
+    uint32_t cuts;     ///< Times that an end found its interface down or away [calls].
 } osal_can_hand_over_t;
 
 /// Make the shared memory of a "shm:" or counted bus. Exactly one process does it, before either end opens.
@@ -102,9 +102,9 @@ status_t osal_can_destroy(const char* address);
 /// How the hand-over of a counted bus went so far. Returns STATUS_OK, STATUS_NOT_FOUND (no such counted bus).
 MUST_USE status_t osal_can_hand_over(const char* address, osal_can_hand_over_t* out_counts);
 
-/// Count frames as foreign that reached the bus from outside of the run by another way. No effect on a
+/// Count frames as external that reached the bus from outside of the run by another way. No effect on a
 /// carrier that does not count.
-void osal_can_add_foreign(osal_can_t* can, uint32_t frames);
+void osal_can_add_external(osal_can_t* can, uint32_t frames);
 
 /// Open one end. A node end begins with nothing received. Returns STATUS_OK, STATUS_NOT_FOUND (no such bus),
 /// STATUS_INVALID (address, or an interface name of more than 15 characters), STATUS_CLOSED (the interface is

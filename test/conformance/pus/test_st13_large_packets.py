@@ -179,9 +179,9 @@ def test_faulty_parts_of_a_large_packet_are_refused(station):
 
 def test_a_large_packet_must_be_a_request_of_its_sender(station):
     good = _request(SUPERVISOR, 17, 1)
-    torn, foreign, nested = good[:-1], _request(SUPERVISOR, 17, 1, source=1), _request(SUPERVISOR, 13, 9, b"\0\1\0\1x")
+    torn, other_source, nested = good[:-1], _request(SUPERVISOR, 17, 1, source=1), _request(SUPERVISOR, 13, 9, b"\0\1\0\1x")
     report = bytes(PusTm(17, 2, bytes(8), apid=SUPERVISOR).pack())
-    for raw in (torn, good[:-1] + bytes([good[-1] ^ 1]), foreign, nested, report, b"0123456789", b"01234567890123"):
+    for raw in (torn, good[:-1] + bytes([good[-1] ^ 1]), other_source, nested, report, b"0123456789", b"01234567890123"):
         (_, _, first), (_, _, last) = _pieces(raw, len(raw) - 1)
         # Octets other than a length field: too long at once.
         if int.from_bytes(first[4:6], "big") + 7 > packets.PACKET_MAX:

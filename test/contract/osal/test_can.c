@@ -237,13 +237,13 @@ static void test_removed_bus_stays_usable_for_open_ends(void)
 static void test_memory_of_another_kind_is_no_bus(void)
 {
     char name[48];
-    char foreign[64];
+    char shm_address[64];
     osal_shm_t shm;
     osal_can_t other;
-    (void)snprintf(name, sizeof(name), "/osal-can-foreign-%d", (int)getpid());
-    (void)snprintf(foreign, sizeof(foreign), "shm:%s", &name[1]);
+    (void)snprintf(name, sizeof(name), "/osal-can-other-%d", (int)getpid());
+    (void)snprintf(shm_address, sizeof(shm_address), "shm:%s", &name[1]);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, 4096U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&other, foreign, OSAL_CAN_WIRE));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&other, shm_address, OSAL_CAN_WIRE));
     osal_shm_close(&shm);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
 }

@@ -323,7 +323,7 @@ static void test_counted_ends_receive_all_announced_frames(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
     TEST_ASSERT_EQUAL_UINT32(200U, counts.frames);
     TEST_ASSERT_EQUAL_UINT32(0U, counts.lost);
-    TEST_ASSERT_EQUAL_UINT32(1U, counts.foreign);
+    TEST_ASSERT_EQUAL_UINT32(1U, counts.external);
     osal_can_close(&stranger);
     osal_can_close(&node);
     osal_can_close(&wire);
@@ -373,7 +373,7 @@ static void test_counted_ends_that_lose_their_interface_are_counted(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, receive_within(&node, &out));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
     TEST_ASSERT_EQUAL_UINT32(2U, counts.cuts);
-    TEST_ASSERT_EQUAL_UINT32(0U, counts.lost + counts.foreign);
+    TEST_ASSERT_EQUAL_UINT32(0U, counts.lost + counts.external);
     osal_can_close(&node);
     osal_can_close(&wire);
 }
@@ -403,7 +403,7 @@ static void test_a_counted_end_does_not_receive_frames_sent_before_it_opened(voi
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
     TEST_ASSERT_EQUAL_UINT32(1U, counts.frames);
-    TEST_ASSERT_EQUAL_UINT32(0U, counts.lost + counts.foreign);
+    TEST_ASSERT_EQUAL_UINT32(0U, counts.lost + counts.external);
     osal_can_close(&node);
     osal_can_close(&wire);
 }

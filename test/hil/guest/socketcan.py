@@ -248,7 +248,7 @@ def case_frames_of_tools_enter_the_bus():
     shut_down(process)
     kept("tools")
     seen = facts("tools")
-    assert seen["bus_frames_foreign"] >= 2 and not seen["reproducible"], seen
+    assert seen["bus_frames_external"] >= 2 and not seen["reproducible"], seen
 
 
 COUNTERS = "hk once MANIPULATOR 4712"
@@ -296,7 +296,7 @@ def case_emulated_controllers_carry_the_classic_mission():
     flown("controllers", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--sim-interface", "robot=can1",
           "--interface", "robot-b=spare", "--sim-interface", "robot-b=spare", "--scenario", "classic")
     seen = facts("controllers")
-    assert seen["bus_frames_lost"] == 0 and seen["bus_frames_foreign"] == 0, seen
+    assert seen["bus_frames_lost"] == 0 and seen["bus_frames_external"] == 0, seen
 
 
 def case_real_devices_have_no_simulator():
@@ -350,7 +350,7 @@ def case_a_flood_on_the_wire_ends_in_a_safe_state():
             child.wait()
     kept("flood")
     seen = facts("flood")
-    assert seen["bus_frames_foreign"] > 0 and not seen["reproducible"], said
+    assert seen["bus_frames_external"] > 0 and not seen["reproducible"], said
 
 
 if __name__ == "__main__":

@@ -140,14 +140,14 @@ static void real_controllers_are_named(void)
     TEST_ASSERT_TRUE(launch_has_simulator(&options));
 }
 
-static void a_foreign_program_takes_datagrams(void)
+static void a_remote_endian_program_takes_datagrams(void)
 {
-    TEST_ASSERT_TRUE(parse("--foreign MANIPULATOR"));
-    TEST_ASSERT_EQUAL_STRING("MANIPULATOR", options.foreign);
+    TEST_ASSERT_TRUE(parse("--remote-endian MANIPULATOR"));
+    TEST_ASSERT_EQUAL_STRING("MANIPULATOR", options.remote_endian);
     TEST_ASSERT_EQUAL_STRING("udp", options.links);
     TEST_ASSERT_EQUAL_STRING("udp", options.transport);
     TEST_ASSERT_TRUE(parse("--links shm"));
-    TEST_ASSERT_EQUAL_STRING("", options.foreign);
+    TEST_ASSERT_EQUAL_STRING("", options.remote_endian);
 }
 
 static void contradictory_options_are_refused_with_the_reason(void)
@@ -168,7 +168,7 @@ static void contradictory_options_are_refused_with_the_reason(void)
         {"--bus can --interface robot=can0 --interface joystick=can1 --sim-interface robot=can2", "on none"},
         {"--bus can --time real --interface robot=can0 --tools 29536", "no part in this run"},
         {"--bus vcan --nodes 2", "one network namespace"},
-        {"--foreign ../x", "name of a subsystem"},
+        {"--remote-endian ../x", "name of a subsystem"},
         {"--mission x/y", "without path or ending"},
         {"--seed 18446744073709551616", "expected a number from 0"},
         {"--seed 1:", "expected a number from 0"},
@@ -179,17 +179,17 @@ static void contradictory_options_are_refused_with_the_reason(void)
         {"--duration 0", "at least 1"},
         {"--duration 10000001", "at least 1"},
         {"--unknown 1", "unknown option"},
-        {"--foreign MANIPULATOR --form image", "needs a process of its own"},
-        {"--foreign MANIPULATOR --time real", "keeps no deadline"},
-        {"--foreign MANIPULATOR --time free", "keeps no deadline"},
+        {"--remote-endian MANIPULATOR --form image", "needs a process of its own"},
+        {"--remote-endian MANIPULATOR --time real", "keeps no deadline"},
+        {"--remote-endian MANIPULATOR --time free", "keeps no deadline"},
         {"--form image --time free", "has no real-time mode"},
         {"--time free --nodes 2", "use --nodes 1"},
-        {"--foreign MANIPULATOR --links shm", "use udp"},
-        {"--foreign MANIPULATOR --links tipc", "use udp"},
-        {"--foreign MANIPULATOR --transport tipc", "use udp"},
-        {"--foreign MANIPULATOR --bus vcan", "use --bus shm"},
-        {"--foreign MANIPULATOR --bus can --interface robot=can0", "use --bus shm"},
-        {"--foreign MANIPULATOR --nodes 2", "one on-board computer"},
+        {"--remote-endian MANIPULATOR --links shm", "use udp"},
+        {"--remote-endian MANIPULATOR --links tipc", "use udp"},
+        {"--remote-endian MANIPULATOR --transport tipc", "use udp"},
+        {"--remote-endian MANIPULATOR --bus vcan", "use --bus shm"},
+        {"--remote-endian MANIPULATOR --bus can --interface robot=can0", "use --bus shm"},
+        {"--remote-endian MANIPULATOR --nodes 2", "one on-board computer"},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(parse(cases[i].line), cases[i].line);
@@ -219,7 +219,7 @@ int main(void)
     RUN_TEST(a_refusal_shows_the_option_and_its_value);
     RUN_TEST(a_key_is_a_path);
     RUN_TEST(real_controllers_are_named);
-    RUN_TEST(a_foreign_program_takes_datagrams);
+    RUN_TEST(a_remote_endian_program_takes_datagrams);
     RUN_TEST(contradictory_options_are_refused_with_the_reason);
     RUN_TEST(there_are_not_more_interfaces_than_buses);
     return UNITY_END();

@@ -271,7 +271,7 @@ static void an_unplugged_bus_comes_back_by_commissioning(void)
     expect_no_fault();
 }
 
-static void a_foreign_sync_is_reported_once_while_it_continues(void)
+static void a_sync_of_another_node_is_reported_once_while_it_continues(void)
 {
     scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
     idle(2U);
@@ -317,6 +317,6 @@ int main(void)
     RUN_TEST(securing_from_every_goal);
     RUN_TEST(no_command_is_queued_while_nobody_acknowledges);
     RUN_TEST(an_unplugged_bus_comes_back_by_commissioning);
-    RUN_TEST(a_foreign_sync_is_reported_once_while_it_continues);
+    RUN_TEST(a_sync_of_another_node_is_reported_once_while_it_continues);
     return UNITY_END();
 }

@@ -272,7 +272,7 @@ static void a_member_that_cannot_be_is_refused(void)
     REFUSED(CHECKPOINT_MEMBER, members[0].phase, PHASE_UNSECURED + 1);
     REFUSED(CHECKPOINT_MEMBER, members[0].is_heard, 2U);
     REFUSED(CHECKPOINT_MEMBER, members[0].is_order_owed, 2U);
-    REFUSED(CHECKPOINT_MEMBER, members[0].is_interface_foreign, 2U);
+    REFUSED(CHECKPOINT_MEMBER, members[0].is_interface_mismatched, 2U);
     REFUSED(CHECKPOINT_MEMBER, members[0].is_restarted, 2U);
     REFUSED(CHECKPOINT_MEMBER, members[1].rested, STATE_COUNT);
     REFUSED(CHECKPOINT_MEMBER, members[1].error_ns, NOW);

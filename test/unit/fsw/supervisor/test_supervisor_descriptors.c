@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define TICKS_OF_A_STATUS 130U ///< The status comes once a second.
-#define FOREIGN 0x1122334455667788ULL
+#define OTHER_HASH 0x1122334455667788ULL
 
 void setUp(void)
 {
@@ -53,9 +53,9 @@ static void equal_descriptors_are_not_reported(void)
 
 static void another_interface_is_reported_once_and_refused(void)
 {
-    fixture.members[FIXTURE_LONE].interface_offset = FOREIGN;
+    fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(3U * TICKS_OF_A_STATUS);
-    expect_told(fixture_look(), 9U, lone()->interface_hash, FOREIGN);
+    expect_told(fixture_look(), 9U, lone()->interface_hash, OTHER_HASH);
     fixture_forget();
     (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
     fixture_run(3U);
@@ -66,7 +66,7 @@ static void another_interface_is_reported_once_and_refused(void)
 static void downwards_it_may_go_and_answer(void)
 {
     fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
-    fixture.members[FIXTURE_LONE].interface_offset = FOREIGN;
+    fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
     fixture_forget();
     (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
@@ -80,7 +80,7 @@ static void downwards_it_may_go_and_answer(void)
 
 static void with_the_right_interface_again_it_is_led_on(void)
 {
-    fixture.members[FIXTURE_LONE].interface_offset = FOREIGN;
+    fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
     fixture.members[FIXTURE_LONE].interface_offset = 0U;
     fixture_run(TICKS_OF_A_STATUS);
@@ -89,9 +89,9 @@ static void with_the_right_interface_again_it_is_led_on(void)
     fixture_run(3U);
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_LONE].state);
     // After a change the same difference is reported again.
-    fixture.members[FIXTURE_LONE].interface_offset = FOREIGN;
+    fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
-    expect_told(fixture_look(), 9U, lone()->interface_hash, FOREIGN);
+    expect_told(fixture_look(), 9U, lone()->interface_hash, OTHER_HASH);
 }
 
 static void another_configuration_is_reported_once_for_each_and_not_refused(void)

@@ -101,14 +101,14 @@ static void will_wait(const osal_can_t* can, const bool has_come)
 }
 
 static void expect_counts(const uint32_t frames, const uint32_t late, const uint32_t lost,
-                          const uint32_t foreign, const uint32_t cuts)
+                          const uint32_t external, const uint32_t cuts)
 {
     osal_can_hand_over_t counts;
     assert_int_equal(STATUS_OK, can_counted_look(name, &counts));
     assert_int_equal(frames, counts.frames);
     assert_int_equal(late, counts.late);
     assert_int_equal(lost, counts.lost);
-    assert_int_equal(foreign, counts.foreign);
+    assert_int_equal(external, counts.external);
     assert_int_equal(cuts, counts.cuts);
 }
 
@@ -215,7 +215,7 @@ static void frames_are_counted_in_each_direction(void** state)
     assert_int_equal(STATUS_EMPTY, can_counted_receive(&node, &received));
     will_receive(&node, STATUS_OK); // Another program sends on the interface.
     assert_int_equal(STATUS_OK, can_counted_receive(&node, &received));
-    can_counted_add_foreign(&node, 4U);
+    can_counted_add_external(&node, 4U);
     expect_counts(6U, 0U, 0U, 5U, 0U);
     destroy();
 }
@@ -314,7 +314,7 @@ static void a_real_controller_reports_its_own_errors(void** state)
     id_to_come = error.id;
     will_receive(&node, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_receive(&node, &received));
-    expect_counts(0U, 0U, 0U, 0U, 0U); // Neither handed over nor foreign.
+    expect_counts(0U, 0U, 0U, 0U, 0U); // Neither handed over nor external.
     destroy();
     create(true); // A virtual interface has none: the wire end makes them.
     will_send(&wire, STATUS_OK);
@@ -402,18 +402,18 @@ static void an_address_says_whether_frames_are_counted(void** state)
     will_receive(&wire, STATUS_EMPTY);
     assert_int_equal(STATUS_EMPTY, osal_can_receive(&wire, &received));
     assert_int_equal(1U, wire.filtered);
-    osal_can_add_foreign(&node, 3U);
+    osal_can_add_external(&node, 3U);
     assert_int_equal(STATUS_OK, osal_can_hand_over(address, &counts));
     assert_int_equal(2U, counts.frames);
-    assert_int_equal(3U, counts.foreign);
+    assert_int_equal(3U, counts.external);
     will_close(&wire);
-    osal_can_add_foreign(&wire, 1U); // No end counts any more.
+    osal_can_add_external(&wire, 1U); // No end counts any more.
     assert_int_equal(STATUS_CLOSED, osal_can_send(&wire, &frame));
     assert_int_equal(STATUS_CLOSED, osal_can_receive(&wire, &received));
     assert_int_equal(STATUS_CLOSED, osal_can_filter(&wire, &others, 1U));
 
     assert_int_equal(STATUS_OK, osal_can_open(&wire, "can:can7", OSAL_CAN_NODE));
-    osal_can_add_foreign(&wire, 1U);
+    osal_can_add_external(&wire, 1U);
     will_send(&wire, STATUS_FULL);
     assert_int_equal(STATUS_FULL, osal_can_send(&wire, &frame));
     expect_value(__wrap_can_socket_filter, can, &wire);
@@ -425,7 +425,7 @@ static void an_address_says_whether_frames_are_counted(void** state)
     will_close(&wire);
     assert_int_equal(STATUS_OK, osal_can_hand_over(address, &counts));
     assert_int_equal(2U, counts.frames);
-    assert_int_equal(3U, counts.foreign);
+    assert_int_equal(3U, counts.external);
     assert_int_equal(STATUS_NOT_FOUND, osal_can_hand_over("can:can7", &counts));
     will_close(&node);
     assert_int_equal(0U, mappings());

@@ -43,7 +43,7 @@ static struct {
     struct {
         int level;
         int type;
-    } foreign; // Instead of all others; no level: none.
+    } other; // Instead of all others; no level: none.
 } told;
 
 /// The next answer of a call: its result, or the negative number of its error.
@@ -133,8 +133,8 @@ ssize_t __wrap_recvmsg(int descriptor, struct msghdr* message, int flags)
     (void)memcpy(message->msg_iov[0].iov_base, &raw, sizeof raw);
     size_t used          = 0U;
     struct cmsghdr* part = CMSG_FIRSTHDR(message);
-    if ((told.foreign.level != 0) && (part != NULL)) {
-        *part = (struct cmsghdr){CMSG_LEN(sizeof told.stamp), told.foreign.level, told.foreign.type};
+    if ((told.other.level != 0) && (part != NULL)) {
+        *part = (struct cmsghdr){CMSG_LEN(sizeof told.stamp), told.other.level, told.other.type};
         (void)memset(CMSG_DATA(part), 1, sizeof told.stamp);
         message->msg_controllen = CMSG_SPACE(sizeof told.stamp);
         return answer(mock_type(int));
@@ -172,14 +172,14 @@ int __wrap_clock_gettime(clockid_t clock, struct timespec* out_time)
 static int set_up(void** state)
 {
     (void)state;
-    can                = (osal_can_t){.descriptor = DESCRIPTOR};
-    raw                = (struct canfd_frame){0};
-    told.stamp         = (struct timespec){0, 0};
-    told.has_overruns  = false;
-    told.foreign.level = 0;
-    interface.family   = ARPHRD_CAN;
-    interface.flags    = IFF_UP;
-    interface.mtu      = CANFD_MTU;
+    can               = (osal_can_t){.descriptor = DESCRIPTOR};
+    raw               = (struct canfd_frame){0};
+    told.stamp        = (struct timespec){0, 0};
+    told.has_overruns = false;
+    told.other.level  = 0;
+    interface.family  = ARPHRD_CAN;
+    interface.flags   = IFF_UP;
+    interface.mtu     = CANFD_MTU;
     return 0;
 }
 
@@ -402,8 +402,8 @@ static void control_data_of_others_is_not_taken(void** state)
     osal_can_frame_t frame;
     (void)state;
     for (unsigned i = 0U; i < (sizeof others / sizeof others[0]); i++) {
-        told.foreign.level = others[i].level;
-        told.foreign.type  = others[i].type;
+        told.other.level = others[i].level;
+        told.other.type  = others[i].type;
         will_return(__wrap_recvmsg, CAN_MTU);
         assert_int_equal(STATUS_OK, can_socket_receive(&can, &frame));
         assert_int_equal(NOW_NS, frame.time_ns);

@@ -186,7 +186,7 @@ static void unknown_services_and_subtypes_are_rejected(void)
     TEST_ASSERT_EQUAL_UINT32(0U, served.calls);
 }
 
-static void a_foreign_apid_is_rejected(void)
+static void an_unknown_apid_is_rejected(void)
 {
     uint8_t octets[32];
     size_t size       = 0U;
@@ -398,7 +398,7 @@ int main(void)
     RUN_TEST(without_flags_only_failures_are_reported);
     RUN_TEST(each_instruction_stands_on_its_own);
     RUN_TEST(unknown_services_and_subtypes_are_rejected);
-    RUN_TEST(a_foreign_apid_is_rejected);
+    RUN_TEST(an_unknown_apid_is_rejected);
     RUN_TEST(a_malformed_packet_is_rejected_if_it_can_be_named);
     RUN_TEST(formats_end_exactly_on_the_last_octet);
     RUN_TEST(counts_are_bounded_by_the_octets_that_are_there);

@@ -63,7 +63,7 @@ static void a_file_that_cannot_be_opened_has_its_reason(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 0U);
 }
 
-static void a_foreign_file_is_refused(void)
+static void a_sequence_file_of_wrong_size_is_refused(void)
 {
     st21_fixture_begin_file(1U);
     st21_fixture_add(1U, 0U, TICKS);
@@ -221,7 +221,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_file_is_loaded_and_may_be_activated_at_once);
     RUN_TEST(a_file_that_cannot_be_opened_has_its_reason);
-    RUN_TEST(a_foreign_file_is_refused);
+    RUN_TEST(a_sequence_file_of_wrong_size_is_refused);
     RUN_TEST(loaded_sequences_outlive_a_power_cut);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
     RUN_TEST(a_record_that_makes_no_sense_is_refused);

@@ -193,7 +193,7 @@ static void a_source_that_becomes_shorter_fails_the_copy(void)
     expect_failure(1U, 8U, PUS_FAILURE_IO, 0U, STATUS_TRUNCATED);
 }
 
-static void a_foreign_part_file_is_replaced(void)
+static void a_part_file_that_was_left_over_is_replaced(void)
 {
     (void)disk_file(".copy-1", 100U, 7U);
     st23_fixture_order(14U, 1U, "a", "one", "", "x");
@@ -417,7 +417,7 @@ int main(void)
     RUN_TEST(a_file_is_moved_at_once);
     RUN_TEST(a_copy_that_fails_leaves_nothing);
     RUN_TEST(a_source_that_becomes_shorter_fails_the_copy);
-    RUN_TEST(a_foreign_part_file_is_replaced);
+    RUN_TEST(a_part_file_that_was_left_over_is_replaced);
     RUN_TEST(copies_are_suspended_resumed_and_aborted);
     RUN_TEST(copies_of_a_path_are_changed);
     RUN_TEST(a_power_cut_leaves_nothing_of_a_copy);

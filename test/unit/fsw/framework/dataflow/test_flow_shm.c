@@ -324,7 +324,7 @@ static void a_writer_that_was_replaced_takes_nothing_away(void)
     flow_shm_close(&successor);
 }
 
-static void foreign_shared_memory_is_no_flow(void)
+static void shared_memory_of_another_layout_is_refused(void)
 {
     static const size_t sizes[] = {1U, 4096U}; // Too small, and without a header.
     for (unsigned i = 0U; i < 2U; i++) {
@@ -396,7 +396,7 @@ int main(void)
     RUN_TEST(a_writer_that_closes_is_reported_after_its_last_value);
     RUN_TEST(a_writer_that_was_killed_comes_back);
     RUN_TEST(a_writer_that_was_replaced_takes_nothing_away);
-    RUN_TEST(foreign_shared_memory_is_no_flow);
+    RUN_TEST(shared_memory_of_another_layout_is_refused);
     RUN_TEST(a_value_is_never_torn);
     return UNITY_END();
 }

@@ -112,14 +112,14 @@ static void datagrams_of_unknown_peers_and_too_long_ones_are_skipped(void)
     TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&left, big, 7U));
     TEST_ASSERT_EQUAL(STATUS_OK, receive(&right, octets, &size));
     TEST_ASSERT_EQUAL_UINT64(7U, size);
-    TEST_ASSERT_EQUAL_UINT32(1U, right.counters.foreign);
+    TEST_ASSERT_EQUAL_UINT32(1U, right.counters.other_senders);
     TEST_ASSERT_EQUAL_UINT32(1U, right.counters.oversize);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_udp_receive(&right, octets, sizeof octets, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
 }
 
 /// A sender that never pauses does not hold up the cycle.
-static void one_call_skips_a_limited_number_of_foreign_datagrams(void)
+static void one_call_skips_a_limited_number_of_datagrams_of_other_senders(void)
 {
     uint8_t octets[16] = {0U};
     size_t size        = 9U;
@@ -128,10 +128,10 @@ static void one_call_skips_a_limited_number_of_foreign_datagrams(void)
     }
     TEST_ASSERT_EQUAL(STATUS_EMPTY, receive(&right, octets, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
-    TEST_ASSERT_EQUAL_UINT32(64U, right.counters.foreign);
+    TEST_ASSERT_EQUAL_UINT32(64U, right.counters.other_senders);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_step(&right, 1U)); // The flow stays open.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_udp_receive(&right, octets, sizeof octets, &size));
-    TEST_ASSERT_EQUAL_UINT32(100U, right.counters.foreign);
+    TEST_ASSERT_EQUAL_UINT32(100U, right.counters.other_senders);
 }
 
 static void records_travel_in_the_flows_order(void)
@@ -256,7 +256,7 @@ int main(void)
     RUN_TEST(datagrams_of_unknown_peers_and_too_long_ones_are_skipped);
     RUN_TEST(records_travel_in_the_flows_order);
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
-    RUN_TEST(one_call_skips_a_limited_number_of_foreign_datagrams);
+    RUN_TEST(one_call_skips_a_limited_number_of_datagrams_of_other_senders);
     RUN_TEST(opening_is_refused_for_a_reason_and_counted);
     RUN_TEST(a_port_in_use_is_tried_again_with_back_off);
     RUN_TEST(a_socket_that_fails_is_opened_again);

@@ -401,7 +401,7 @@ static void messages_of_unknown_peers_are_dropped(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&stranger, party.members[1].address, octets, size));
     party.members[1].announced++;
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
-    TEST_ASSERT_EQUAL(1U, party.members[1].udp.foreign);
+    TEST_ASSERT_EQUAL(1U, party.members[1].udp.other_senders);
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.malformed);
     osal_socket_close(&stranger);
     party_close(&party);

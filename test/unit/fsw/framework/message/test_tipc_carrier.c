@@ -165,7 +165,7 @@ static void returned_messages_are_counted_and_not_delivered(void** state)
     will_receive(PEER_SOCKET, MESSAGE_HEADER_OCTETS);
     assert_int_equal(STATUS_OK, message_tipc_carrier_pump(&carrier, &endpoint));
     assert_int_equal(2U, carrier.returned);
-    assert_int_equal(0U, carrier.foreign);
+    assert_int_equal(0U, carrier.other_senders);
     will_return(__wrap_osal_tipc_receive, STATUS_FORBIDDEN);
     will_return(__wrap_osal_tipc_receive, STATUS_EMPTY);
     assert_int_equal(STATUS_EMPTY, message_tipc_carrier_pump(&carrier, &endpoint));
@@ -177,7 +177,7 @@ static void a_stranger_is_not_heard(void** state)
     (void)state;
     will_receive(0x200000016ULL, MESSAGE_HEADER_OCTETS); // The peer's number on another node.
     assert_int_equal(STATUS_NOT_OURS, message_tipc_carrier_pump(&carrier, &endpoint));
-    assert_int_equal(1U, carrier.foreign);
+    assert_int_equal(1U, carrier.other_senders);
 }
 
 static void errors_are_passed_on(void** state)

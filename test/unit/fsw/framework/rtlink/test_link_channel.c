@@ -290,13 +290,13 @@ static void an_impossible_opening_is_reported(void)
 static void memory_of_another_size_is_not_read(void)
 {
     const rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
-    osal_shm_t foreign;
+    osal_shm_t other;
     char name[64];
     links_name(LINK, name);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&foreign, name, 64U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&other, name, 64U));
     TEST_ASSERT_EQUAL(STATUS_IO, rtlink_consumer_open(&consumer, &links, LINK, &terms, 1U));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
-    osal_shm_close(&foreign);
+    osal_shm_close(&other);
     method = RTLINK_METHOD_SHARED_MEMORY; // The next opening replaces what is left over.
     open_both(1U);
     write_number(3U, 0U);

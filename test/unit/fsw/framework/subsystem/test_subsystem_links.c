@@ -203,7 +203,7 @@ static void a_producer_opens_and_writes_its_true_state(void)
                       subsystem_link_write(&fixture.subsystem, PORT_IN, in_value, sizeof in_value));
 }
 
-static void foreign_octets_are_turned(void)
+static void octets_of_a_remote_endian_producer_are_swapped(void)
 {
     const rtlink_terms_t terms = terms_of(PORT_IN);
     pus_link_request_t request = request_of(PORT_IN, 1U);
@@ -347,7 +347,7 @@ int main(void)
     RUN_TEST(links_are_made_in_pre_operational_with_a_configuration);
     RUN_TEST(a_consumer_opens_and_reads);
     RUN_TEST(a_producer_opens_and_writes_its_true_state);
-    RUN_TEST(foreign_octets_are_turned);
+    RUN_TEST(octets_of_a_remote_endian_producer_are_swapped);
     RUN_TEST(a_slower_consumer_lets_samples_pass);
     RUN_TEST(a_link_that_cannot_be_opened_is_refused);
     RUN_TEST(an_accepted_link_waits_five_seconds);

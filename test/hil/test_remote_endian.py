@@ -20,7 +20,7 @@ import flying
 import lives
 from hirosco_gse import run as runs
 
-FOREIGN = places.ROOT / "build" / "s390x"
+S390X = places.ROOT / "build" / "s390x"
 MEMBERS = {"MANIPULATOR": 16, "JOYSTICK": 17}
 RUNNER = "qemu-s390x"
 BUS_LOGS = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "can-joystick-b.log")
@@ -46,44 +46,44 @@ def native(folder):
 
 
 @pytest.fixture(scope="module", params=MEMBERS)
-def foreign(request, folder):
+def remote_endian(request, folder):
     """(subsystem, its flight)."""
-    flight = flying.fly(folder / request.param, "--scenario", "hil", "--foreign", request.param)
+    flight = flying.fly(folder / request.param, "--scenario", "hil", "--remote-endian", request.param)
     assert flight.code == 0, flight.told()
     return request.param, flight
 
 
 def test_programs_are_big_endian_and_static():
     for name in MEMBERS:
-        head = (FOREIGN / "bin" / name.lower()).read_bytes()[:20]
+        head = (S390X / "bin" / name.lower()).read_bytes()[:20]
         assert head[:4] == b"\x7fELF" and head[5] == 2, "ELF, most significant octet first"
         assert int.from_bytes(head[18:20], "big") == 22, "IBM S/390"
 
 
-def test_flight_is_in_order(foreign):
-    name, flight = foreign
-    assert flight.facts["foreign"] == name
+def test_flight_is_in_order(remote_endian):
+    name, flight = remote_endian
+    assert flight.facts["remote_endian"] == name
     assert flight.facts["links"] == "udp"
     assert flight.facts["reproducible"] is True
     flying.assert_clean(flight)
 
 
-def test_records_lie_in_the_storage_folder(native, foreign):
+def test_records_lie_in_the_storage_folder(native, remote_endian):
     """Names of the remote-endian program included, under the names that they have without it."""
-    name, flight = foreign
+    name, flight = remote_endian
     records = sorted(path.name for path in (flight.folder / "storage").iterdir())
     assert records == sorted(path.name for path in (native.folder / "storage").iterdir())
     assert f"{name}.journal.0" in records
 
 
 @pytest.mark.parametrize("log", BUS_LOGS)
-def test_buses_carry_the_same(native, foreign, log):
-    _, flight = foreign
+def test_buses_carry_the_same(native, remote_endian, log):
+    _, flight = remote_endian
     assert flight.octets(log) == native.octets(log)
 
 
-def test_truth_is_the_same(native, foreign):
-    _, flight = foreign
+def test_truth_is_the_same(native, remote_endian):
+    _, flight = remote_endian
     assert flight.octets("truth.lcm") == native.octets("truth.lcm")
 
 
@@ -114,10 +114,10 @@ def _differing(native, flight):
     return differing
 
 
-def test_packets_differ_in_the_byte_order_of_its_link_only(native, foreign):
+def test_packets_differ_in_the_byte_order_of_its_link_only(native, remote_endian):
     """The producer of a link states its byte order in the negotiation: accepted by the producer, requested of
     the consumer, accepted by it and to the ground."""
-    _, flight = foreign
+    _, flight = remote_endian
     assert _differing(native, flight) == 4
     told = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=True).stdout
     agreed = [line for line in told.splitlines() if " TM 1 " in line and "[130,4]" in line]
@@ -128,7 +128,7 @@ def test_packets_differ_in_the_byte_order_of_its_link_only(native, foreign):
 def test_whole_telepresence(folder):
     """Contact, springs, pulled plugs and return to operation: the same octets."""
     one = flying.fly(folder / "telepresence-native", "--scenario", "telepresence", "--links", "udp")
-    other = flying.fly(folder / "telepresence", "--scenario", "telepresence", "--foreign", "MANIPULATOR")
+    other = flying.fly(folder / "telepresence", "--scenario", "telepresence", "--remote-endian", "MANIPULATOR")
     assert (one.code, other.code) == (0, 0), other.told()
     for log in (*BUS_LOGS, "truth.lcm"):
         assert one.octets(log) == other.octets(log), log
@@ -178,7 +178,7 @@ def test_kill_at_any_step(folder, scenario, seed):
 
 def _die(path, scenario, victim, step):
     """kill -9 of the manipulator's program or its proxy after a step of the operator."""
-    flight = flying.start(path, "--scenario", scenario, "--foreign", "MANIPULATOR")
+    flight = flying.start(path, "--scenario", scenario, "--remote-endian", "MANIPULATOR")
     try:
         flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and victim in _below(flight.process.pid),
                           f"step {step}")
@@ -210,7 +210,7 @@ def test_lives_are_those_of_a_native_program(folder, name):
     buses, the same packets except for the byte order in reports of its link."""
     path = lives.scenario(folder / f"lives-{name}.scn")
     native = lives.fly(folder / f"lives-native-{name}", path, "--links", "udp")
-    flights = [lives.fly(folder / f"lives-{name}-{number}", path, "--foreign", name) for number in range(2)]
+    flights = [lives.fly(folder / f"lives-{name}-{number}", path, "--remote-endian", name) for number in range(2)]
     assert lives.digest(flights[0]) == lives.digest(native)
     assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
     assert _differing(native, flights[0]) == 4
@@ -223,7 +223,7 @@ def test_repeats_give_one_sum(folder, name):
     """Stops, kills, hangs and restarts, twenty times: each log has one checksum."""
     path, sums = lives.scenario(folder / f"repeats-{name}.scn"), set()
     for number in range(REPEATS):
-        flight = lives.fly(folder / f"repeat-{name}-{number}", path, "--foreign", name)
+        flight = lives.fly(folder / f"repeat-{name}-{number}", path, "--remote-endian", name)
         sums.add(tuple(lives.digest(flight, ("packets.log", *BUS_LOGS)).values()))
         shutil.rmtree(flight.folder)
         assert len(sums) == 1, number
@@ -232,8 +232,8 @@ def test_repeats_give_one_sum(folder, name):
 # ---- What is refused ----
 
 @pytest.mark.parametrize("name, told", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"), ("COMMUNICATION", "shared memory")])
-def test_subsystem_that_cannot_be_foreign(folder, name, told):
-    refused = flying.refuse("run", "--foreign", name, "--out", folder / "refused")
+def test_subsystem_that_cannot_be_remote_endian(folder, name, told):
+    refused = flying.refuse("run", "--remote-endian", name, "--out", folder / "refused")
     assert refused.returncode == 1
     assert told in refused.stderr + refused.stdout
 
@@ -243,20 +243,20 @@ def test_program_that_is_not_built(folder):
     root = folder / "bare"
     root.mkdir()
     shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
-    refused = subprocess.run([flying.BIN / "hirosco", "run", "--foreign", "MANIPULATOR"], cwd=root, stdin=subprocess.DEVNULL,
+    refused = subprocess.run([flying.BIN / "hirosco", "run", "--remote-endian", "MANIPULATOR"], cwd=root, stdin=subprocess.DEVNULL,
                              capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert refused.returncode == 1
-    assert "make foreign" in refused.stderr + refused.stdout
+    assert "make remote-endian" in refused.stderr + refused.stdout
 
 
 def test_proxy_and_program_started_by_hand():
     """Started by hand, each program says which program starts it."""
     alone = subprocess.run([flying.BIN / "proxy"], capture_output=True, text=True, timeout=flying.MOMENT_S)
-    assert alone.returncode == 2 and "hirosco run --foreign" in alone.stderr
+    assert alone.returncode == 2 and "hirosco run --remote-endian" in alone.stderr
     no_run = subprocess.run([flying.BIN / "proxy", "--run", "/hirosco-0.run", "--component", "2", "--program", "x", "--runner", "y"],
                             capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert no_run.returncode == 1 and "no such run" in no_run.stderr
-    program = subprocess.run([RUNNER, FOREIGN / "bin" / "manipulator", "--run", "x", "--proxy", "0"], stdin=subprocess.DEVNULL,
+    program = subprocess.run([RUNNER, S390X / "bin" / "manipulator", "--run", "x", "--proxy", "0"], stdin=subprocess.DEVNULL,
                              capture_output=True, text=True, timeout=flying.MOMENT_S, cwd=places.ROOT)
     assert program.returncode == 1 and "the proxy has sent no run" in program.stderr
 
@@ -264,18 +264,18 @@ def test_proxy_and_program_started_by_hand():
 # ---- Units ----
 
 def _units():
-    return sorted(str(path.relative_to(FOREIGN)) for path in (FOREIGN / "test" / "unit").rglob("test_*")
-                  if path.suffix == "" and path.is_file()) if FOREIGN.exists() else []
+    return sorted(str(path.relative_to(S390X)) for path in (S390X / "test" / "unit").rglob("test_*")
+                  if path.suffix == "" and path.is_file()) if S390X.exists() else []
 
 
 def test_units_pass_on_a_big_endian_processor():
     """Tests of conversions between numbers and octets: packets, services, parameters, links, CANopen (`make
-    foreign-tests` builds them)."""
+    remote-endian-tests` builds them)."""
     programs = _units()
-    assert len(programs) >= 20, "make S390X=1 foreign-tests"
+    assert len(programs) >= 20, "make S390X=1 remote-endian-tests"
 
     def run(program):
-        return program, subprocess.run([RUNNER, FOREIGN / program], cwd=places.ROOT, stdin=subprocess.DEVNULL,
+        return program, subprocess.run([RUNNER, S390X / program], cwd=places.ROOT, stdin=subprocess.DEVNULL,
                                        capture_output=True, text=True, timeout=flying.FLIGHT_LIMIT_S)
 
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:

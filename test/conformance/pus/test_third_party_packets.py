@@ -39,17 +39,17 @@ def maker(request):
 
 
 def carry_out(station, maker, apid, service, subtype, data=b""):
-    """Send a foreign request and wait for its end; the reports addressed to us."""
+    """Send a third-party request and wait for its end; the reports addressed to us."""
     sequence = station.session.sequence(apid)
     raw = maker(apid, sequence, service, subtype, data, ALL)
     assert raw == packets.build_tc(apid, sequence, service, subtype, data, USER)
-    verification = station.session.send_raw(raw, Request(apid, service, subtype, data, f"foreign TC[{service},{subtype}]"))
+    verification = station.session.send_raw(raw, Request(apid, service, subtype, data, f"third-party TC[{service},{subtype}]"))
     outcome = station.settle(verification)
     assert outcome.is_completed, outcome.failure.words(station.dictionary)
     return outcome
 
 
-def test_foreign_requests_are_carried_out(station, maker):
+def test_third_party_requests_are_carried_out(station, maker):
     answers = {
         (17, 1): (carry_out(station, maker, SUPERVISOR, 17, 1), (17, 2)),
         (20, 1): (carry_out(station, maker, SUPERVISOR, 20, 1, struct.pack(">BI", 1, STATUS)), (20, 2)),
@@ -59,7 +59,7 @@ def test_foreign_requests_are_carried_out(station, maker):
         assert message in [packet.message for packet, _ in outcome.replies] or message == (3, 25)
 
 
-def test_a_foreign_schedule_with_a_foreign_request_is_released(station, maker):
+def test_a_third_party_schedule_with_a_third_party_request_is_released(station, maker):
     station.ask("SUPERVISOR", 17, 1)
     station.do("SUPERVISOR", 11, 3)
     station.do("SUPERVISOR", 11, 23, n=[])
@@ -81,7 +81,7 @@ def test_a_foreign_schedule_with_a_foreign_request_is_released(station, maker):
 def test_a_request_that_asks_for_nothing_is_answered_only(station, maker):
     raw = maker(SUPERVISOR, station.session.sequence(SUPERVISOR), 17, 1, b"", NONE)
     since = len(station.reports)
-    station.session.send_raw(raw, Request(SUPERVISOR, 17, 1, b"", "foreign TC[17,1]"))
+    station.session.send_raw(raw, Request(SUPERVISOR, 17, 1, b"", "third-party TC[17,1]"))
     station.report(17, 2, apid=SUPERVISOR, since=since)
     station.fence(SUPERVISOR)
     told = [packet for packet, _ in station.reports[since:] if packet.service == 1 and packet.data[:4] == raw[:4]]

@@ -12,13 +12,13 @@ import pytest
 from spacepackets.ecss import PusTc, PusTm, check_pus_crc
 
 OPTIONS = ("--scenario", "telepresence", "--form", "processes")
-FOREIGN_USER = 2
+OTHER_USER = 2
 SUPERVISOR = 1
 
 
 def _ping(apid, count=0):
     """TC[17,1] as an independent encoder makes it."""
-    return PusTc(service=17, subservice=1, apid=apid, seq_count=count, source_id=FOREIGN_USER, app_data=b"").pack()
+    return PusTc(service=17, subservice=1, apid=apid, seq_count=count, source_id=OTHER_USER, app_data=b"").pack()
 
 
 def _packets(stream):
@@ -39,11 +39,11 @@ def _packets(stream):
 
 @pytest.fixture(scope="module")
 def quiet(fleet):
-    """The same flight without any foreign client."""
+    """The same flight without a third-party client."""
     return fleet.flight()
 
 
-def test_telecommand_of_a_foreign_client_is_served_and_told(folder):
+def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):
     """TC[17,1] gets its reports on the connection that sent it; the run passes and reports that it is not
     reproducible."""
     flight = flying.start(folder, *OPTIONS)
@@ -55,8 +55,8 @@ def test_telecommand_of_a_foreign_client_is_served_and_told(folder):
     for raw in _packets(stream):
         assert check_pus_crc(raw)
         report = PusTm.unpack(raw, timestamp_len=8)
-        assert report.pus_tm_sec_header.dest_id in (0, FOREIGN_USER), "the verification of others is not sent to us"
-        if report.pus_tm_sec_header.dest_id == FOREIGN_USER:
+        assert report.pus_tm_sec_header.dest_id in (0, OTHER_USER), "the verification of others is not sent to us"
+        if report.pus_tm_sec_header.dest_id == OTHER_USER:
             answers.append((report.service, report.subservice))
         if len(answers) == 4:
             break
@@ -65,7 +65,7 @@ def test_telecommand_of_a_foreign_client_is_served_and_told(folder):
     flight.wait()
     assert flight.code == 0, flight.told()
     assert flight.facts["reproducible"] is False
-    asked = [raw for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == struct.pack(">H", FOREIGN_USER)]
+    asked = [raw for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == struct.pack(">H", OTHER_USER)]
     assert len(asked) == 1, "it is in the packet log"
     flying.assert_clean(flight)
 
