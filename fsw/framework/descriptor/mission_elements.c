@@ -34,186 +34,90 @@ static const source_list_t buses             = {.what = "buses",
 
 // ---- Attributes ----
 
-#define NAMED_AS(case, type)                                                                                 \
-    {                                                                                                        \
-        .name = "name", .form = (case) | SOURCE_NEEDED | SOURCE_UNIQUE, .high = DESCRIPTOR_NAME_MAX,         \
-        SOURCE_TO(type, name)                                                                                \
-    }
-#define NUMBERED(from, to, type, place)                                                                      \
-    {                                                                                                        \
-        .name = "id", .form = SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE, .low = (from), .high = (to),  \
-        SOURCE_TO(type, place)                                                                               \
-    }
-#define FREE(id)                                                                                             \
-    {                                                                                                        \
-        .name = (id), .form = SOURCE_FREE                                                                    \
-    }
-#define FREE_NEEDED(id)                                                                                      \
-    {                                                                                                        \
-        .name = (id), .form = SOURCE_FREE | SOURCE_NEEDED                                                    \
-    }
-
 static const source_attribute_t mission_attributes[] = {
-    {.name = "name",
-     .form = SOURCE_LOWER | SOURCE_NEEDED,
-     .high = DESCRIPTOR_NAME_MAX,
-     SOURCE_TO(mission_descriptor_t, name)},
-    FREE_NEEDED("epoch"),
-    {.name = "power",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .high = 1000000U,
-     SOURCE_TO(mission_descriptor_t, power_available_w)},
-    {.name      = "timeReports",
-     .form      = SOURCE_WORD,
-     .words     = "CUC CDS",
-     .low       = MISSION_TIME_CUC,
-     .otherwise = MISSION_TIME_CUC,
-     SOURCE_TO(mission_descriptor_t, time_reports)},
+    SOURCE_STRING("name", SOURCE_LOWER | SOURCE_NEEDED, DESCRIPTOR_NAME_MAX, mission_descriptor_t, name),
+    SOURCE_REQUIRED("epoch"),
+    SOURCE_WITHIN("power", SOURCE_UNSIGNED | SOURCE_NEEDED, 0U, 1000000U, 0U, mission_descriptor_t,
+                  power_available_w),
+    SOURCE_CHOICE("timeReports", SOURCE_WORD, "CUC CDS", MISSION_TIME_CUC, MISSION_TIME_CUC,
+                  mission_descriptor_t, time_reports),
 };
 static const source_attribute_t listed_attributes[] = {
-    NAMED_AS(SOURCE_UPPER, mission_subsystem_t),
-    NUMBERED(1U, 2046U, mission_subsystem_t, apid),
-    {.name = "executable",
-     .form = SOURCE_LOWER | SOURCE_NEEDED,
-     .high = DESCRIPTOR_NAME_MAX,
-     SOURCE_TO(mission_subsystem_t, executable)},
-    {.name = "descriptor",
-     .form = SOURCE_TEXT | SOURCE_NEEDED,
-     .high = 127U,
-     SOURCE_TO(mission_subsystem_t, descriptor)},
-    {.name = "autostart", .form = SOURCE_FLAG, SOURCE_TO(mission_subsystem_t, is_autostart)},
-    {.name = "memoryKiB",
-     .form = SOURCE_UNSIGNED,
-     .high = (uint32_t)1U << 24U,
-     SOURCE_TO(mission_subsystem_t, memory_kib)},
-    {.name = "restarts",
-     .form = SOURCE_UNSIGNED,
-     .high = 100U,
-     SOURCE_TO(mission_subsystem_t, restart_budget)},
-    {.name      = "bootTime",
-     .form      = SOURCE_TIME,
-     .low       = 500U,
-     .high      = 60000000U,
-     .otherwise = 50000U,
-     SOURCE_TO(mission_subsystem_t, boot_time_us)},
-    {.name = "restartPeriod",
-     .form = SOURCE_TIME,
-     .low  = 1000U,
-     .high = 3600000000U,
-     SOURCE_TO(mission_subsystem_t, restart_period_us)},
-    {.name = "recommission", .form = SOURCE_FLAG, SOURCE_TO(mission_subsystem_t, is_recommissioned)},
-    {.name = "deviceDeadline",
-     .form = SOURCE_TIME,
-     .low  = 1000U,
-     .high = 1000000U,
-     SOURCE_TO(mission_subsystem_t, device_deadline_us)},
-    {.name      = "hangAfter",
-     .form      = SOURCE_TIME,
-     .low       = 1000U,
-     .high      = 60000000U,
-     .otherwise = 20000U,
-     SOURCE_TO(mission_subsystem_t, hang_after_us)},
-    {.name      = "supervisorPatience",
-     .form      = SOURCE_TIME,
-     .low       = 100000U,
-     .high      = 3600000000U,
-     .otherwise = 3000000U,
-     SOURCE_TO(mission_subsystem_t, supervisor_patience_us)},
-    {.name      = "node",
-     .form      = SOURCE_UNSIGNED,
-     .low       = 1U,
-     .high      = MISSION_NODES_MAX,
-     .otherwise = 1U,
-     SOURCE_TO(mission_subsystem_t, node)},
+    SOURCE_NAMED(SOURCE_UPPER, mission_subsystem_t),
+    SOURCE_NUMBERED(1U, 2046U, mission_subsystem_t, apid),
+    SOURCE_STRING("executable", SOURCE_LOWER | SOURCE_NEEDED, DESCRIPTOR_NAME_MAX, mission_subsystem_t,
+                  executable),
+    SOURCE_STRING("descriptor", SOURCE_TEXT | SOURCE_NEEDED, 127U, mission_subsystem_t, descriptor),
+    SOURCE_SWITCH("autostart", 0U, mission_subsystem_t, is_autostart),
+    SOURCE_WITHIN("memoryKiB", SOURCE_UNSIGNED, 0U, (uint32_t)1U << 24U, 0U, mission_subsystem_t, memory_kib),
+    SOURCE_WITHIN("restarts", SOURCE_UNSIGNED, 0U, 100U, 0U, mission_subsystem_t, restart_budget),
+    SOURCE_WITHIN("bootTime", SOURCE_TIME, 500U, 60000000U, 50000U, mission_subsystem_t, boot_time_us),
+    SOURCE_WITHIN("restartPeriod", SOURCE_TIME, 1000U, 3600000000U, 0U, mission_subsystem_t,
+                  restart_period_us),
+    SOURCE_SWITCH("recommission", 0U, mission_subsystem_t, is_recommissioned),
+    SOURCE_WITHIN("deviceDeadline", SOURCE_TIME, 1000U, 1000000U, 0U, mission_subsystem_t,
+                  device_deadline_us),
+    SOURCE_WITHIN("hangAfter", SOURCE_TIME, 1000U, 60000000U, 20000U, mission_subsystem_t, hang_after_us),
+    SOURCE_WITHIN("supervisorPatience", SOURCE_TIME, 100000U, 3600000000U, 3000000U, mission_subsystem_t,
+                  supervisor_patience_us),
+    SOURCE_WITHIN("node", SOURCE_UNSIGNED, 1U, MISSION_NODES_MAX, 1U, mission_subsystem_t, node),
 };
 static const source_attribute_t power_attributes[] = {
-    FREE_NEEDED("state"),
+    SOURCE_REQUIRED("state"),
     {.name = "watts", .form = SOURCE_UNSIGNED | SOURCE_NEEDED, .high = 100000U},
 };
 static const source_attribute_t mode_attributes[] = {
-    NAMED_AS(SOURCE_UPPER, mission_mode_t),
-    NUMBERED(0U, 7U, mission_mode_t, id),
-    {.name = "initial", .form = SOURCE_FLAG, SOURCE_TO(mission_mode_t, is_initial)},
-    {.name = "fallback", .form = SOURCE_FLAG, SOURCE_TO(mission_mode_t, is_fallback)},
+    SOURCE_NAMED(SOURCE_UPPER, mission_mode_t),
+    SOURCE_NUMBERED(0U, 7U, mission_mode_t, id),
+    SOURCE_SWITCH("initial", 0U, mission_mode_t, is_initial),
+    SOURCE_SWITCH("fallback", 0U, mission_mode_t, is_fallback),
 };
-static const source_attribute_t user_attributes[]  = {NAMED_AS(SOURCE_UPPER, mission_user_t),
-                                                      NUMBERED(1U, 0x7FFFU, mission_user_t, id)};
-static const source_attribute_t allow_attributes[] = {FREE_NEEDED("tc"), FREE("select"), FREE_NEEDED("to"),
-                                                      FREE_NEEDED("modes"), FREE_NEEDED("states")};
-static const source_attribute_t link_attributes[]  = {NAMED_AS(SOURCE_UPPER, mission_link_t),
-                                                      FREE_NEEDED("from"), FREE_NEEDED("to")};
+static const source_attribute_t user_attributes[]  = {SOURCE_NAMED(SOURCE_UPPER, mission_user_t),
+                                                      SOURCE_NUMBERED(1U, 0x7FFFU, mission_user_t, id)};
+static const source_attribute_t allow_attributes[] = {SOURCE_REQUIRED("tc"), SOURCE_OPTION("select"),
+                                                      SOURCE_REQUIRED("to"), SOURCE_REQUIRED("modes"),
+                                                      SOURCE_REQUIRED("states")};
+static const source_attribute_t link_attributes[]  = {SOURCE_NAMED(SOURCE_UPPER, mission_link_t),
+                                                      SOURCE_REQUIRED("from"), SOURCE_REQUIRED("to")};
 static const source_attribute_t plan_attributes[]  = {
-     NAMED_AS(SOURCE_UPPER, mission_plan_t),
-     {.name  = "severity",
-      .form  = SOURCE_WORD | SOURCE_NEEDED,
-      .words = DESCRIPTOR_SEVERITY_WORDS,
-      .low   = DESCRIPTOR_INFORMATIVE,
-      SOURCE_TO(mission_plan_t, severity)},
-     FREE("subsystem"),
-     FREE("event"),
+     SOURCE_NAMED(SOURCE_UPPER, mission_plan_t),
+     SOURCE_CHOICE("severity", SOURCE_WORD | SOURCE_NEEDED, DESCRIPTOR_SEVERITY_WORDS, DESCRIPTOR_INFORMATIVE,
+                   0U, mission_plan_t, severity),
+     SOURCE_OPTION("subsystem"),
+     SOURCE_OPTION("event"),
 };
 static const source_attribute_t action_attributes[] = {
-    {.name  = "do",
-     .form  = SOURCE_WORD | SOURCE_NEEDED,
-     .words = "STATE MODE LOG",
-     SOURCE_TO(mission_action_t, kind)},
-    FREE("target"),
-    FREE("state"),
-    FREE("mode"),
-    {.name = "after", .form = SOURCE_TIME, .high = 600000000U, SOURCE_TO(mission_action_t, after_us)},
+    SOURCE_CHOICE("do", SOURCE_WORD | SOURCE_NEEDED, "STATE MODE LOG", 0U, 0U, mission_action_t, kind),
+    SOURCE_OPTION("target"),
+    SOURCE_OPTION("state"),
+    SOURCE_OPTION("mode"),
+    SOURCE_WITHIN("after", SOURCE_TIME, 0U, 600000000U, 0U, mission_action_t, after_us),
 };
 static const source_attribute_t packet_log_attributes[] = {
-    {.name  = "strategy",
-     .form  = SOURCE_WORD,
-     .words = "ASCII SQLITE POSTGRESQL RING",
-     SOURCE_TO(mission_descriptor_t, log_strategy)},
-    {.name      = "ringRecords",
-     .form      = SOURCE_UNSIGNED,
-     .low       = 16U,
-     .high      = CAPACITY_RING_RECORDS,
-     .otherwise = RING_RECORDS,
-     SOURCE_TO(mission_descriptor_t, log_ring_records)},
+    SOURCE_CHOICE("strategy", SOURCE_WORD, "ASCII SQLITE POSTGRESQL RING", 0U, 0U, mission_descriptor_t,
+                  log_strategy),
+    SOURCE_WITHIN("ringRecords", SOURCE_UNSIGNED, 16U, CAPACITY_RING_RECORDS, RING_RECORDS,
+                  mission_descriptor_t, log_ring_records),
 };
 static const source_attribute_t bus_attributes[] = {
-    NAMED_AS(SOURCE_LOWER, mission_bus_t),
-    {.name = "redundantTo",
-     .form = SOURCE_LOWER,
-     .high = DESCRIPTOR_NAME_MAX,
-     SOURCE_TO(mission_bus_t, redundant_to)},
-    {.name = "bitRate",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .low  = 10000U,
-     .high = 1000000U,
-     SOURCE_TO(mission_bus_t, bit_rate)},
-    {.name = "dataBitRate",
-     .form = SOURCE_UNSIGNED,
-     .low  = 10000U,
-     .high = 8000000U,
-     SOURCE_TO(mission_bus_t, data_bit_rate)},
+    SOURCE_NAMED(SOURCE_LOWER, mission_bus_t),
+    SOURCE_STRING("redundantTo", SOURCE_LOWER, DESCRIPTOR_NAME_MAX, mission_bus_t, redundant_to),
+    SOURCE_WITHIN("bitRate", SOURCE_UNSIGNED | SOURCE_NEEDED, 10000U, 1000000U, 0U, mission_bus_t, bit_rate),
+    SOURCE_WITHIN("dataBitRate", SOURCE_UNSIGNED, 10000U, 8000000U, 0U, mission_bus_t, data_bit_rate),
 };
 static const source_attribute_t transports_attributes[] = {
-    {.name      = "messages",
-     .form      = SOURCE_WORD,
-     .words     = DESCRIPTOR_METHOD_WORDS,
-     .otherwise = DESCRIPTOR_UDP,
-     SOURCE_TO(mission_descriptor_t, message_method)},
-    {.name      = "links",
-     .form      = SOURCE_WORD,
-     .words     = DESCRIPTOR_METHOD_WORDS,
-     .otherwise = DESCRIPTOR_SHARED_MEMORY,
-     SOURCE_TO(mission_descriptor_t, link_method)},
+    SOURCE_CHOICE("messages", SOURCE_WORD, DESCRIPTOR_METHOD_WORDS, 0U, DESCRIPTOR_UDP, mission_descriptor_t,
+                  message_method),
+    SOURCE_CHOICE("links", SOURCE_WORD, DESCRIPTOR_METHOD_WORDS, 0U, DESCRIPTOR_SHARED_MEMORY,
+                  mission_descriptor_t, link_method),
 };
 static const source_attribute_t ground_attributes[] = {
     {.name  = "address", // This machine only, or every interface.
      .form  = SOURCE_WORD | SOURCE_NEEDED,
      .words = "127.0.0.1 0.0.0.0",
      SOURCE_TO(mission_descriptor_t, is_ground_open)},
-    {.name = "port",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .low  = 1U,
-     .high = 65535U,
-     SOURCE_TO(mission_descriptor_t, ground_port)},
-    {.name = "key", .form = SOURCE_TEXT, .high = 127U, SOURCE_TO(mission_descriptor_t, ground_key)},
+    SOURCE_WITHIN("port", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 65535U, 0U, mission_descriptor_t, ground_port),
+    SOURCE_STRING("key", SOURCE_TEXT, 127U, mission_descriptor_t, ground_key),
 };
 
 // ---- Elements ----

@@ -56,6 +56,44 @@ typedef struct {
 /// Where an attribute's value goes. Numbers, enumerations and flags of 1, 2 or 4 octets; texts.
 #define SOURCE_TO(type, place) .member = offsetof(type, place), .width = sizeof(((const type*)NULL)->place)
 
+// Rows of a table of attributes. `form_of`: the form, with SOURCE_NEEDED and SOURCE_UNIQUE where they apply;
+// `unset`: value of an attribute that is absent.
+/// Read by the handler of its element.
+#define SOURCE_OPTION(id)                                                                                    \
+    {                                                                                                        \
+        .name = (id), .form = SOURCE_FREE                                                                    \
+    }
+#define SOURCE_REQUIRED(id)                                                                                  \
+    {                                                                                                        \
+        .name = (id), .form = SOURCE_FREE | SOURCE_NEEDED                                                    \
+    }
+/// SOURCE_UNSIGNED or SOURCE_TIME, from `from` to `to`.
+#define SOURCE_WITHIN(id, form_of, from, to, unset, type, place)                                             \
+    {                                                                                                        \
+        .name = (id), .form = (form_of), .low = (from), .high = (to), .otherwise = (unset),                  \
+        SOURCE_TO(type, place)                                                                               \
+    }
+/// SOURCE_UPPER, SOURCE_LOWER or SOURCE_TEXT.
+#define SOURCE_STRING(id, form_of, longest, type, place)                                                     \
+    {                                                                                                        \
+        .name = (id), .form = (form_of), .high = (longest), SOURCE_TO(type, place)                           \
+    }
+/// SOURCE_WORD.
+#define SOURCE_CHOICE(id, form_of, choices, from, unset, type, place)                                        \
+    {                                                                                                        \
+        .name = (id), .form = (form_of), .words = (choices), .low = (from), .otherwise = (unset),            \
+        SOURCE_TO(type, place)                                                                               \
+    }
+#define SOURCE_SWITCH(id, unset, type, place)                                                                \
+    {                                                                                                        \
+        .name = (id), .form = SOURCE_FLAG, .otherwise = (unset), SOURCE_TO(type, place)                      \
+    }
+/// Name and number of an item, each unique in its list.
+#define SOURCE_NAMED(form_of, type)                                                                          \
+    SOURCE_STRING("name", (form_of) | SOURCE_NEEDED | SOURCE_UNIQUE, DESCRIPTOR_NAME_MAX, type, name)
+#define SOURCE_NUMBERED(from, to, type, place)                                                               \
+    SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE, from, to, 0U, type, place)
+
 typedef struct {      // A list of items in the model. Offsets are small and not zero where they are used.
     const char* what; ///< "too many .."
     uint32_t items;   ///< Offset of the first item in the model; an item that has a name begins with it.

@@ -47,54 +47,43 @@ enum { // Kinds of elements.
 #define LIST(plural, counter, most, type)                                                                    \
     .items = offsetof(subsystem_descriptor_t, plural), .count = offsetof(subsystem_descriptor_t, counter),   \
     .capacity = (most), .size = sizeof(type)
+#define LINED(plural, counter, most, type) LIST(plural, counter, most, type), .line = offsetof(type, line)
 #define RANGE(type, begin, length) .first = offsetof(type, begin), .number = offsetof(type, length)
 
 #define FIELDS                                                                                               \
-    .what = "fields in one descriptor",                                                                      \
-    LIST(fields, field_count, DESCRIPTOR_FIELDS_MAX, descriptor_field_t),                                    \
-    .line = offsetof(descriptor_field_t, line)
+    .what = "fields in one descriptor", LINED(fields, field_count, DESCRIPTOR_FIELDS_MAX, descriptor_field_t)
 #define REFERENCES                                                                                           \
     .what = "references to parameters", LIST(references, reference_count, DESCRIPTOR_REFERENCES_MAX, uint16_t)
 
 static const source_list_t parameters = {
     .what = "parameters",
-    LIST(parameters, parameter_count, DESCRIPTOR_PARAMETERS_MAX, descriptor_parameter_t),
-    .line = offsetof(descriptor_parameter_t, line)};
+    LINED(parameters, parameter_count, DESCRIPTOR_PARAMETERS_MAX, descriptor_parameter_t)};
 const source_list_t descriptor_subsystem_parameter_fields = {
     FIELDS, RANGE(descriptor_parameter_t, first_field, field_count)};
 static const source_list_t events                         = {.what = "events",
-                                                             LIST(events, event_count, DESCRIPTOR_EVENTS_MAX, descriptor_event_t),
-                                                             .line = offsetof(descriptor_event_t, line)};
+                                                             LINED(events, event_count, DESCRIPTOR_EVENTS_MAX, descriptor_event_t)};
 const source_list_t descriptor_subsystem_event_fields     = {FIELDS,
                                                              RANGE(descriptor_event_t, first_field, field_count)};
 const source_list_t descriptor_subsystem_event_references = {
     REFERENCES, RANGE(descriptor_event_t, first_reference, reference_count)};
 static const source_list_t functions = {
-    .what = "functions",
-    LIST(functions, function_count, DESCRIPTOR_FUNCTIONS_MAX, descriptor_function_t),
-    .line = offsetof(descriptor_function_t, line)};
+    .what = "functions", LINED(functions, function_count, DESCRIPTOR_FUNCTIONS_MAX, descriptor_function_t)};
 static const source_list_t arguments = {FIELDS, RANGE(descriptor_function_t, first_argument, argument_count)};
 static const source_list_t services  = {
-     .what = "services",
-     LIST(services, service_count, DESCRIPTOR_SERVICES_MAX, descriptor_service_t),
-     .line = offsetof(descriptor_service_t, line)};
+     .what = "services", LINED(services, service_count, DESCRIPTOR_SERVICES_MAX, descriptor_service_t)};
 const source_list_t descriptor_subsystem_configurations = {
     .what = "configurations",
-    LIST(configurations, configuration_count, DESCRIPTOR_CONFIGURATIONS_MAX, descriptor_configuration_t),
-    .line = offsetof(descriptor_configuration_t, line)};
+    LINED(configurations, configuration_count, DESCRIPTOR_CONFIGURATIONS_MAX, descriptor_configuration_t)};
 static const source_list_t initials = {
     .what = "<Initial>",
-    LIST(initials, initial_count, DESCRIPTOR_INITIALS_MAX, descriptor_initial_t),
-    .line = offsetof(descriptor_initial_t, line),
+    LINED(initials, initial_count, DESCRIPTOR_INITIALS_MAX, descriptor_initial_t),
     RANGE(descriptor_configuration_t, first_initial, initial_count)};
 static const source_list_t loops      = {.what = "<Loop>",
-                                         LIST(loops, loop_count, DESCRIPTOR_LOOPS_MAX, descriptor_loop_t),
-                                         .line = offsetof(descriptor_loop_t, line),
+                                         LINED(loops, loop_count, DESCRIPTOR_LOOPS_MAX, descriptor_loop_t),
                                          RANGE(descriptor_configuration_t, first_loop, loop_count)};
 static const source_list_t structures = {
     .what = "<HKService>",
-    LIST(structures, structure_count, DESCRIPTOR_STRUCTURES_MAX, descriptor_structure_t),
-    .line = offsetof(descriptor_structure_t, line),
+    LINED(structures, structure_count, DESCRIPTOR_STRUCTURES_MAX, descriptor_structure_t),
     RANGE(descriptor_configuration_t, first_structure, structure_count)};
 const source_list_t descriptor_subsystem_structure_references = {
     REFERENCES, RANGE(descriptor_structure_t, first_reference, reference_count)};
@@ -105,328 +94,196 @@ static const source_list_t sampled = {
 const source_list_t descriptor_subsystem_sampled_references = {
     REFERENCES, RANGE(descriptor_sampled_t, first_reference, reference_count)};
 static const source_list_t ports    = {.what = "ports",
-                                       LIST(ports, port_count, DESCRIPTOR_PORTS_MAX, descriptor_port_t),
-                                       .line = offsetof(descriptor_port_t, line),
+                                       LINED(ports, port_count, DESCRIPTOR_PORTS_MAX, descriptor_port_t),
                                        RANGE(descriptor_configuration_t, first_port, port_count)};
 static const source_list_t elements = {FIELDS, RANGE(descriptor_port_t, first_field, field_count)};
 static const source_list_t devices  = {
      .what = "devices",
-     LIST(devices, device_count, DESCRIPTOR_DEVICES_MAX, descriptor_device_t),
-     .line = offsetof(descriptor_device_t, line),
+     LINED(devices, device_count, DESCRIPTOR_DEVICES_MAX, descriptor_device_t),
      RANGE(descriptor_configuration_t, first_device, device_count)};
 static const source_list_t settings = {
     .what = "<Setting>",
-    LIST(settings, setting_count, DESCRIPTOR_SETTINGS_MAX, descriptor_setting_t),
-    .line = offsetof(descriptor_setting_t, line),
+    LINED(settings, setting_count, DESCRIPTOR_SETTINGS_MAX, descriptor_setting_t),
     RANGE(descriptor_device_t, first_setting, setting_count)};
 static const source_list_t quantities = {
     .what = "<Quantity>",
-    LIST(quantities, quantity_count, DESCRIPTOR_QUANTITIES_MAX, descriptor_quantity_t),
-    .line = offsetof(descriptor_quantity_t, line),
+    LINED(quantities, quantity_count, DESCRIPTOR_QUANTITIES_MAX, descriptor_quantity_t),
     RANGE(descriptor_device_t, first_quantity, quantity_count)};
 static const source_list_t supplies = {
     .what = "<Supply>",
-    LIST(supplies, supply_count, DESCRIPTOR_SUPPLIES_MAX, descriptor_supply_t),
-    .line = offsetof(descriptor_supply_t, line),
+    LINED(supplies, supply_count, DESCRIPTOR_SUPPLIES_MAX, descriptor_supply_t),
     RANGE(descriptor_device_t, first_supply, supply_count)};
 static const source_list_t endnodes = {
     .what = "<Endnode>",
-    LIST(endnodes, endnode_count, DESCRIPTOR_ENDNODES_MAX, descriptor_endnode_t),
-    .line = offsetof(descriptor_endnode_t, line),
+    LINED(endnodes, endnode_count, DESCRIPTOR_ENDNODES_MAX, descriptor_endnode_t),
     RANGE(descriptor_device_t, first_endnode, endnode_count)};
 
 // ---- Attributes ----
 
-#define NAMED(type)                                                                                          \
-    {                                                                                                        \
-        .name = "name", .form = SOURCE_UPPER | SOURCE_NEEDED | SOURCE_UNIQUE, .high = DESCRIPTOR_NAME_MAX,   \
-        SOURCE_TO(type, name)                                                                                \
-    }
-#define NUMBERED(type)                                                                                       \
-    {                                                                                                        \
-        .name = "id", .form = SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE, .low = 1U, .high = 65535U,    \
-        SOURCE_TO(type, id)                                                                                  \
-    }
-#define NUMBER_ID                                                                                            \
-    {                                                                                                        \
-        .name = "id", .form = SOURCE_UNSIGNED, .high = 65535U                                                \
-    }
-#define FREE(id)                                                                                             \
-    {                                                                                                        \
-        .name = (id), .form = SOURCE_FREE                                                                    \
-    }
-#define FREE_NEEDED(id)                                                                                      \
-    {                                                                                                        \
-        .name = (id), .form = SOURCE_FREE | SOURCE_NEEDED                                                    \
-    }
-#define SAMPLING(type)                                                                                       \
-    {                                                                                                        \
-        .name = "samplingTime", .form = SOURCE_TIME | SOURCE_NEEDED, .low = 100U, .high = 10000000U,         \
-        SOURCE_TO(type, sampling_us)                                                                         \
-    }
-#define PRIORITY(type)                                                                                       \
-    {                                                                                                        \
-        .name = "priority", .form = SOURCE_UNSIGNED | SOURCE_NEEDED, .low = 1U, .high = 99U,                 \
-        SOURCE_TO(type, priority)                                                                            \
-    }
-#define METHODS FREE_NEEDED("methods")
-#define SEVERITIES .words = DESCRIPTOR_SEVERITY_WORDS, .low = DESCRIPTOR_INFORMATIVE
 #define IS_STRUCT                                                                                            \
     {                                                                                                        \
         .name = "type", .form = SOURCE_WORD | SOURCE_NEEDED, .words = "STRUCT"                               \
-    }
-#define SETTABLE                                                                                             \
-    {                                                                                                        \
-        .name = "settable", .form = SOURCE_FLAG, SOURCE_TO(descriptor_parameter_t, is_settable)              \
     }
 #define TYPE(type_of_item)                                                                                   \
     {                                                                                                        \
         .name = "type", .form = SOURCE_TYPE | SOURCE_NEEDED, SOURCE_TO(type_of_item, type)                   \
     }
-#define COUNT                                                                                                \
-    {                                                                                                        \
-        .name = "count", .form = SOURCE_UNSIGNED, .low = 1U, .high = 256U, .otherwise = 1U,                  \
-        SOURCE_TO(descriptor_field_t, count)                                                                 \
-    }
-#define UNIT                                                                                                 \
-    {                                                                                                        \
-        .name = "unit", .form = SOURCE_TEXT, .high = 16U, SOURCE_TO(descriptor_field_t, unit)                \
-    }
 
 static const source_attribute_t subsystem_attributes[] = {
-    {.name = "name",
-     .form = SOURCE_UPPER | SOURCE_NEEDED,
-     .high = DESCRIPTOR_NAME_MAX,
-     SOURCE_TO(subsystem_descriptor_t, name)},
-    {.name = "id",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .low  = 1U,
-     .high = 2046U,
-     SOURCE_TO(subsystem_descriptor_t, apid)},
-    {.name      = "samplingTime",
-     .form      = SOURCE_TIME,
-     .low       = 100U,
-     .high      = 10000000U,
-     .otherwise = 10000U,
-     SOURCE_TO(subsystem_descriptor_t, sampling_us)},
+    SOURCE_STRING("name", SOURCE_UPPER | SOURCE_NEEDED, DESCRIPTOR_NAME_MAX, subsystem_descriptor_t, name),
+    SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 2046U, 0U, subsystem_descriptor_t, apid),
+    SOURCE_WITHIN("samplingTime", SOURCE_TIME, 100U, 10000000U, 10000U, subsystem_descriptor_t, sampling_us),
 };
 static const source_attribute_t resources_attributes[] = {
-    {.name      = "poolWarning",
-     .form      = SOURCE_UNSIGNED,
-     .low       = 1U,
-     .high      = 100U,
-     .otherwise = SUBSYSTEM_WARN_PERCENT,
-     SOURCE_TO(subsystem_descriptor_t, pool_warn_percent)},
-    {.name      = "poolClear",
-     .form      = SOURCE_UNSIGNED,
-     .high      = 99U,
-     .otherwise = SUBSYSTEM_CLEAR_PERCENT,
-     SOURCE_TO(subsystem_descriptor_t, pool_clear_percent)},
+    SOURCE_WITHIN("poolWarning", SOURCE_UNSIGNED, 1U, 100U, SUBSYSTEM_WARN_PERCENT, subsystem_descriptor_t,
+                  pool_warn_percent),
+    SOURCE_WITHIN("poolClear", SOURCE_UNSIGNED, 0U, 99U, SUBSYSTEM_CLEAR_PERCENT, subsystem_descriptor_t,
+                  pool_clear_percent),
 };
 static const source_attribute_t state_attributes[] = {
-    FREE_NEEDED("name"),
+    SOURCE_REQUIRED("name"),
     {.name = "timeout", .form = SOURCE_TIME | SOURCE_NEEDED, .low = 1000U, .high = 600000000U},
 };
 static const source_attribute_t struct_attributes[] = {
-    NAMED(descriptor_parameter_t),
-    {.name = "id",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .high = 65535U,
-     SOURCE_TO(descriptor_parameter_t, number)},
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_parameter_t),
+    SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED, 0U, 65535U, 0U, descriptor_parameter_t, number),
     IS_STRUCT,
-    SETTABLE,
+    SOURCE_SWITCH("settable", 0U, descriptor_parameter_t, is_settable),
 };
 static const source_attribute_t group_attributes[] = {
     {.name = "name", .form = SOURCE_UPPER | SOURCE_NEEDED, .high = DESCRIPTOR_NAME_MAX},
-    NUMBER_ID,
+    {.name = "id", .form = SOURCE_UNSIGNED, .high = 65535U},
     IS_STRUCT,
 };
 static const source_attribute_t member_attributes[] = {
-    {.name = "name",
-     .form = SOURCE_UPPER | SOURCE_NEEDED,
-     .high = DESCRIPTOR_NAME_MAX,
-     SOURCE_TO(descriptor_field_t, name)},
-    NUMBER_ID,
+    SOURCE_STRING("name", SOURCE_UPPER | SOURCE_NEEDED, DESCRIPTOR_NAME_MAX, descriptor_field_t, name),
+    {.name = "id", .form = SOURCE_UNSIGNED, .high = 65535U},
     TYPE(descriptor_field_t),
-    COUNT,
-    UNIT,
-    FREE("init"),
-    FREE("min"),
-    FREE("max"),
+    SOURCE_WITHIN("count", SOURCE_UNSIGNED, 1U, 256U, 1U, descriptor_field_t, count),
+    SOURCE_STRING("unit", SOURCE_TEXT, 16U, descriptor_field_t, unit),
+    SOURCE_OPTION("init"),
+    SOURCE_OPTION("min"),
+    SOURCE_OPTION("max"),
 };
 static const source_attribute_t parameter_attributes[] = {
-    NAMED(descriptor_parameter_t),
-    {.name = "id",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .high = 65535U,
-     SOURCE_TO(descriptor_parameter_t, number)},
-    FREE_NEEDED("type"),
-    FREE("count"),
-    FREE("unit"),
-    FREE("init"),
-    FREE("min"),
-    FREE("max"),
-    SETTABLE,
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_parameter_t),
+    SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED, 0U, 65535U, 0U, descriptor_parameter_t, number),
+    SOURCE_REQUIRED("type"),
+    SOURCE_OPTION("count"),
+    SOURCE_OPTION("unit"),
+    SOURCE_OPTION("init"),
+    SOURCE_OPTION("min"),
+    SOURCE_OPTION("max"),
+    SOURCE_SWITCH("settable", 0U, descriptor_parameter_t, is_settable),
 };
 const source_attribute_t descriptor_subsystem_field_attributes[SUBSYSTEM_FIELD_ATTRIBUTES] = {
-    NAMED(descriptor_field_t), TYPE(descriptor_field_t), COUNT, UNIT};
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_field_t), TYPE(descriptor_field_t),
+    SOURCE_WITHIN("count", SOURCE_UNSIGNED, 1U, 256U, 1U, descriptor_field_t, count),
+    SOURCE_STRING("unit", SOURCE_TEXT, 16U, descriptor_field_t, unit)};
 static const source_attribute_t event_attributes[] = {
-    NAMED(descriptor_event_t),
-    NUMBERED(descriptor_event_t),
-    {.name = "severity",
-     .form = SOURCE_WORD | SOURCE_NEEDED,
-     SEVERITIES,
-     SOURCE_TO(descriptor_event_t, severity)},
-    FREE("rate"),
-    {.name      = "burst",
-     .form      = SOURCE_UNSIGNED,
-     .low       = 1U,
-     .high      = 255U,
-     .otherwise = 20U,
-     SOURCE_TO(descriptor_event_t, burst)},
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_event_t),
+    SOURCE_NUMBERED(1U, 65535U, descriptor_event_t, id),
+    SOURCE_CHOICE("severity", SOURCE_WORD | SOURCE_NEEDED, DESCRIPTOR_SEVERITY_WORDS, DESCRIPTOR_INFORMATIVE,
+                  0U, descriptor_event_t, severity),
+    SOURCE_OPTION("rate"),
+    SOURCE_WITHIN("burst", SOURCE_UNSIGNED, 1U, 255U, 20U, descriptor_event_t, burst),
 };
-static const source_attribute_t event_value_attributes[] = {FREE_NEEDED("name"), FREE("type"), FREE("count"),
-                                                            FREE("unit")};
+static const source_attribute_t event_value_attributes[] = {SOURCE_REQUIRED("name"), SOURCE_OPTION("type"),
+                                                            SOURCE_OPTION("count"), SOURCE_OPTION("unit")};
 static const source_attribute_t function_attributes[]    = {
-       {.name = "name",
-        .form = SOURCE_UPPER | SOURCE_NEEDED | SOURCE_UNIQUE,
-        .high = DESCRIPTOR_FUNCTION_NAME_MAX,
-        SOURCE_TO(descriptor_function_t, name)},
-       NUMBERED(descriptor_function_t),
-       FREE_NEEDED("states"),
-       FREE("configurations"),
+       SOURCE_STRING("name", SOURCE_UPPER | SOURCE_NEEDED | SOURCE_UNIQUE, DESCRIPTOR_FUNCTION_NAME_MAX,
+                     descriptor_function_t, name),
+       SOURCE_NUMBERED(1U, 65535U, descriptor_function_t, id),
+       SOURCE_REQUIRED("states"),
+       SOURCE_OPTION("configurations"),
 };
 static const source_attribute_t argument_attributes[] = {
-    NAMED(descriptor_field_t),
-    {.name = "id",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE,
-     .high = 65535U,
-     SOURCE_TO(descriptor_field_t, id)},
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_field_t),
+    SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE, 0U, 65535U, 0U, descriptor_field_t,
+                  id),
     TYPE(descriptor_field_t),
-    COUNT,
-    UNIT,
-    FREE("min"),
-    FREE("max"),
+    SOURCE_WITHIN("count", SOURCE_UNSIGNED, 1U, 256U, 1U, descriptor_field_t, count),
+    SOURCE_STRING("unit", SOURCE_TEXT, 16U, descriptor_field_t, unit),
+    SOURCE_OPTION("min"),
+    SOURCE_OPTION("max"),
 };
-static const source_attribute_t service_attributes[]       = {FREE_NEEDED("type"), FREE("capacity"),
-                                                              FREE("functional")};
+static const source_attribute_t service_attributes[] = {SOURCE_REQUIRED("type"), SOURCE_OPTION("capacity"),
+                                                        SOURCE_OPTION("functional")};
 static const source_attribute_t configuration_attributes[] = {
-    NAMED(descriptor_configuration_t), NUMBERED(descriptor_configuration_t),
-    PRIORITY(descriptor_configuration_t), SAMPLING(descriptor_configuration_t)};
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_configuration_t),
+    SOURCE_NUMBERED(1U, 65535U, descriptor_configuration_t, id),
+    SOURCE_WITHIN("priority", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 99U, 0U, descriptor_configuration_t,
+                  priority),
+    SOURCE_WITHIN("samplingTime", SOURCE_TIME | SOURCE_NEEDED, 100U, 10000000U, 0U,
+                  descriptor_configuration_t, sampling_us)};
 static const source_attribute_t initial_attributes[] = {
-    FREE_NEEDED("parameter"),
-    FREE("field"),
-    {.name = "value",
-     .form = SOURCE_TEXT | SOURCE_NEEDED,
-     .high = UINT32_MAX,
-     SOURCE_TO(descriptor_initial_t, text)},
+    SOURCE_REQUIRED("parameter"),
+    SOURCE_OPTION("field"),
+    SOURCE_STRING("value", SOURCE_TEXT | SOURCE_NEEDED, UINT32_MAX, descriptor_initial_t, text),
 };
-static const source_attribute_t loop_attributes[] = {NAMED(descriptor_loop_t), SAMPLING(descriptor_loop_t),
-                                                     PRIORITY(descriptor_loop_t), FREE("services")};
+static const source_attribute_t loop_attributes[] = {
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_loop_t),
+    SOURCE_WITHIN("samplingTime", SOURCE_TIME | SOURCE_NEEDED, 100U, 10000000U, 0U, descriptor_loop_t,
+                  sampling_us),
+    SOURCE_WITHIN("priority", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 99U, 0U, descriptor_loop_t, priority),
+    SOURCE_OPTION("services")};
 static const source_attribute_t structure_attributes[] = {
-    NUMBERED(descriptor_structure_t),
-    {.name = "interval",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .low  = 1U,
-     .high = UINT32_MAX,
-     SOURCE_TO(descriptor_structure_t, interval_cycles)},
-    {.name = "enabled", .form = SOURCE_FLAG, .otherwise = 1U, SOURCE_TO(descriptor_structure_t, is_enabled)},
-    FREE("loop"),
+    SOURCE_NUMBERED(1U, 65535U, descriptor_structure_t, id),
+    SOURCE_WITHIN("interval", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, UINT32_MAX, 0U, descriptor_structure_t,
+                  interval_cycles),
+    SOURCE_SWITCH("enabled", 1U, descriptor_structure_t, is_enabled),
+    SOURCE_OPTION("loop"),
 };
-static const source_attribute_t reference_attributes[] = {FREE_NEEDED("name")};
+static const source_attribute_t reference_attributes[] = {SOURCE_REQUIRED("name")};
 static const source_attribute_t sampled_attributes[]   = {
-      {.name = "nrep",
-       .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-       .low  = 2U,
-       .high = 1000U,
-       SOURCE_TO(descriptor_sampled_t, nrep)},
+      SOURCE_WITHIN("nrep", SOURCE_UNSIGNED | SOURCE_NEEDED, 2U, 1000U, 0U, descriptor_sampled_t, nrep),
 };
 #define PROVIDES_ATTRIBUTES 3U
 static const source_attribute_t port_attributes[] = {
-    NAMED(descriptor_port_t),
-    NUMBERED(descriptor_port_t),
-    METHODS,
-    {.name = "required", .form = SOURCE_FLAG, .otherwise = 1U, SOURCE_TO(descriptor_port_t, is_required)},
-    {.name = "staleAfter",
-     .form = SOURCE_TIME,
-     .low  = 100U,
-     .high = 60000000U,
-     SOURCE_TO(descriptor_port_t, stale_us)},
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_port_t),
+    SOURCE_NUMBERED(1U, 65535U, descriptor_port_t, id),
+    SOURCE_REQUIRED("methods"),
+    SOURCE_SWITCH("required", 1U, descriptor_port_t, is_required),
+    SOURCE_WITHIN("staleAfter", SOURCE_TIME, 100U, 60000000U, 0U, descriptor_port_t, stale_us),
 };
 static const source_attribute_t device_attributes[] = {
-    NAMED(descriptor_device_t),
-    {.name = "type",
-     .form = SOURCE_LOWER | SOURCE_NEEDED,
-     .high = DESCRIPTOR_NAME_MAX,
-     SOURCE_TO(descriptor_device_t, type)},
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_device_t),
+    SOURCE_STRING("type", SOURCE_LOWER | SOURCE_NEEDED, DESCRIPTOR_NAME_MAX, descriptor_device_t, type),
 };
-static const source_attribute_t setting_attributes[]  = {FREE_NEEDED("object"), TYPE(descriptor_setting_t),
-                                                         FREE_NEEDED("value")};
+static const source_attribute_t setting_attributes[] = {SOURCE_REQUIRED("object"), TYPE(descriptor_setting_t),
+                                                        SOURCE_REQUIRED("value")};
 static const source_attribute_t quantity_attributes[] = {
-    NAMED(descriptor_quantity_t),
-    {.name = "id",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE,
-     .high = 65535U,
-     SOURCE_TO(descriptor_quantity_t, id)},
-    FREE_NEEDED("object"),
+    SOURCE_NAMED(SOURCE_UPPER, descriptor_quantity_t),
+    SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE, 0U, 65535U, 0U,
+                  descriptor_quantity_t, id),
+    SOURCE_REQUIRED("object"),
     TYPE(descriptor_quantity_t),
-    FREE_NEEDED("scale"),
-    {.name = "unit", .form = SOURCE_TEXT, .high = 16U, SOURCE_TO(descriptor_quantity_t, unit)},
-    {.name = "settable", .form = SOURCE_FLAG, SOURCE_TO(descriptor_quantity_t, is_settable)},
+    SOURCE_REQUIRED("scale"),
+    SOURCE_STRING("unit", SOURCE_TEXT, 16U, descriptor_quantity_t, unit),
+    SOURCE_SWITCH("settable", 0U, descriptor_quantity_t, is_settable),
 };
 static const source_attribute_t supply_attributes[] = {
-    {.name = "unit",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .low  = 1U,
-     .high = 127U,
-     SOURCE_TO(descriptor_supply_t, unit)},
-    {.name = "on",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .low  = 1U,
-     .high = 255U,
-     SOURCE_TO(descriptor_supply_t, on)},
-    {.name = "off",
-     .form = SOURCE_UNSIGNED | SOURCE_NEEDED,
-     .low  = 1U,
-     .high = 255U,
-     SOURCE_TO(descriptor_supply_t, off)},
+    SOURCE_WITHIN("unit", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 127U, 0U, descriptor_supply_t, unit),
+    SOURCE_WITHIN("on", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 255U, 0U, descriptor_supply_t, on),
+    SOURCE_WITHIN("off", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 255U, 0U, descriptor_supply_t, off),
 };
 // The order of `type` and of the others is known to endnode_builder.c.
 static const source_attribute_t endnode_attributes[] = {
-    {.name  = "type",
-     .form  = SOURCE_WORD | SOURCE_NEEDED,
-     .words = "CAN SHM MQUEUE UDP TCP SERIAL FILE",
-     SOURCE_TO(descriptor_endnode_t, type)},
-    {.name = "bus", .form = SOURCE_LOWER, .high = DESCRIPTOR_NAME_MAX, SOURCE_TO(descriptor_endnode_t, bus)},
-    {.name = "redundantBus",
-     .form = SOURCE_LOWER,
-     .high = DESCRIPTOR_NAME_MAX,
-     SOURCE_TO(descriptor_endnode_t, redundant_bus)},
-    {.name = "node", .form = SOURCE_UNSIGNED, .low = 1U, .high = 127U, SOURCE_TO(descriptor_endnode_t, node)},
-    {.name = "name", .form = SOURCE_TEXT, .high = 255U, SOURCE_TO(descriptor_endnode_t, name)},
-    {.name = "address", .form = SOURCE_TEXT, .high = 255U, SOURCE_TO(descriptor_endnode_t, address)},
-    {.name = "port",
-     .form = SOURCE_UNSIGNED,
-     .low  = 1U,
-     .high = 65535U,
-     SOURCE_TO(descriptor_endnode_t, port)},
-    {.name  = "framing",
-     .form  = SOURCE_WORD,
-     .words = "RAW LENGTH SLIP LINE",
-     SOURCE_TO(descriptor_endnode_t, format.framing)},
-    {.name  = "order",
-     .form  = SOURCE_WORD,
-     .words = "BIG LITTLE",
-     SOURCE_TO(descriptor_endnode_t, format.order)},
-    {.name  = "direction",
-     .form  = SOURCE_WORD,
-     .words = "BOTH READ WRITE",
-     SOURCE_TO(descriptor_endnode_t, format.direction)},
-    {.name      = "baud",
-     .form      = SOURCE_WORD,
-     .words     = "9600 19200 38400 57600 115200 230400 460800 921600",
-     .otherwise = 4U,
-     SOURCE_TO(descriptor_endnode_t, format.baud)},
+    SOURCE_CHOICE("type", SOURCE_WORD | SOURCE_NEEDED, "CAN SHM MQUEUE UDP TCP SERIAL FILE", 0U, 0U,
+                  descriptor_endnode_t, type),
+    SOURCE_STRING("bus", SOURCE_LOWER, DESCRIPTOR_NAME_MAX, descriptor_endnode_t, bus),
+    SOURCE_STRING("redundantBus", SOURCE_LOWER, DESCRIPTOR_NAME_MAX, descriptor_endnode_t, redundant_bus),
+    SOURCE_WITHIN("node", SOURCE_UNSIGNED, 1U, 127U, 0U, descriptor_endnode_t, node),
+    SOURCE_STRING("name", SOURCE_TEXT, 255U, descriptor_endnode_t, name),
+    SOURCE_STRING("address", SOURCE_TEXT, 255U, descriptor_endnode_t, address),
+    SOURCE_WITHIN("port", SOURCE_UNSIGNED, 1U, 65535U, 0U, descriptor_endnode_t, port),
+    SOURCE_CHOICE("framing", SOURCE_WORD, "RAW LENGTH SLIP LINE", 0U, 0U, descriptor_endnode_t,
+                  format.framing),
+    SOURCE_CHOICE("order", SOURCE_WORD, "BIG LITTLE", 0U, 0U, descriptor_endnode_t, format.order),
+    SOURCE_CHOICE("direction", SOURCE_WORD, "BOTH READ WRITE", 0U, 0U, descriptor_endnode_t,
+                  format.direction),
+    SOURCE_CHOICE("baud", SOURCE_WORD, "9600 19200 38400 57600 115200 230400 460800 921600", 0U, 4U,
+                  descriptor_endnode_t, format.baud),
 };
 
 // ---- Elements ----
