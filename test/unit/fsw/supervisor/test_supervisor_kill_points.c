@@ -375,8 +375,8 @@ static void expect_frames_once(void)
         const message_channel_t* const down    = &fixture.endpoint.places[i].channel;
         TEST_ASSERT_EQUAL(0U, member->counters.lost);
         TEST_ASSERT_TRUE(member->counters.stale <= 2U); // For each death one frame may be sent again.
-        TEST_ASSERT_EQUAL(down->sent, member->counters.received);
-        TEST_ASSERT_EQUAL(up->sent, down->taken);
+        TEST_ASSERT_EQUAL(down->position.sent, member->counters.received);
+        TEST_ASSERT_EQUAL(up->position.sent, down->position.taken);
     }
     TEST_ASSERT_EQUAL(0U, fixture.endpoint.counters.lost);
 }
