@@ -10,8 +10,6 @@
 
 #include <string.h>
 
-CAPACITY_CHECK(every_session_has_room, CHECKPOINT_SESSIONS >= SUPERVISOR_LINK_SESSIONS);
-CAPACITY_CHECK(every_plan_has_room, CHECKPOINT_PLANS >= PLAN_RUNS);
 CAPACITY_CHECK(released_requests_have_room, CHECKPOINT_RELEASED_OCTETS >= SPACECRAFT_RELEASE_OCTETS);
 CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(all_counters_have_room,
@@ -30,63 +28,6 @@ static checkpoint_rings_t rings_of(supervisor_t* const supervisor)
     return rings;
 }
 
-static bool is_true(const uint32_t value)
-{
-    return value != 0U;
-}
-
-static uint8_t truth(const bool value)
-{
-    return value ? 1U : 0U;
-}
-
-// ---- Tokens and tables ----
-
-static checkpoint_token_t keep_token(const pus_token_t* const token)
-{
-    return (checkpoint_token_t){.request_id = token->request_id,
-                                .source     = token->source,
-                                .ack        = token->ack,
-                                .service    = token->service,
-                                .subtype    = token->subtype};
-}
-
-static pus_token_t take_token(const checkpoint_token_t* const token)
-{
-    return (pus_token_t){.request_id = token->request_id,
-                         .source     = token->source,
-                         .ack        = token->ack,
-                         .service    = token->service,
-                         .subtype    = token->subtype};
-}
-
-static void keep_requests(const pending_table_t* const table, checkpoint_request_t* const out_requests)
-{
-    for (size_t i = 0U; i < PENDING_MAX; i++) {
-        if (table->entries[i].is_used) {
-            out_requests[i] = (checkpoint_request_t){.since_ns = table->entries[i].since_ns,
-                                                     .token    = keep_token(&table->entries[i].token),
-                                                     .apid     = table->entries[i].apid,
-                                                     .stage    = (uint16_t)table->entries[i].stage};
-        }
-    }
-}
-
-static void take_requests(pending_table_t* const table, const checkpoint_request_t* const requests)
-{
-    supervisor_pending_init(table);
-    for (size_t i = 0U; i < PENDING_MAX; i++) {
-        if (requests[i].apid != 0U) {
-            table->entries[i].is_used  = true;
-            table->entries[i].stage    = (pending_stage_t)requests[i].stage;
-            table->entries[i].apid     = requests[i].apid;
-            table->entries[i].since_ns = requests[i].since_ns;
-            table->entries[i].token    = take_token(&requests[i].token);
-            table->count++;
-        }
-    }
-}
-
 // ---- Members ----
 
 static void keep_members(const supervisor_t* const supervisor, checkpoint_state_t* const state)
@@ -94,35 +35,26 @@ static void keep_members(const supervisor_t* const supervisor, checkpoint_state_
     state->member_count = supervisor->mission->subsystem_count;
     for (uint16_t i = 0U; i < state->member_count; i++) {
         const registry_entry_t* const entry = &supervisor->registry[i];
-        const recommission_t* const run     = &entry->recommission;
-        state->members[i] =
-            (checkpoint_member_t){.heard_ns                = entry->heard_ns,
-                                  .started_ns              = entry->started_ns,
-                                  .interface_hash          = entry->interface_hash,
-                                  .configuration_hash      = entry->configuration_hash,
-                                  .apid                    = entry->mission->apid,
-                                  .configuration           = entry->configuration,
-                                  .process                 = (uint8_t)entry->process,
-                                  .state                   = (uint8_t)entry->state,
-                                  .phase                   = (uint8_t)entry->phase,
-                                  .is_heard                = truth(entry->is_heard),
-                                  .restarts                = entry->restarts,
-                                  .is_order_owed           = truth(entry->is_order_owed),
-                                  .ordered                 = (uint8_t)entry->ordered,
-                                  .order_cause             = (uint8_t)entry->order_cause,
-                                  .is_interface_mismatched = truth(entry->is_interface_mismatched),
-                                  .is_restarted            = truth(entry->is_restarted),
-                                  .error_ns                = entry->error_ns,
-                                  .rested                  = (uint8_t)entry->rested,
-                                  .rested_with             = entry->rested_with,
-                                  .run_since_ns            = run->since_ns,
-                                  .run_configuration       = run->configuration,
-                                  .is_run_active           = truth(run->is_active),
-                                  .is_run_walking          = truth(run->is_walking),
-                                  .run_target              = (uint8_t)run->target,
-                                  .run_ordered             = (uint8_t)run->ordered,
-                                  .run_seen                = (uint8_t)run->seen,
-                                  .run_seen_phase          = (uint8_t)run->seen_phase};
+        state->members[i]                   = (checkpoint_member_t){.heard_ns                = entry->heard_ns,
+                                                                    .started_ns              = entry->started_ns,
+                                                                    .interface_hash          = entry->interface_hash,
+                                                                    .configuration_hash      = entry->configuration_hash,
+                                                                    .apid                    = entry->mission->apid,
+                                                                    .configuration           = entry->configuration,
+                                                                    .process                 = (uint8_t)entry->process,
+                                                                    .state                   = (uint8_t)entry->state,
+                                                                    .phase                   = (uint8_t)entry->phase,
+                                                                    .is_heard                = entry->is_heard,
+                                                                    .restarts                = entry->restarts,
+                                                                    .is_order_owed           = entry->is_order_owed,
+                                                                    .ordered                 = (uint8_t)entry->ordered,
+                                                                    .order_cause             = (uint8_t)entry->order_cause,
+                                                                    .is_interface_mismatched = entry->is_interface_mismatched,
+                                                                    .is_restarted            = entry->is_restarted,
+                                                                    .error_ns                = entry->error_ns,
+                                                                    .rested                  = (uint8_t)entry->rested,
+                                                                    .rested_with             = entry->rested_with,
+                                                                    .recommission            = entry->recommission};
     }
 }
 
@@ -140,167 +72,25 @@ static void take_members(supervisor_t* const supervisor, const checkpoint_state_
         entry->process      = (process_state_t)member->process;
         entry->is_start_due = (entry->process == PROCESS_LOST) &&
                               (member->restarts < entry->mission->restart_budget); // A pause was under way.
-        entry->is_heard                = is_true(member->is_heard);
+        entry->is_heard                = member->is_heard;
         entry->state                   = (state_t)member->state;
         entry->phase                   = (state_phase_t)member->phase;
         entry->configuration           = member->configuration;
-        entry->is_order_owed           = is_true(member->is_order_owed);
+        entry->is_order_owed           = member->is_order_owed;
         entry->ordered                 = (state_t)member->ordered;
         entry->order_cause             = (pus_cause_t)member->order_cause;
         entry->heard_ns                = member->heard_ns;
         entry->started_ns              = member->started_ns;
         entry->interface_hash          = member->interface_hash;
         entry->configuration_hash      = member->configuration_hash;
-        entry->is_interface_mismatched = is_true(member->is_interface_mismatched);
-        entry->is_restarted            = is_true(member->is_restarted);
+        entry->is_interface_mismatched = member->is_interface_mismatched;
+        entry->is_restarted            = member->is_restarted;
         entry->error_ns                = member->error_ns;
         entry->rested                  = (state_t)member->rested;
         entry->rested_with             = member->rested_with;
-        entry->recommission            = (recommission_t){.is_active     = is_true(member->is_run_active),
-                                                          .is_walking    = is_true(member->is_run_walking),
-                                                          .target        = (state_t)member->run_target,
-                                                          .configuration = member->run_configuration,
-                                                          .ordered       = (state_t)member->run_ordered,
-                                                          .seen          = (state_t)member->run_seen,
-                                                          .seen_phase    = (state_phase_t)member->run_seen_phase,
-                                                          .since_ns      = member->run_since_ns};
+        entry->recommission            = member->recommission;
         entry->is_in_doubt             = (entry->process == PROCESS_RUNNING);
         entry->are_links_in_doubt      = entry->is_in_doubt;
-    }
-}
-
-// ---- Links ----
-
-static checkpoint_edge_t keep_edge(const link_edge_t* const edge)
-{
-    return (checkpoint_edge_t){.link          = edge->link,
-                               .producer_apid = edge->producer_apid,
-                               .producer_port = edge->producer_port,
-                               .consumer_apid = edge->consumer_apid,
-                               .consumer_port = edge->consumer_port,
-                               .is_stale      = truth(edge->is_stale)};
-}
-
-static link_edge_t take_edge(const checkpoint_edge_t* const edge)
-{
-    return (link_edge_t){.link          = edge->link,
-                         .producer_apid = edge->producer_apid,
-                         .producer_port = edge->producer_port,
-                         .consumer_apid = edge->consumer_apid,
-                         .consumer_port = edge->consumer_port,
-                         .is_stale      = is_true(edge->is_stale)};
-}
-
-static void keep_links(const supervisor_t* const supervisor, checkpoint_state_t* const state)
-{
-    state->link_epoch       = supervisor->link_epoch;
-    state->link_transaction = supervisor->link_transaction;
-    state->open_count       = supervisor->graph.count;
-    state->accepted_count   = 0U;
-    (void)memcpy(state->wanted, supervisor->wanted, sizeof state->wanted);
-    state->renewed = supervisor->renewed;
-    (void)memcpy(state->renewals, supervisor->renewals, sizeof state->renewals);
-    for (uint16_t i = 0U; i < supervisor->graph.count; i++) {
-        state->open[i] = keep_edge(&supervisor->graph.edges[i]);
-    }
-    for (size_t i = 0U; i < MISSION_LINKS_MAX; i++) {
-        if (supervisor->accepted[i].link != 0U) {
-            state->accepted[state->accepted_count] = keep_edge(&supervisor->accepted[i]);
-            state->accepted_count++;
-        }
-    }
-    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
-        const link_session_t* const session = &supervisor->sessions[i];
-        const link_edge_t edge              = {session->link,
-                                               session->ends.producer_apid,
-                                               session->ends.producer_port,
-                                               session->ends.consumer_apid,
-                                               session->ends.consumer_port,
-                                               false};
-        state->sessions[i]                  = (checkpoint_session_t){.deadline_ns = session->deadline_ns,
-                                                                     .token       = keep_token(&session->token),
-                                                                     .asked       = session->asked,
-                                                                     .transaction = session->transaction,
-                                                                     .epoch       = session->epoch,
-                                                                     .edge        = keep_edge(&edge),
-                                                                     .step        = (uint32_t)session->step};
-    }
-}
-
-static void take_links(supervisor_t* const supervisor, const checkpoint_state_t* const state)
-{
-    supervisor->link_epoch       = state->link_epoch;
-    supervisor->link_transaction = state->link_transaction;
-    supervisor->graph.count      = state->open_count;
-    (void)memcpy(supervisor->wanted, state->wanted, sizeof supervisor->wanted);
-    supervisor->renewed = state->renewed;
-    (void)memcpy(supervisor->renewals, state->renewals, sizeof supervisor->renewals);
-    for (uint16_t i = 0U; i < state->open_count; i++) {
-        supervisor->graph.edges[i] = take_edge(&state->open[i]);
-    }
-    for (uint16_t i = 0U; i < state->accepted_count; i++) {
-        supervisor->accepted[state->accepted[i].link - 1U] = take_edge(&state->accepted[i]);
-    }
-    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
-        const checkpoint_session_t* const session = &state->sessions[i];
-        if (session->step != (uint32_t)SESSION_FREE) {
-            supervisor->sessions[i] =
-                (link_session_t){.step        = (session_step_t)session->step,
-                                 .link        = session->edge.link,
-                                 .asked       = session->asked,
-                                 .transaction = session->transaction,
-                                 .epoch       = session->epoch,
-                                 .ends        = {session->edge.producer_apid, session->edge.producer_port,
-                                                 session->edge.consumer_apid, session->edge.consumer_port},
-                                 .token       = take_token(&session->token),
-                                 .deadline_ns = session->deadline_ns};
-        }
-    }
-}
-
-// ---- Plans ----
-
-static void keep_plans(const supervisor_t* const supervisor, checkpoint_state_t* const state)
-{
-    for (size_t i = 0U; i < PLAN_RUNS; i++) {
-        const plan_run_t* const run   = &supervisor->plans.runs[i];
-        checkpoint_plan_t* const kept = &state->plans[i];
-        if (!run->is_used) {
-            continue;
-        }
-        *kept = (checkpoint_plan_t){.start_ns     = run->start_ns,
-                                    .is_used      = 1U,
-                                    .severity     = (uint16_t)run->severity,
-                                    .plan         = (run->plan == PLAN_BUILT_IN) ? CHECKPOINT_NO_PLAN
-                                                                                 : (uint16_t)(run->plan + 1U),
-                                    .apid         = run->apid,
-                                    .event_id     = run->event_id,
-                                    .lost         = run->lost,
-                                    .next_action  = run->next_action,
-                                    .member_count = run->member_count};
-        (void)memcpy(kept->members, run->members, sizeof kept->members);
-    }
-}
-
-static void take_plans(supervisor_t* const supervisor, const checkpoint_state_t* const state)
-{
-    for (size_t i = 0U; i < PLAN_RUNS; i++) {
-        const checkpoint_plan_t* const kept = &state->plans[i];
-        plan_run_t* const run               = &supervisor->plans.runs[i];
-        if (kept->is_used == 0U) {
-            continue;
-        }
-        *run = (plan_run_t){.is_used      = true,
-                            .severity     = (descriptor_severity_t)kept->severity,
-                            .plan         = (kept->plan == CHECKPOINT_NO_PLAN) ? PLAN_BUILT_IN
-                                                                               : (uint16_t)(kept->plan - 1U),
-                            .apid         = kept->apid,
-                            .event_id     = kept->event_id,
-                            .lost         = kept->lost,
-                            .member_count = kept->member_count,
-                            .start_ns     = kept->start_ns,
-                            .next_action  = kept->next_action};
-        (void)memcpy(run->members, kept->members, sizeof run->members);
     }
 }
 
@@ -320,30 +110,35 @@ static void keep_channels(const supervisor_t* const supervisor, checkpoint_state
 static void keep(supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
     (void)memset(state, 0, sizeof *state);
-    state->interface_hash            = supervisor->mission->interface_hash;
-    state->now_ns                    = supervisor->now_ns;
-    state->log_number                = supervisor->log.next_number;
-    state->log_written               = supervisor->log.written_number;
-    state->log_strategy              = (uint8_t)supervisor->log.wanted;
-    state->is_log_failure_told       = truth(supervisor->is_log_failure_told);
-    state->lives                     = supervisor->lives;
-    state->mode                      = supervisor->mode;
-    state->autostart_step            = (uint8_t)supervisor->autostart_step;
-    state->shutdown_step             = (uint8_t)supervisor->shutdown_step;
-    state->shutdown_ns               = supervisor->shutdown_ns;
-    state->orbit_since_ns            = supervisor->path.since_ns;
-    state->supervisor_orbit_position = supervisor->path.position;
-    state->orbit_period_ms           = supervisor->path.period_ms;
-    state->has_shutdown_token        = truth(supervisor->has_shutdown_token);
-    state->shutdown_token            = keep_token(&supervisor->shutdown_token);
+    state->interface_hash      = supervisor->mission->interface_hash;
+    state->now_ns              = supervisor->now_ns;
+    state->log_number          = supervisor->log.next_number;
+    state->log_written         = supervisor->log.written_number;
+    state->log_strategy        = (uint8_t)supervisor->log.wanted;
+    state->is_log_failure_told = supervisor->is_log_failure_told;
+    state->lives               = supervisor->lives;
+    state->mode                = supervisor->mode;
+    state->autostart_step      = (uint8_t)supervisor->autostart_step;
+    state->shutdown_step       = (uint8_t)supervisor->shutdown_step;
+    state->shutdown_ns         = supervisor->shutdown_ns;
+    state->path                = supervisor->path;
+    state->has_shutdown_token  = supervisor->has_shutdown_token;
+    state->shutdown_token      = supervisor->shutdown_token;
     (void)memcpy(state->log_sizes, supervisor->log.whole, sizeof state->log_sizes);
     (void)memcpy((uint8_t*)state->counters, (const uint8_t*)&supervisor->counters,
                  sizeof supervisor->counters);
     keep_members(supervisor, state);
-    keep_links(supervisor, state);
-    keep_plans(supervisor, state);
-    keep_requests(&supervisor->pending, state->passed);
-    keep_requests(&supervisor->own, state->own);
+    state->link_epoch       = supervisor->link_epoch;
+    state->link_transaction = supervisor->link_transaction;
+    state->renewed          = supervisor->renewed;
+    state->graph            = supervisor->graph;
+    (void)memcpy(state->accepted, supervisor->accepted, sizeof state->accepted);
+    (void)memcpy(state->sessions, supervisor->sessions, sizeof state->sessions);
+    (void)memcpy(state->wanted, supervisor->wanted, sizeof state->wanted);
+    (void)memcpy(state->renewals, supervisor->renewals, sizeof state->renewals);
+    state->plans   = supervisor->plans;
+    state->pending = supervisor->pending;
+    state->own     = supervisor->own;
     keep_channels(supervisor, state);
     pus_counts(subsystem_process(&supervisor->subsystem), &supervisor->requester, &state->counts);
 }
@@ -380,10 +175,10 @@ static void leave_own(supervisor_t* const supervisor)
     supervisor_pending_init(&supervisor->own);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         const pus_token_t token = supervisor->left.entries[i].token;
-        if (supervisor->left.entries[i].is_used && is_going_on(supervisor, &token)) {
+        if ((supervisor->left.entries[i].apid != 0U) && is_going_on(supervisor, &token)) {
             (void)supervisor_pending_add(&supervisor->own, SUPERVISOR_APID, &token,
                                          supervisor->left.entries[i].since_ns);
-            supervisor->left.entries[i].is_used = false;
+            supervisor->left.entries[i].apid = 0U;
         }
     }
 }
@@ -412,23 +207,28 @@ static void take(supervisor_t* const supervisor, const checkpoint_state_t* const
     supervisor->now_ns              = state->now_ns;
     supervisor->lives               = state->lives + 1U;
     supervisor->is_adopted          = true;
-    supervisor->is_log_failure_told = is_true(state->is_log_failure_told);
+    supervisor->is_log_failure_told = state->is_log_failure_told;
     supervisor->mode                = state->mode;
-    supervisor->is_continued        = is_true(state->autostart_step);
+    supervisor->is_continued        = state->autostart_step != 0U;
     supervisor->shutdown_step       = state->shutdown_step;
     supervisor->shutdown_ns         = state->shutdown_ns;
-    supervisor->path                = (orbit_t){.period_ms = state->orbit_period_ms,
-                                                .since_ns  = state->orbit_since_ns,
-                                                .position  = state->supervisor_orbit_position};
-    supervisor->has_shutdown_token  = is_true(state->has_shutdown_token);
-    supervisor->shutdown_token      = take_token(&state->shutdown_token);
+    supervisor->path                = state->path;
+    supervisor->has_shutdown_token  = state->has_shutdown_token;
+    supervisor->shutdown_token      = state->shutdown_token;
     (void)memcpy((uint8_t*)&supervisor->counters, (const uint8_t*)state->counters,
                  sizeof supervisor->counters);
     take_members(supervisor, state);
-    take_links(supervisor, state);
-    take_plans(supervisor, state);
-    take_requests(&supervisor->pending, state->passed);
-    take_requests(&supervisor->own, state->own);
+    supervisor->link_epoch       = state->link_epoch;
+    supervisor->link_transaction = state->link_transaction;
+    supervisor->renewed          = state->renewed;
+    supervisor->graph            = state->graph;
+    (void)memcpy(supervisor->accepted, state->accepted, sizeof supervisor->accepted);
+    (void)memcpy(supervisor->sessions, state->sessions, sizeof supervisor->sessions);
+    (void)memcpy(supervisor->wanted, state->wanted, sizeof supervisor->wanted);
+    (void)memcpy(supervisor->renewals, state->renewals, sizeof supervisor->renewals);
+    supervisor->plans   = state->plans;
+    supervisor->pending = state->pending;
+    supervisor->own     = state->own;
     leave_own(supervisor);
     supervisor_ground_resume(supervisor);
     if (!supervisor->config.is_endpoint_kept) {
@@ -528,7 +328,7 @@ void supervisor_adoption_tell(supervisor_t* const supervisor)
 {
     if (supervisor->checkpoint_damage != ADOPTION_WHOLE) {
         const uint8_t left            = (supervisor->checkpoint_damage == ADOPTION_OLDER) ? 1U : 0U;
-        const uint8_t octets[2]       = {left, truth(supervisor->are_checkpoint_kept)};
+        const uint8_t octets[2]       = {left, supervisor->are_checkpoint_kept ? 1U : 0U};
         supervisor->checkpoint_damage = ADOPTION_WHOLE;
         (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_VITALS_DAMAGED, octets, sizeof octets);
         if (left == 0U) {

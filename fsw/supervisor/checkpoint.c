@@ -12,13 +12,13 @@
 
 #define BANKS 2U
 #define PROCESS_STATES 3U
-#define SESSION_STEPS 6U  // session_step_t.
 #define SHUTDOWN_STEPS 6U // sequences.c.
 #define SESSION_TIME_NS 10000000000ULL
 #define ANNEX_FRAME (2U * sizeof(uint32_t))
 #define PRIME 0x100000001B3ULL // Of FNV-1a, here over words.
 
 CAPACITY_CHECK(both_states_have_room, (2U * sizeof(checkpoint_state_t)) <= CHECKPOINT_STATES_MAX);
+CAPACITY_CHECK(a_boolean_is_an_octet, sizeof(bool) == 1U);
 CAPACITY_CHECK(the_state_is_whole_words, (sizeof(checkpoint_state_t) % sizeof(uint64_t)) == 0U);
 
 // ---- Banks ----
@@ -256,9 +256,10 @@ uint32_t supervisor_checkpoint_performed(const checkpoint_t* const checkpoint)
 
 // ---- Checks ----
 
-static bool is_truth(const uint32_t value)
+/// Octets that another process has written may be no boolean: they are not read as one before this check.
+static bool is_truth(const void* const value)
 {
-    return value <= 1U;
+    return *(const uint8_t*)value <= 1U;
 }
 
 static bool is_member(const checkpoint_limits_t* const limits, const uint16_t apid)
@@ -271,11 +272,11 @@ static bool are_counts_sound(const checkpoint_state_t* const state, const checkp
     FSW_ASSERT(limits->mission->subsystem_count <= MISSION_SUBSYSTEMS_MAX);
     return (state->lives >= 1U) && (state->message_life >= 1U) &&
            (state->member_count == limits->mission->subsystem_count) &&
-           (state->channel_count <= MESSAGE_PEERS_MAX) && (state->accepted_count <= LINK_GRAPH_EDGES) &&
-           (state->open_count <= LINK_GRAPH_EDGES) && is_truth(state->autostart_step);
+           (state->channel_count <= MESSAGE_PEERS_MAX) && (state->graph.count <= LINK_GRAPH_EDGES) &&
+           (state->autostart_step <= 1U);
 }
 
-static bool is_token_sound(const checkpoint_token_t* const token)
+static bool is_token_sound(const pus_token_t* const token)
 {
     return (token->ack & (uint8_t)~PUS_ACK_ALL) == 0U;
 }
@@ -283,32 +284,32 @@ static bool is_token_sound(const checkpoint_token_t* const token)
 static bool is_shutdown_sound(const checkpoint_state_t* const state)
 {
     return (state->shutdown_step < SHUTDOWN_STEPS) && (state->shutdown_ns <= state->now_ns) &&
-           (state->orbit_since_ns <= state->now_ns) && is_truth(state->has_shutdown_token) &&
+           (state->path.since_ns <= state->now_ns) && is_truth(&state->has_shutdown_token) &&
            is_token_sound(&state->shutdown_token);
 }
 
 /// Check the fields of a recommissioning that is under way, or would start if the member died now.
 static bool is_run_sound(const checkpoint_member_t* const member, const uint64_t now_ns)
 {
+    const recommission_t* const run = &member->recommission;
     return (member->rested < (uint8_t)STATE_COUNT) && (member->error_ns <= now_ns) &&
-           (member->run_since_ns <= now_ns) && is_truth(member->is_run_active) &&
-           is_truth(member->is_run_walking) && (member->run_target < (uint8_t)STATE_COUNT) &&
-           (member->run_ordered <= (uint8_t)STATE_COUNT) && (member->run_seen <= (uint8_t)STATE_COUNT) &&
-           (member->run_seen_phase <= (uint8_t)PHASE_UNSECURED);
+           (run->since_ns <= now_ns) && is_truth(&run->is_active) && is_truth(&run->is_walking) &&
+           (run->target < STATE_COUNT) && (run->ordered <= STATE_COUNT) && (run->seen <= STATE_COUNT) &&
+           (run->seen_phase <= PHASE_UNSECURED);
 }
 
 static bool are_members_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
 {
     for (uint16_t i = 0U; i < state->member_count; i++) {
         const checkpoint_member_t* const member = &state->members[i];
-        const bool is_sound                     = (member->apid == limits->mission->subsystems[i].apid) &&
-                              (member->process < PROCESS_STATES) && (member->state < (uint8_t)STATE_COUNT) &&
-                              (member->ordered < (uint8_t)STATE_COUNT) &&
-                              (member->order_cause <= (uint8_t)CAUSE_SUPERVISOR_LOST) &&
-                              (member->phase <= (uint8_t)PHASE_UNSECURED) && is_truth(member->is_heard) &&
-                              is_truth(member->is_order_owed) && is_truth(member->is_interface_mismatched) &&
-                              is_truth(member->is_restarted) && is_run_sound(member, state->now_ns) &&
-                              (member->heard_ns <= state->now_ns) && (member->started_ns <= state->now_ns);
+        const bool is_sound =
+            (member->apid == limits->mission->subsystems[i].apid) && (member->process < PROCESS_STATES) &&
+            (member->state < (uint8_t)STATE_COUNT) && (member->ordered < (uint8_t)STATE_COUNT) &&
+            (member->order_cause <= (uint8_t)CAUSE_SUPERVISOR_LOST) &&
+            (member->phase <= (uint8_t)PHASE_UNSECURED) && is_truth(&member->is_heard) &&
+            is_truth(&member->is_order_owed) && is_truth(&member->is_interface_mismatched) &&
+            is_truth(&member->is_restarted) && is_run_sound(member, state->now_ns) &&
+            (member->heard_ns <= state->now_ns) && (member->started_ns <= state->now_ns);
         if (!is_sound) {
             return false;
         }
@@ -317,22 +318,35 @@ static bool are_members_sound(const checkpoint_state_t* const state, const check
 }
 
 /// A link must be one of the mission, by its number and both ends.
-static bool is_edge_sound(const checkpoint_edge_t* const edge, const checkpoint_limits_t* const limits)
+static bool is_link_sound(const uint16_t number, const pus_link_ends_t* const ends,
+                          const checkpoint_limits_t* const limits)
 {
     const mission_link_t* const link = descriptor_mission_find_link(
-        limits->mission, edge->producer_apid, edge->producer_port, edge->consumer_apid, edge->consumer_port);
-    return (link != NULL) && (link->number == edge->link) && is_truth(edge->is_stale);
+        limits->mission, ends->producer_apid, ends->producer_port, ends->consumer_apid, ends->consumer_port);
+    return (link != NULL) && (link->number == number);
 }
 
-static bool are_edges_sound(const checkpoint_edge_t* const edges, const uint16_t count,
-                            const checkpoint_limits_t* const limits)
+static bool are_accepted_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
 {
-    for (uint16_t i = 0U; i < count; i++) {
-        if (!is_edge_sound(&edges[i], limits)) {
+    for (uint16_t i = 0U; i < MISSION_LINKS_MAX; i++) {
+        const link_edge_t* const edge = &state->accepted[i];
+        if ((edge->link != 0U) &&
+            ((edge->link != (i + 1U)) || !is_link_sound(edge->link, &edge->ends, limits))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool is_graph_sound(const link_graph_t* const graph, const checkpoint_limits_t* const limits)
+{
+    for (uint16_t i = 0U; i < graph->count; i++) {
+        const link_edge_t* const edge = &graph->edges[i];
+        if (!is_link_sound(edge->link, &edge->ends, limits) || !is_truth(&edge->is_stale)) {
             return false;
         }
         for (uint16_t k = 0U; k < i; k++) {
-            if (edges[k].link == edges[i].link) {
+            if (graph->edges[k].link == edge->link) {
                 return false;
             }
         }
@@ -352,62 +366,62 @@ static bool are_renewals_sound(const checkpoint_state_t* const state, const chec
 
 static bool are_sessions_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
 {
-    for (size_t i = 0U; i < CHECKPOINT_SESSIONS; i++) {
-        const checkpoint_session_t* const session = &state->sessions[i];
-        const bool is_sound = (session->step < SESSION_STEPS) && is_token_sound(&session->token) &&
-                              is_edge_sound(&session->edge, limits) &&
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        const link_session_t* const session = &state->sessions[i];
+        const bool is_sound = (session->step <= SESSION_CLOSING) && is_token_sound(&session->token) &&
+                              is_link_sound(session->link, &session->ends, limits) &&
                               (session->deadline_ns <= (state->now_ns + SESSION_TIME_NS));
-        if ((session->step != 0U) && !is_sound) {
+        if ((session->step != SESSION_FREE) && !is_sound) {
             return false;
         }
     }
     return true;
 }
 
-static bool is_plan_sound(const checkpoint_plan_t* const run, const uint64_t now_ns,
+static bool is_plan_sound(const plan_run_t* const run, const uint64_t now_ns,
                           const checkpoint_limits_t* const limits)
 {
     const mission_descriptor_t* const mission = limits->mission;
-    if ((run->plan > mission->plan_count) || (run->member_count > LINK_GRAPH_MEMBERS) ||
-        (run->member_count == 0U) || (run->start_ns > now_ns) || !is_member(limits, run->apid) ||
-        (run->severity < (uint16_t)DESCRIPTOR_INFORMATIVE) || (run->severity > (uint16_t)DESCRIPTOR_HIGH) ||
+    const bool is_built_in                    = (run->plan == PLAN_BUILT_IN);
+    if ((!is_built_in && (run->plan >= mission->plan_count)) || (run->member_count > LINK_GRAPH_MEMBERS) ||
+        (run->start_ns > now_ns) || !is_member(limits, run->apid) ||
+        (run->severity < DESCRIPTOR_INFORMATIVE) || (run->severity > DESCRIPTOR_HIGH) ||
         (run->lost >= (1UL << run->member_count))) {
         return false;
     }
-    const uint16_t actions =
-        (run->plan == CHECKPOINT_NO_PLAN) ? 1U : mission->plans[run->plan - 1U].action_count;
     for (uint16_t i = 0U; i < run->member_count; i++) {
         if (!is_member(limits, run->members[i])) {
             return false;
         }
     }
-    return run->next_action <= actions;
+    return run->next_action <= (is_built_in ? 1U : mission->plans[run->plan].action_count);
 }
 
 static bool are_plans_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
 {
-    for (size_t i = 0U; i < CHECKPOINT_PLANS; i++) {
-        const checkpoint_plan_t* const run = &state->plans[i];
-        if (!is_truth(run->is_used) || ((run->is_used != 0U) && !is_plan_sound(run, state->now_ns, limits))) {
+    for (size_t i = 0U; i < PLAN_RUNS; i++) {
+        const plan_run_t* const run = &state->plans.runs[i];
+        if ((run->member_count != 0U) && !is_plan_sound(run, state->now_ns, limits)) {
             return false;
         }
     }
     return true;
 }
 
-static bool are_requests_sound(const checkpoint_request_t* const requests, const uint64_t now_ns,
+static bool are_requests_sound(const pending_table_t* const table, const uint64_t now_ns,
                                const checkpoint_limits_t* const limits)
 {
+    uint16_t count = 0U;
     for (size_t i = 0U; i < PENDING_MAX; i++) {
-        const checkpoint_request_t* const request = &requests[i];
-        const bool is_sound                       = is_member(limits, request->apid) &&
-                              (request->stage <= (uint16_t)PENDING_STARTED) &&
+        const pending_request_t* const request = &table->entries[i];
+        const bool is_sound = is_member(limits, request->apid) && (request->stage <= PENDING_STARTED) &&
                               (request->since_ns <= now_ns) && is_token_sound(&request->token);
         if ((request->apid != 0U) && !is_sound) {
             return false;
         }
+        count = (uint16_t)(count + ((request->apid != 0U) ? 1U : 0U));
     }
-    return true;
+    return table->count == count;
 }
 
 static bool are_channels_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
@@ -451,17 +465,17 @@ checkpoint_flaw_t supervisor_checkpoint_check(const checkpoint_state_t* const st
     } checks[] = {
         {descriptor_mission_find_mode(mission, state->mode) != NULL, CHECKPOINT_MODE},
         {(state->log_written < state->log_number) && (state->log_strategy <= (uint8_t)MISSION_LOG_RING) &&
-             is_truth(state->is_log_failure_told),
+             is_truth(&state->is_log_failure_told),
          CHECKPOINT_LOG},
         {is_shutdown_sound(state), CHECKPOINT_SHUTDOWN},
         {are_members_sound(state, limits), CHECKPOINT_MEMBER},
-        {are_edges_sound(state->accepted, state->accepted_count, limits) &&
-             are_edges_sound(state->open, state->open_count, limits) && are_renewals_sound(state, limits),
+        {are_accepted_sound(state, limits) && is_graph_sound(&state->graph, limits) &&
+             are_renewals_sound(state, limits),
          CHECKPOINT_LINK},
         {are_sessions_sound(state, limits), CHECKPOINT_SESSION},
         {are_plans_sound(state, limits), CHECKPOINT_PLAN},
-        {are_requests_sound(state->passed, state->now_ns, limits) &&
-             are_requests_sound(state->own, state->now_ns, limits),
+        {are_requests_sound(&state->pending, state->now_ns, limits) &&
+             are_requests_sound(&state->own, state->now_ns, limits),
          CHECKPOINT_REQUEST},
         {pus_counts_are_sound(&state->counts), CHECKPOINT_NUMBERS},
         {are_channels_sound(state, limits), CHECKPOINT_CHANNEL},

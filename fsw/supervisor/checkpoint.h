@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The data that a restarted supervisor takes over from the one that died: shared memory
 /// "/<identity>.checkpoint". The launcher creates it (all zeros); only the supervisor writes it. It contains
-/// no pointers, enumerations or booleans; the supervisor checks each field before it uses the data.
+/// no pointers; the supervisor checks each field before it uses the data.
 ///
 /// There are two banks. A commit writes the older bank, its sum, then its generation (release): whenever the
 /// writer dies, one bank is complete. A bank also holds the content of the rings that were given to the
@@ -23,8 +23,11 @@
 #include "fsw/framework/message/message_positions.h"
 #include "fsw/supervisor/ground_backlog.h"
 #include "fsw/supervisor/link_graph.h"
+#include "fsw/supervisor/orbit.h"
 #include "fsw/supervisor/packet_log.h"
 #include "fsw/supervisor/pending_table.h"
+#include "fsw/supervisor/plan_runner.h"
+#include "fsw/supervisor/recommission.h"
 #include "pus/core/counts.h"
 #include "pus/private/st130_rtlink.h"
 
@@ -32,8 +35,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define CHECKPOINT_SESSIONS 8U
-#define CHECKPOINT_PLANS 16U
+#define SUPERVISOR_LINK_SESSIONS 8U
 #define CHECKPOINT_COUNTERS 16U
 #define CHECKPOINT_RELEASED_OCTETS 65536U
 #define CHECKPOINT_RINGS (4U + MESSAGE_PEERS_MAX)
@@ -45,16 +47,6 @@
 /// Full windows of all peers, and frames without data.
 #define OUTPUT_COMMIT_OCTETS (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + 32768U)
 #define CHECKPOINT_ANNEX_OCTETS OUTPUT_COMMIT_OCTETS
-#define CHECKPOINT_NO_PLAN 0U ///< checkpoint_plan_t.plan: built in.
-
-typedef struct { // pus_token_t.
-    uint32_t request_id;
-    uint16_t source;
-    uint8_t ack;
-    uint8_t service;
-    uint8_t subtype;
-    uint8_t reserved[3];
-} checkpoint_token_t;
 
 typedef struct { // A subsystem of the mission, in its order.
     uint64_t heard_ns;
@@ -62,69 +54,42 @@ typedef struct { // A subsystem of the mission, in its order.
     uint64_t interface_hash;
     uint64_t configuration_hash;
     uint64_t error_ns;
-    uint64_t run_since_ns;
+    recommission_t recommission;
     uint8_t order_cause; ///< pus_cause_t of `ordered`.
     uint8_t rested;
     uint16_t rested_with;
-    uint16_t run_configuration; ///< And other fields of a recommissioning under way: recommission_t.
-    uint8_t is_run_active;
-    uint8_t is_run_walking;
-    uint8_t run_target;
-    uint8_t run_ordered;
-    uint8_t run_seen;
-    uint8_t run_seen_phase;
     uint16_t apid;
     uint16_t configuration;
     uint8_t process; ///< process_state_t.
     uint8_t state;
     uint8_t phase;
-    uint8_t is_heard;
     uint8_t restarts;
-    uint8_t is_order_owed;
     uint8_t ordered;
-    uint8_t is_interface_mismatched;
-    uint8_t is_restarted;
-    uint8_t reserved[7];
+    bool is_heard;
+    bool is_order_owed;
+    bool is_interface_mismatched;
+    bool is_restarted;
 } checkpoint_member_t;
 
-typedef struct { // A link that was agreed on, or that is open.
+typedef enum {
+    SESSION_FREE = 0,
+    SESSION_ASK_PRODUCER,
+    SESSION_ASK_CONSUMER,
+    SESSION_OPEN_PRODUCER,
+    SESSION_OPEN_CONSUMER,
+    SESSION_CLOSING
+} session_step_t;
+
+typedef struct { // Negotiation, opening or closing of one link under way.
+    session_step_t step;
     uint16_t link;
-    uint16_t producer_apid;
-    uint16_t producer_port;
-    uint16_t consumer_apid;
-    uint16_t consumer_port;
-    uint16_t is_stale;
-} checkpoint_edge_t;
-
-typedef struct { // A negotiation under way.
-    uint64_t deadline_ns;
-    checkpoint_token_t token;
-    uint32_t asked;
-    uint32_t transaction;
+    uint32_t asked;       ///< Transaction number of the requester.
+    uint32_t transaction; ///< Transaction number of the manager, by which members answer.
     uint32_t epoch;
-    checkpoint_edge_t edge;
-    uint32_t step; ///< session_step_t; 0: free.
-} checkpoint_session_t;
-
-typedef struct { // A recovery plan under way.
-    uint64_t start_ns;
-    uint16_t is_used;
-    uint16_t severity; ///< descriptor_severity_t.
-    uint16_t plan;     ///< Number in the mission, from 1.
-    uint16_t apid;
-    uint16_t event_id;
-    uint16_t lost; ///< Bit n: the process of member n died.
-    uint16_t next_action;
-    uint16_t member_count;
-    uint16_t members[LINK_GRAPH_MEMBERS];
-} checkpoint_plan_t;
-
-typedef struct { // A request whose verification is not over.
-    uint64_t since_ns;
-    checkpoint_token_t token;
-    uint16_t apid;  ///< 0: free.
-    uint16_t stage; ///< pending_stage_t.
-} checkpoint_request_t;
+    pus_link_ends_t ends;
+    pus_token_t token; ///< Token of the request; source 0: the supervisor acts without a request.
+    uint64_t deadline_ns;
+} link_session_t;
 
 typedef struct {   // Content of a message ring.
     uint32_t used; ///< [octets].
@@ -138,10 +103,8 @@ typedef struct {
     uint64_t log_written;                      ///< Last record that is in a file.
     uint64_t log_sizes[PACKET_LOG_STRATEGIES]; ///< Of the files.
     uint64_t shutdown_ns;
-    uint64_t orbit_since_ns;
-    uint64_t supervisor_orbit_position;
-    checkpoint_token_t shutdown_token;
-    uint32_t orbit_period_ms;
+    orbit_t path;
+    pus_token_t shutdown_token;
     uint32_t lives;        ///< Of the supervisor in this run, this one included.
     uint32_t message_life; ///< Of its message channels, which outlive it.
     uint32_t message_stamp;
@@ -150,25 +113,23 @@ typedef struct {
     uint32_t renewed; ///< Links of the mission.
     uint16_t member_count;
     uint16_t channel_count;
-    uint16_t accepted_count;
-    uint16_t open_count;
     uint8_t mode;
     uint8_t log_strategy;
-    uint8_t is_log_failure_told;
     uint8_t autostart_step;
     uint8_t shutdown_step;
-    uint8_t has_shutdown_token;
+    bool is_log_failure_told;
+    bool has_shutdown_token;
     uint32_t counters[CHECKPOINT_COUNTERS]; ///< The published counters.
     checkpoint_member_t members[MISSION_SUBSYSTEMS_MAX];
-    checkpoint_edge_t accepted[LINK_GRAPH_EDGES];
-    checkpoint_edge_t open[LINK_GRAPH_EDGES]; ///< In the order of opening.
-    checkpoint_session_t sessions[CHECKPOINT_SESSIONS];
+    link_edge_t accepted[MISSION_LINKS_MAX];
+    link_graph_t graph;
+    link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
     pus_link_properties_t wanted[MISSION_LINKS_MAX]; ///< Not checked here: the members check them.
     uint8_t renewals[MISSION_LINKS_MAX];
-    checkpoint_plan_t plans[CHECKPOINT_PLANS];
-    checkpoint_request_t passed[PENDING_MAX]; ///< To subsystems.
-    checkpoint_request_t own[PENDING_MAX];    ///< To the supervisor itself.
-    pus_counts_t counts;                      ///< Of the supervisor's own packets.
+    plan_runner_t plans;
+    pending_table_t pending; ///< To subsystems.
+    pending_table_t own;     ///< To the supervisor itself.
+    pus_counts_t counts;     ///< Of the supervisor's own packets.
     message_position_t channels[MESSAGE_PEERS_MAX];
     checkpoint_ring_t rings[CHECKPOINT_RINGS];
 } checkpoint_state_t;

@@ -51,7 +51,7 @@ const link_edge_t* supervisor_link_graph_into(const link_graph_t* const graph, c
     FSW_ASSERT(graph != NULL);
     for (uint16_t i = 0U; i < graph->count; i++) {
         const link_edge_t* const edge = &graph->edges[i];
-        if ((edge->consumer_apid == consumer_apid) && (edge->consumer_port == consumer_port)) {
+        if ((edge->ends.consumer_apid == consumer_apid) && (edge->ends.consumer_port == consumer_port)) {
             return edge;
         }
     }
@@ -77,9 +77,9 @@ uint16_t supervisor_link_graph_members(const link_graph_t* const graph, const ui
     for (uint16_t next = 0U; next < count; next++) { // Breadth-first search.
         for (uint16_t i = 0U; i < graph->count; i++) {
             const link_edge_t* const edge = &graph->edges[i];
-            const bool is_out             = (edge->producer_apid == out_members[next]);
-            const bool is_in              = (edge->consumer_apid == out_members[next]);
-            const uint16_t other          = is_out ? edge->consumer_apid : edge->producer_apid;
+            const bool is_out             = (edge->ends.producer_apid == out_members[next]);
+            const bool is_in              = (edge->ends.consumer_apid == out_members[next]);
+            const uint16_t other          = is_out ? edge->ends.consumer_apid : edge->ends.producer_apid;
             if ((is_out || is_in) && !contains(out_members, count, other) && (count < LINK_GRAPH_MEMBERS)) {
                 out_members[count] = other;
                 count++;
@@ -98,4 +98,16 @@ uint16_t supervisor_link_graph_network(const link_graph_t* const graph, const ui
         smallest = (members[i] < smallest) ? members[i] : smallest;
     }
     return smallest;
+}
+
+bool supervisor_link_graph_is_first(const link_graph_t* const graph, const uint16_t index)
+{
+    FSW_ASSERT((graph != NULL) && (index < graph->count));
+    const uint16_t network = supervisor_link_graph_network(graph, graph->edges[index].ends.producer_apid);
+    for (uint16_t i = 0U; i < index; i++) {
+        if (supervisor_link_graph_network(graph, graph->edges[i].ends.producer_apid) == network) {
+            return false;
+        }
+    }
+    return true;
 }

@@ -8,6 +8,7 @@
 #define FSW_SUPERVISOR_LINK_GRAPH_H
 
 #include "base/status.h"
+#include "pus/private/st130_rtlink.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -17,10 +18,7 @@
 
 typedef struct {
     uint16_t link;
-    uint16_t producer_apid;
-    uint16_t producer_port;
-    uint16_t consumer_apid;
-    uint16_t consumer_port;
+    pus_link_ends_t ends;
     bool is_stale; ///< As the consumer reported it.
 } link_edge_t;
 
@@ -41,6 +39,8 @@ const link_edge_t* supervisor_link_graph_into(const link_graph_t* graph, uint16_
 /// All members connected with `apid`, itself first. Returns their number, >= 1, <= LINK_GRAPH_MEMBERS.
 uint16_t supervisor_link_graph_members(const link_graph_t* graph, uint16_t apid,
                                        uint16_t out_members[LINK_GRAPH_MEMBERS]);
+/// True if the edge is the first of its network, in the order of opening.
+bool supervisor_link_graph_is_first(const link_graph_t* graph, uint16_t index);
 /// Smallest member id of the network of `apid`: the number of the network.
 uint16_t supervisor_link_graph_network(const link_graph_t* graph, uint16_t apid);
 

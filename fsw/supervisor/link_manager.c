@@ -61,12 +61,6 @@ static link_edge_t* accepted_of(supervisor_t* const supervisor, const uint16_t l
                                                                        : NULL;
 }
 
-static pus_link_ends_t ends_of(const link_edge_t* const edge)
-{
-    return (pus_link_ends_t){edge->producer_apid, edge->producer_port, edge->consumer_apid,
-                             edge->consumer_port};
-}
-
 static bool is_end(const pus_link_ends_t* const ends, const uint16_t apid)
 {
     return (ends->producer_apid == apid) || (ends->consumer_apid == apid);
@@ -248,8 +242,8 @@ static bool begin_opening(supervisor_t* const supervisor, link_session_t* const 
 {
     supervisor->link_epoch++;
     session->epoch = supervisor->link_epoch;
-    session->ends  = ends_of(accepted);
-    if (open_member(supervisor, accepted->producer_apid, session) != STATUS_OK) {
+    session->ends  = accepted->ends;
+    if (open_member(supervisor, accepted->ends.producer_apid, session) != STATUS_OK) {
         session->step = SESSION_FREE;
         return false;
     }
@@ -273,7 +267,7 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     }
     return begin_opening(supervisor, session, accepted)
                ? pus_later()
-               : pus_failed(PUS_FAILURE_NO_ANSWER, accepted->producer_apid);
+               : pus_failed(PUS_FAILURE_NO_ANSWER, accepted->ends.producer_apid);
 }
 
 bool supervisor_link_manager_renew(supervisor_t* const supervisor, const uint16_t link)
@@ -310,9 +304,9 @@ static pus_reply_t close_link(void* const context, const pus_link_close_t* const
     if (session == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, SUPERVISOR_LINK_SESSIONS);
     }
-    session->ends = ends_of(accepted);
-    (void)close_member(supervisor, accepted->consumer_apid, close->link, close->reason);
-    (void)close_member(supervisor, accepted->producer_apid, close->link, close->reason);
+    session->ends = accepted->ends;
+    (void)close_member(supervisor, accepted->ends.consumer_apid, close->link, close->reason);
+    (void)close_member(supervisor, accepted->ends.producer_apid, close->link, close->reason);
     return pus_later();
 }
 
@@ -323,10 +317,10 @@ static bool link_status(void* const context, const uint16_t index, pus_link_stat
         return false;
     }
     const link_edge_t* const edge = &supervisor->graph.edges[index];
-    *out_status                   = (pus_link_status_t){
-                          .link  = edge->link,
-                          .state = (uint8_t)(edge->is_stale ? PUS_LINK_STATE_STALE : PUS_LINK_STATE_OPEN),
-                          .ends  = {edge->producer_apid, edge->producer_port, edge->consumer_apid, edge->consumer_port}};
+    *out_status =
+        (pus_link_status_t){.link  = edge->link,
+                            .state = (uint8_t)(edge->is_stale ? PUS_LINK_STATE_STALE : PUS_LINK_STATE_OPEN),
+                            .ends  = edge->ends};
     return true;
 }
 
@@ -372,11 +366,7 @@ static void member_accepts(supervisor_t* const supervisor, const uint16_t apid,
     FSW_ASSERT(session->link <= MISSION_LINKS_MAX);
     pus_link_accept_t agreed                 = *accept;
     agreed.transaction                       = session->asked;
-    supervisor->accepted[session->link - 1U] = (link_edge_t){.link          = session->link,
-                                                             .producer_apid = session->ends.producer_apid,
-                                                             .producer_port = session->ends.producer_port,
-                                                             .consumer_apid = session->ends.consumer_apid,
-                                                             .consumer_port = session->ends.consumer_port};
+    supervisor->accepted[session->link - 1U] = (link_edge_t){.link = session->link, .ends = session->ends};
     if (!is_own(session)) {
         (void)pus_link_accept_report(subsystem_process(&supervisor->subsystem), session->token.source,
                                      &agreed, supervisor->now_ns);
@@ -484,7 +474,7 @@ static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
     }
     const link_edge_t* const accepted = accepted_of(supervisor, transition->link);
     if (accepted != NULL) {
-        const pus_link_ends_t ends = ends_of(accepted);
+        const pus_link_ends_t ends = accepted->ends;
         if (is_end(&ends, apid)) {
             end_changed(supervisor, apid, transition, &ends);
         }
@@ -507,7 +497,7 @@ static void compare_link(supervisor_t* const supervisor, const uint16_t apid, co
         }
         return;
     }
-    const pus_link_ends_t ends = ends_of(edge);
+    const pus_link_ends_t ends = edge->ends;
     if (is_end(&ends, apid) && !is_told_open) {
         supervisor_raise_u16_u16(supervisor, SUPERVISOR_EVENT_ADOPTION_LINK_DIFFERS, apid, link);
         member_closed(supervisor, link, apid, &ends);
@@ -590,7 +580,7 @@ void supervisor_link_manager_member_lost(supervisor_t* const supervisor, const u
     for (uint16_t link = 1U; link <= MISSION_LINKS_MAX; link++) {
         const link_edge_t* const accepted = accepted_of(supervisor, link);
         if (accepted != NULL) {
-            const pus_link_ends_t ends = ends_of(accepted);
+            const pus_link_ends_t ends = accepted->ends;
             if (is_end(&ends, apid)) {
                 forget_link(supervisor, link, &ends, apid);
             }

@@ -101,26 +101,15 @@ static bool list_subsystem(void* const context, const uint16_t index, pus_subsys
     return true;
 }
 
-/// True if the edge is the first of its network, in the order of opening.
-static bool is_first_of_network(const link_graph_t* const graph, const uint16_t index, const uint16_t network)
-{
-    for (uint16_t i = 0U; i < index; i++) {
-        if (supervisor_link_graph_network(graph, graph->edges[i].producer_apid) == network) {
-            return false;
-        }
-    }
-    return true;
-}
-
 static bool list_network(void* const context, const uint16_t index, pus_network_entry_t* const out_entry)
 {
     supervisor_t* const supervisor  = (supervisor_t*)context;
     const link_graph_t* const graph = &supervisor->graph;
     uint16_t left                   = index;
     for (uint16_t i = 0U; i < graph->count; i++) {
-        const uint16_t member  = graph->edges[i].producer_apid;
+        const uint16_t member  = graph->edges[i].ends.producer_apid;
         const uint16_t network = supervisor_link_graph_network(graph, member);
-        if (!is_first_of_network(graph, i, network)) {
+        if (!supervisor_link_graph_is_first(graph, i)) {
             continue;
         }
         if (left > 0U) {
@@ -129,7 +118,7 @@ static bool list_network(void* const context, const uint16_t index, pus_network_
         }
         uint16_t links = 0U;
         for (uint16_t k = i; k < graph->count; k++) {
-            if (supervisor_link_graph_network(graph, graph->edges[k].producer_apid) == network) {
+            if (supervisor_link_graph_network(graph, graph->edges[k].ends.producer_apid) == network) {
                 supervisor->network_links[links] = graph->edges[k].link;
                 links++;
             }

@@ -472,9 +472,9 @@ status_t supervisor_packet_log_select(packet_log_t* const log, const packet_log_
     return STATUS_OK;
 }
 
-status_t supervisor_packet_log_open_after(packet_log_t* const log, const char* const folder,
-                                          const packet_log_strategy_t strategy,
-                                          const packet_log_past_t* const past, const uint32_t ring_records)
+status_t supervisor_packet_log_open(packet_log_t* const log, const char* const folder,
+                                    const packet_log_strategy_t strategy, const packet_log_past_t* const past,
+                                    const uint32_t ring_records)
 {
     FSW_ASSERT((log != NULL) && (folder != NULL) && (past != NULL) && (past->next_number >= 1U) &&
                (past->written_number < past->next_number) && (ring_records >= 1U));
@@ -502,14 +502,6 @@ status_t supervisor_packet_log_open_after(packet_log_t* const log, const char* c
     log->wanted = strategy;
     fall_back(log);
     return STATUS_OK;
-}
-
-status_t supervisor_packet_log_open(packet_log_t* const log, const char* const folder,
-                                    const packet_log_strategy_t strategy, const uint64_t next_number,
-                                    const uint32_t ring_records)
-{
-    const packet_log_past_t past = {.next_number = next_number, .written_number = next_number - 1U};
-    return supervisor_packet_log_open_after(log, folder, strategy, &past, ring_records);
 }
 
 status_t supervisor_packet_log_start_writer(packet_log_t* const log)

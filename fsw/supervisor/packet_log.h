@@ -95,25 +95,20 @@ typedef struct {                    // All fields are private, except the first 
     uint8_t ring_storage[PACKET_LOG_RING_OCTETS];
 } packet_log_t;
 
-/// Open in a folder with a strategy; continues the numbers of an earlier log if `next_number` is not 1. The
-/// ring keeps at most `ring_records`. STATUS_OK (also if the file cannot be opened and the ring replaces it),
-/// STATUS_NOT_FOUND (the folder's name is too long), STATUS_UNSUPPORTED.
-MUST_USE status_t supervisor_packet_log_open(packet_log_t* log, const char* folder,
-                                             packet_log_strategy_t strategy, uint64_t next_number,
-                                             uint32_t ring_records);
-typedef struct { // State of the log of a program that died, from its last commit.
-    uint64_t next_number;
+typedef struct { // State of the log before it is opened: of a program that died, from its last commit.
+    uint64_t next_number; ///< 1: a new log.
     uint64_t written_number;
     uint64_t sizes[PACKET_LOG_STRATEGIES]; ///< Of the files (`whole`); later octets are cut off.
     const uint8_t* ring;                   ///< Its ring, copied by message_ring_copy; null: no log before.
     size_t ring_octets;
 } packet_log_past_t;
 
-/// As supervisor_packet_log_open, but continue the log of the program that died, with the records of its
-/// ring.
-MUST_USE status_t supervisor_packet_log_open_after(packet_log_t* log, const char* folder,
-                                                   packet_log_strategy_t strategy,
-                                                   const packet_log_past_t* past, uint32_t ring_records);
+/// Open in a folder with a strategy, and continue the log `past` with the records of its ring. The ring keeps
+/// at most `ring_records`. STATUS_OK (also if the file cannot be opened and the ring replaces it),
+/// STATUS_NOT_FOUND (the folder's name is too long), STATUS_UNSUPPORTED.
+MUST_USE status_t supervisor_packet_log_open(packet_log_t* log, const char* folder,
+                                             packet_log_strategy_t strategy, const packet_log_past_t* past,
+                                             uint32_t ring_records);
 /// From now on a task performs the operations that wait for the disk, until the log is closed. For runs in
 /// which time advances while a program waits. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (no task).
 MUST_USE status_t supervisor_packet_log_start_writer(packet_log_t* log);

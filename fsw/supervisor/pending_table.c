@@ -15,8 +15,8 @@ static bool is_of(const pending_table_t* const table, const size_t index, const 
                   const uint32_t request_id, const uint16_t source)
 {
     const pus_token_t* const token = &table->entries[index].token;
-    return table->entries[index].is_used && (table->entries[index].apid == apid) &&
-           (token->request_id == request_id) && (token->source == source);
+    return (table->entries[index].apid == apid) && (token->request_id == request_id) &&
+           (token->source == source);
 }
 
 /// Entry for a request: that of a refused request with the same sequence count (so that no report is
@@ -29,7 +29,7 @@ static size_t place_for(const pending_table_t* const table, const uint16_t apid,
     size_t refused = PENDING_MAX;
     for (size_t next = PENDING_MAX; next > 0U; next--) {
         const size_t i = next - 1U;
-        if (!table->entries[i].is_used) {
+        if (table->entries[i].apid == 0U) {
             free = i;
         } else if (table->entries[i].stage == PENDING_REFUSED) {
             refused = i;
@@ -46,7 +46,7 @@ static size_t place_for(const pending_table_t* const table, const uint16_t apid,
 status_t supervisor_pending_add(pending_table_t* const table, const uint16_t apid,
                                 const pus_token_t* const token, const uint64_t now_ns)
 {
-    FSW_ASSERT((table != NULL) && (token != NULL));
+    FSW_ASSERT((table != NULL) && (apid != 0U) && (token != NULL));
     if ((token->ack & PUS_ACK_ALL) == 0U) {
         return STATUS_OK;
     }
@@ -55,14 +55,14 @@ status_t supervisor_pending_add(pending_table_t* const table, const uint16_t api
         table->refused++;
         return STATUS_EXHAUSTED;
     }
-    if (!table->entries[i].is_used) {
+    if (table->entries[i].apid == 0U) {
         table->count++;
     }
-    table->entries[i].is_used  = true;
-    table->entries[i].stage    = ((token->ack & PUS_ACK_ACCEPTANCE) == 0U) ? PENDING_ANSWERED : PENDING_ASKED;
-    table->entries[i].apid     = apid;
-    table->entries[i].since_ns = now_ns;
-    table->entries[i].token    = *token;
+    table->entries[i] = (pending_request_t){
+        .since_ns = now_ns,
+        .token    = *token,
+        .stage    = ((token->ack & PUS_ACK_ACCEPTANCE) == 0U) ? PENDING_ANSWERED : PENDING_ASKED,
+        .apid     = apid};
     return STATUS_OK;
 }
 
@@ -90,7 +90,7 @@ static pending_stage_t next_stage(const pending_stage_t stage, const uint8_t sub
 void supervisor_pending_report(pending_table_t* const table, const uint16_t apid, const uint16_t destination,
                                const pus_verification_t* const verification)
 {
-    FSW_ASSERT((table != NULL) && (verification != NULL));
+    FSW_ASSERT((table != NULL) && (apid != 0U) && (verification != NULL));
     const bool is_part  = (verification->subtype == 4U) && (verification->failure.instruction != 0U);
     const bool is_final = !is_part && pus_verification_is_final(verification);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
@@ -98,7 +98,7 @@ void supervisor_pending_report(pending_table_t* const table, const uint16_t apid
             continue;
         }
         if (is_final || (verification->subtype == last_success(table->entries[i].token.ack))) {
-            table->entries[i].is_used = false;
+            table->entries[i].apid = 0U;
             table->count--;
             return;
         }
@@ -109,7 +109,7 @@ void supervisor_pending_report(pending_table_t* const table, const uint16_t apid
 bool supervisor_pending_is_open(const pending_table_t* const table, const uint16_t apid,
                                 const uint32_t request_id)
 {
-    FSW_ASSERT(table != NULL);
+    FSW_ASSERT((table != NULL) && (apid != 0U));
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         if (is_of(table, i, apid, request_id, PUS_USER_SUPERVISOR)) {
             return true;
@@ -120,16 +120,16 @@ bool supervisor_pending_is_open(const pending_table_t* const table, const uint16
 
 static void take_out(pending_table_t* const table, const size_t index, pus_token_t* const out_token)
 {
-    *out_token                    = table->entries[index].token;
-    table->entries[index].is_used = false;
+    *out_token                 = table->entries[index].token;
+    table->entries[index].apid = 0U;
     table->count--;
 }
 
 bool supervisor_pending_take(pending_table_t* const table, const uint16_t apid, pus_token_t* const out_token)
 {
-    FSW_ASSERT((table != NULL) && (out_token != NULL));
+    FSW_ASSERT((table != NULL) && (apid != 0U) && (out_token != NULL));
     for (size_t i = 0U; i < PENDING_MAX; i++) {
-        if (table->entries[i].is_used && (table->entries[i].apid == apid)) {
+        if (table->entries[i].apid == apid) {
             take_out(table, i, out_token);
             if (table->entries[i].stage != PENDING_REFUSED) {
                 return true;
@@ -144,7 +144,7 @@ bool supervisor_pending_take_unanswered(pending_table_t* const table, const uint
 {
     FSW_ASSERT((table != NULL) && (out_token != NULL));
     for (size_t i = 0U; i < PENDING_MAX; i++) {
-        if (table->entries[i].is_used && (table->entries[i].stage == PENDING_ASKED) &&
+        if ((table->entries[i].apid != 0U) && (table->entries[i].stage == PENDING_ASKED) &&
             (table->entries[i].since_ns < since_ns)) {
             take_out(table, i, out_token);
             return true;

@@ -27,14 +27,15 @@ typedef enum {
     PENDING_STARTED,
 } pending_stage_t;
 
+typedef struct { // Private.
+    uint64_t since_ns;
+    pus_token_t token;
+    pending_stage_t stage;
+    uint16_t apid; // 0: the entry is free.
+} pending_request_t;
+
 typedef struct { // Private, except `count` and `refused`.
-    struct {
-        bool is_used;
-        pending_stage_t stage;
-        uint16_t apid;
-        uint64_t since_ns;
-        pus_token_t token;
-    } entries[PENDING_MAX];
+    pending_request_t entries[PENDING_MAX];
     uint16_t count;
     uint32_t refused; ///< Requests not tracked because the table was full.
 } pending_table_t;

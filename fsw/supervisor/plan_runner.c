@@ -26,7 +26,7 @@ static uint16_t position_in(const plan_run_t* const run, const uint16_t apid)
 
 static bool has_member(const plan_run_t* const run, const uint16_t apid)
 {
-    return run->is_used && (position_in(run, apid) < run->member_count);
+    return position_in(run, apid) < run->member_count;
 }
 
 /// Place of the run that a subsystem belongs to; PLAN_RUNS if it belongs to none.
@@ -59,8 +59,8 @@ bool supervisor_plan_runner_overrule(plan_runner_t* const runner, const plan_run
     for (uint16_t i = 0U; i < wanted->member_count; i++) {
         plan_run_t* const run = run_of(runner, wanted->members[i]);
         if ((run != NULL) && (run->severity < wanted->severity)) {
-            *out_ended   = *run;
-            run->is_used = false;
+            *out_ended        = *run;
+            run->member_count = 0U;
             return true;
         }
     }
@@ -82,7 +82,7 @@ static void add_members(plan_runner_t* const runner, plan_run_t* const run, cons
 static plan_run_t* free_run(plan_runner_t* const runner)
 {
     size_t place = 0U;
-    while ((place < PLAN_RUNS) && runner->runs[place].is_used) {
+    while ((place < PLAN_RUNS) && (runner->runs[place].member_count > 0U)) {
         place++;
     }
     // There is a free place: each run has a subsystem of its own, and the failed one has no run.
@@ -98,7 +98,6 @@ plan_verdict_t supervisor_plan_runner_start(plan_runner_t* const runner, const p
     if (present == NULL) {
         plan_run_t* const run = free_run(runner);
         *run                  = *wanted;
-        run->is_used          = true;
         run->member_count     = 0U;
         run->lost             = 0U;
         run->next_action      = 0U;
@@ -134,14 +133,14 @@ const mission_action_t* supervisor_plan_runner_next(plan_run_t* const run,
                                                     const uint64_t now_ns)
 {
     FSW_ASSERT((run != NULL) && (mission != NULL));
-    if (!run->is_used) {
+    if (run->member_count == 0U) {
         return NULL;
     }
     const bool is_built_in           = (run->plan == PLAN_BUILT_IN);
     const mission_plan_t* const plan = is_built_in ? NULL : &mission->plans[run->plan];
     const uint16_t count             = is_built_in ? 1U : plan->action_count;
     if (run->next_action >= count) {
-        run->is_used = false;
+        run->member_count = 0U;
         return NULL;
     }
     const mission_action_t* const action =

@@ -26,16 +26,15 @@
 #define PLAN_BUILT_IN_DELAY_US 500000U
 
 typedef struct {
-    bool is_used;
+    uint64_t start_ns;
     descriptor_severity_t severity;
     uint16_t plan;                        ///< Index in the mission's plans, or PLAN_BUILT_IN.
     uint16_t apid;                        ///< Subsystem that failed,
     uint16_t event_id;                    ///< by this event.
     uint16_t members[LINK_GRAPH_MEMBERS]; ///< `apid` first; each is a subsystem of the mission.
-    uint16_t member_count;                ///< >= 1.
+    uint16_t member_count;                ///< 0: no run.
     uint16_t lost; ///< Bit n: the process of member n died. It starts again in OFFLINE: no action for it.
     uint16_t next_action;
-    uint64_t start_ns;
 } plan_run_t;
 
 typedef struct { // All zeros: no run.

@@ -51,7 +51,7 @@ void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_
     }
     for (uint16_t i = 0U; i < supervisor->graph.count; i++) {
         const link_edge_t* const edge = &supervisor->graph.edges[i];
-        if (supervisor_link_graph_network(&supervisor->graph, edge->producer_apid) ==
+        if (supervisor_link_graph_network(&supervisor->graph, edge->ends.producer_apid) ==
             supervisor_link_graph_network(&supervisor->graph, apid)) {
             supervisor->renewed |= (uint32_t)1U << (edge->link - 1U);
         }

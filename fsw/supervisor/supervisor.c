@@ -35,17 +35,11 @@ static status_t publish(void* const self)
     return status;
 }
 
-static uint16_t count_networks(const supervisor_t* const supervisor)
+static uint16_t count_networks(const link_graph_t* const graph)
 {
-    const link_graph_t* const graph = &supervisor->graph;
-    uint16_t count                  = 0U;
+    uint16_t count = 0U;
     for (uint16_t i = 0U; i < graph->count; i++) {
-        bool is_new = true;
-        for (uint16_t k = 0U; k < i; k++) {
-            is_new = is_new && (supervisor_link_graph_network(graph, graph->edges[k].producer_apid) !=
-                                supervisor_link_graph_network(graph, graph->edges[i].producer_apid));
-        }
-        count = (uint16_t)(count + (is_new ? 1U : 0U));
+        count = (uint16_t)(count + (supervisor_link_graph_is_first(graph, i) ? 1U : 0U));
     }
     return count;
 }
@@ -64,7 +58,7 @@ static void update_status(void* const self)
     supervisor->status                = (supervisor_status_t){.mode         = supervisor->mode,
                                                               .log_strategy = (uint8_t)supervisor->log.strategy,
                                                               .subsystems   = supervisor->mission->subsystem_count,
-                                                              .networks     = count_networks(supervisor),
+                                                              .networks     = count_networks(&supervisor->graph),
                                                               .links        = supervisor->graph.count,
                                                               .pending      = supervisor->pending.count,
                                                               .records      = supervisor->log.next_number - 1U};
@@ -159,7 +153,7 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     supervisor_output_commit_init(supervisor);
     init_component(supervisor);
     supervisor_adoption_begin(supervisor);
-    const status_t status = supervisor_packet_log_open_after(
+    const status_t status = supervisor_packet_log_open(
         &supervisor->log, config->log_folder, (packet_log_strategy_t)supervisor->log_strategy,
         &supervisor->log_past, config->mission->log_ring_records);
     if ((status == STATUS_OK) && config->has_log_writer) {

@@ -31,7 +31,6 @@
 #include "pus/private/st130_rtlink.h"
 #include "pus/private/st131_mission.h"
 
-#define SUPERVISOR_LINK_SESSIONS 8U
 #define SUPERVISOR_MODE_RECORD 9U ///< Octets of a mode and the time of its beginning [ns of the run].
 #define SUPERVISOR_OWN_EVENTS 16U ///< Events of its own that wait for the end of the step.
 
@@ -117,26 +116,6 @@ typedef struct { // Known data of one subsystem.
         uint64_t time_ns;
     } asked;
 } registry_entry_t;
-
-typedef enum {
-    SESSION_FREE = 0,
-    SESSION_ASK_PRODUCER,
-    SESSION_ASK_CONSUMER,
-    SESSION_OPEN_PRODUCER,
-    SESSION_OPEN_CONSUMER,
-    SESSION_CLOSING
-} session_step_t;
-
-typedef struct { // Negotiation, opening or closing of one link under way.
-    session_step_t step;
-    uint16_t link;
-    uint32_t asked;       ///< Transaction number of the requester.
-    uint32_t transaction; ///< Transaction number of the manager, by which members answer.
-    uint32_t epoch;
-    pus_link_ends_t ends;
-    pus_token_t token; ///< Token of the request; source 0: the supervisor acts without a request.
-    uint64_t deadline_ns;
-} link_session_t;
 
 typedef struct { // An event of the supervisor itself that has a reaction.
     uint16_t event_id;

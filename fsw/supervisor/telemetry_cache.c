@@ -337,18 +337,6 @@ bool supervisor_telemetry_cache_is_old(const telemetry_cache_t* const cache, con
            ((age_ns / TELEMETRY_CACHE_INTERVALS) > value->interval_ns);
 }
 
-status_t supervisor_telemetry_cache_time(const telemetry_cache_t* const cache, const uint32_t parameter_id,
-                                         uint64_t* const out_time_ns)
-{
-    FSW_ASSERT((cache != NULL) && (out_time_ns != NULL));
-    const telemetry_cache_value_t* const value = find_value(cache, parameter_id);
-    if (value == NULL) {
-        return STATUS_NOT_FOUND;
-    }
-    *out_time_ns = value->taken_ns;
-    return value->is_known ? STATUS_OK : STATUS_EMPTY;
-}
-
 status_t supervisor_telemetry_cache_value(const telemetry_cache_t* const cache, const uint32_t parameter_id,
                                           const uint8_t** const out_octets, uint16_t* const out_size)
 {

@@ -90,16 +90,11 @@ status_t supervisor_telemetry_cache_define(telemetry_cache_t* cache, uint16_t ap
 pus_parameter_port_t supervisor_telemetry_cache_port(telemetry_cache_t* cache);
 /// True if a value was reported regularly but has not been reported for TELEMETRY_CACHE_INTERVALS of its
 /// intervals, and for at least TELEMETRY_CACHE_AGE_MIN_NS. A value that was reported only once never becomes
-/// old. Time as below.
+/// old. now_ns: since 1958-01-01 TAI, as in reports.
 bool supervisor_telemetry_cache_is_old(const telemetry_cache_t* cache, uint32_t parameter_id,
                                        uint64_t now_ns);
-/// Time of the report that a value is from [ns since 1958-01-01 TAI]. STATUS_OK, STATUS_NOT_FOUND (unknown),
-/// STATUS_EMPTY (not reported yet).
-MUST_USE status_t supervisor_telemetry_cache_time(const telemetry_cache_t* cache, uint32_t parameter_id,
-                                                  uint64_t* out_time_ns);
-
-/// Octets of a parameter's value as it was last reported; they change with the next report. Statuses as
-/// above.
+/// Octets of a parameter's value as it was last reported; they change with the next report. STATUS_OK,
+/// STATUS_NOT_FOUND (unknown), STATUS_EMPTY (not reported yet).
 MUST_USE status_t supervisor_telemetry_cache_value(const telemetry_cache_t* cache, uint32_t parameter_id,
                                                    const uint8_t** out_octets, uint16_t* out_size);
 

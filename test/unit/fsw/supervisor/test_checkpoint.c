@@ -50,7 +50,7 @@ static void make_mission(void)
 /// Something in every table.
 static void make_state(void)
 {
-    const checkpoint_edge_t edge = {1U, 16U, 1U, 17U, 2U, 0U};
+    const link_edge_t edge = {1U, {16U, 1U, 17U, 2U}, false};
     (void)memset(&state, 0, sizeof state);
     state.interface_hash = mission.interface_hash;
     state.now_ns         = NOW - 1U;
@@ -60,23 +60,23 @@ static void make_state(void)
     state.mode           = 1U;
     state.member_count   = 3U;
     state.channel_count  = 1U;
-    state.accepted_count = 1U;
-    state.open_count     = 1U;
     for (unsigned i = 0U; i < 3U; i++) {
         state.members[i] = (checkpoint_member_t){.apid = mission.subsystems[i].apid, .process = 1U};
     }
     state.accepted[0]        = edge;
-    state.open[0]            = edge;
-    state.sessions[0]        = (checkpoint_session_t){.edge = edge, .step = 1U};
-    state.plans[0]           = (checkpoint_plan_t){.is_used      = 1U,
-                                                   .plan         = 1U,
-                                                   .apid         = 16U,
-                                                   .severity     = 4U,
-                                                   .lost         = 2U,
-                                                   .member_count = 2U,
-                                                   .members      = {16U, 17U}};
-    state.passed[0]          = (checkpoint_request_t){.apid = 16U, .token = {.ack = 9U, .source = 1U}};
-    state.own[3]             = (checkpoint_request_t){.apid = 1U, .token = {.ack = 8U, .source = 1U}};
+    state.graph.edges[0]     = edge;
+    state.graph.count        = 1U;
+    state.sessions[0]        = (link_session_t){.link = 1U, .ends = edge.ends, .step = SESSION_ASK_PRODUCER};
+    state.plans.runs[0]      = (plan_run_t){.plan         = 0U,
+                                            .apid         = 16U,
+                                            .severity     = DESCRIPTOR_HIGH,
+                                            .lost         = 2U,
+                                            .member_count = 2U,
+                                            .members      = {16U, 17U}};
+    state.pending.entries[0] = (pending_request_t){.apid = 16U, .token = {.ack = 9U, .source = 1U}};
+    state.pending.count      = 1U;
+    state.own.entries[3]     = (pending_request_t){.apid = 1U, .token = {.ack = 8U, .source = 1U}};
+    state.own.count          = 1U;
     state.counts.messages[0] = (pus_message_count_t){1U, 7U, 1U, 12U};
     state.counts.requests[0] = (pus_request_count_t){16U, 5U};
     state.channels[0]        = (message_position_t){.peer_life = 1U,
@@ -233,6 +233,13 @@ static void expect_flaw(checkpoint_flaw_t flaw)
     TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
 }
 
+/// An octet that is no boolean.
+#define NO_TRUTH_REFUSED(flaw, field)                                                                        \
+    do {                                                                                                     \
+        *(uint8_t*)&state.field = 2U;                                                                        \
+        expect_flaw(flaw);                                                                                   \
+    } while (0)
+
 #define REFUSED(flaw, field, value)                                                                          \
     do {                                                                                                     \
         state.field = (value);                                                                               \
@@ -248,18 +255,17 @@ static void a_head_that_cannot_be_is_refused(void)
     REFUSED(CHECKPOINT_COUNTS, message_life, 0U);
     REFUSED(CHECKPOINT_COUNTS, member_count, 2U);
     REFUSED(CHECKPOINT_COUNTS, channel_count, MESSAGE_PEERS_MAX + 1U);
-    REFUSED(CHECKPOINT_COUNTS, accepted_count, LINK_GRAPH_EDGES + 1U);
-    REFUSED(CHECKPOINT_COUNTS, open_count, LINK_GRAPH_EDGES + 1U);
+    REFUSED(CHECKPOINT_COUNTS, graph.count, LINK_GRAPH_EDGES + 1U);
     REFUSED(CHECKPOINT_COUNTS, autostart_step, 2U);
     REFUSED(CHECKPOINT_MODE, mode, 2U);
     REFUSED(CHECKPOINT_LOG, log_number, 0U);
     REFUSED(CHECKPOINT_LOG, log_written, 77U);
     REFUSED(CHECKPOINT_LOG, log_strategy, 4U);
-    REFUSED(CHECKPOINT_LOG, is_log_failure_told, 2U);
+    NO_TRUTH_REFUSED(CHECKPOINT_LOG, is_log_failure_told);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_step, 6U);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_ns, NOW);
-    REFUSED(CHECKPOINT_SHUTDOWN, orbit_since_ns, NOW);
-    REFUSED(CHECKPOINT_SHUTDOWN, has_shutdown_token, 2U);
+    REFUSED(CHECKPOINT_SHUTDOWN, path.since_ns, NOW);
+    NO_TRUTH_REFUSED(CHECKPOINT_SHUTDOWN, has_shutdown_token);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_token.ack, 16U);
 }
 
@@ -270,19 +276,19 @@ static void a_member_that_cannot_be_is_refused(void)
     REFUSED(CHECKPOINT_MEMBER, members[0].state, STATE_COUNT);
     REFUSED(CHECKPOINT_MEMBER, members[0].ordered, STATE_COUNT);
     REFUSED(CHECKPOINT_MEMBER, members[0].phase, PHASE_UNSECURED + 1);
-    REFUSED(CHECKPOINT_MEMBER, members[0].is_heard, 2U);
-    REFUSED(CHECKPOINT_MEMBER, members[0].is_order_owed, 2U);
-    REFUSED(CHECKPOINT_MEMBER, members[0].is_interface_mismatched, 2U);
-    REFUSED(CHECKPOINT_MEMBER, members[0].is_restarted, 2U);
+    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[0].is_heard);
+    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[0].is_order_owed);
+    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[0].is_interface_mismatched);
+    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[0].is_restarted);
     REFUSED(CHECKPOINT_MEMBER, members[1].rested, STATE_COUNT);
     REFUSED(CHECKPOINT_MEMBER, members[1].error_ns, NOW);
-    REFUSED(CHECKPOINT_MEMBER, members[1].run_since_ns, NOW);
-    REFUSED(CHECKPOINT_MEMBER, members[1].is_run_active, 2U);
-    REFUSED(CHECKPOINT_MEMBER, members[1].is_run_walking, 2U);
-    REFUSED(CHECKPOINT_MEMBER, members[1].run_target, STATE_COUNT);
-    REFUSED(CHECKPOINT_MEMBER, members[1].run_ordered, STATE_COUNT + 1);
-    REFUSED(CHECKPOINT_MEMBER, members[1].run_seen, STATE_COUNT + 1);
-    REFUSED(CHECKPOINT_MEMBER, members[1].run_seen_phase, PHASE_UNSECURED + 1);
+    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.since_ns, NOW);
+    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[1].recommission.is_active);
+    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[1].recommission.is_walking);
+    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.target, STATE_COUNT);
+    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.ordered, STATE_COUNT + 1);
+    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.seen, STATE_COUNT + 1);
+    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.seen_phase, PHASE_UNSECURED + 1);
     REFUSED(CHECKPOINT_MEMBER, members[2].heard_ns, NOW);
     REFUSED(CHECKPOINT_MEMBER, members[2].started_ns, NOW);
 }
@@ -290,44 +296,46 @@ static void a_member_that_cannot_be_is_refused(void)
 static void a_link_that_the_mission_does_not_have_is_refused(void)
 {
     REFUSED(CHECKPOINT_LINK, accepted[0].link, 2U);
-    REFUSED(CHECKPOINT_LINK, accepted[0].producer_apid, 17U);
-    REFUSED(CHECKPOINT_LINK, open[0].consumer_port, 9U);
-    REFUSED(CHECKPOINT_LINK, open[0].is_stale, 2U);
+    REFUSED(CHECKPOINT_LINK, accepted[0].ends.producer_apid, 17U);
+    REFUSED(CHECKPOINT_LINK, graph.edges[0].ends.consumer_port, 9U);
+    NO_TRUTH_REFUSED(CHECKPOINT_LINK, graph.edges[0].is_stale);
     REFUSED(CHECKPOINT_LINK, renewals[MISSION_LINKS_MAX - 1U], RECOMMISSION_RENEWALS + 1U);
     REFUSED(CHECKPOINT_LINK, renewed, 2U);
-    state.open_count = 2U; // The same twice.
-    state.open[1]    = state.open[0];
+    state.accepted[1] = state.accepted[0]; // At another place than its own.
+    expect_flaw(CHECKPOINT_LINK);
+    state.graph.count    = 2U; // The same twice.
+    state.graph.edges[1] = state.graph.edges[0];
     expect_flaw(CHECKPOINT_LINK);
     REFUSED(CHECKPOINT_SESSION, sessions[0].step, 6U);
-    REFUSED(CHECKPOINT_SESSION, sessions[0].edge.link, 0U);
+    REFUSED(CHECKPOINT_SESSION, sessions[0].link, 0U);
     REFUSED(CHECKPOINT_SESSION, sessions[0].token.ack, 255U);
     REFUSED(CHECKPOINT_SESSION, sessions[0].deadline_ns, UINT64_MAX);
 }
 
 static void a_plan_that_the_mission_does_not_have_is_refused(void)
 {
-    state.plans[0].plan        = CHECKPOINT_NO_PLAN; // Built in.
-    state.plans[0].next_action = 0U;
+    state.plans.runs[0].plan        = PLAN_BUILT_IN;
+    state.plans.runs[0].next_action = 1U;
     expect_flaw(CHECKPOINT_SOUND);
-    REFUSED(CHECKPOINT_PLAN, plans[0].plan, 2U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].is_used, 2U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].next_action, 3U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].apid, 99U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].lost, 4U); // Of two members only.
-    REFUSED(CHECKPOINT_PLAN, plans[0].severity, 0U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].severity, 5U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].member_count, 0U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].member_count, LINK_GRAPH_MEMBERS + 1U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].members[1], 99U);
-    REFUSED(CHECKPOINT_PLAN, plans[0].start_ns, NOW);
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].plan, 1U);
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].next_action, 3U);
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].apid, 99U);
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].lost, 4U); // Of two members only.
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].severity, 0U);
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].severity, 5U);
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].member_count, LINK_GRAPH_MEMBERS + 1U);
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].members[1], 99U);
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].start_ns, NOW);
 }
 
 static void a_checkpoint_with_invalid_packet_numbers_is_refused(void)
 {
-    REFUSED(CHECKPOINT_REQUEST, passed[0].apid, 99U);
-    REFUSED(CHECKPOINT_REQUEST, passed[0].since_ns, NOW);
-    REFUSED(CHECKPOINT_REQUEST, passed[0].stage, 4U);
-    REFUSED(CHECKPOINT_REQUEST, own[3].token.ack, 16U);
+    REFUSED(CHECKPOINT_REQUEST, pending.entries[0].apid, 99U);
+    REFUSED(CHECKPOINT_REQUEST, pending.entries[0].since_ns, NOW);
+    REFUSED(CHECKPOINT_REQUEST, pending.entries[0].stage, 4U);
+    REFUSED(CHECKPOINT_REQUEST, own.entries[3].token.ack, 16U);
+    REFUSED(CHECKPOINT_REQUEST, pending.count, 2U);
+    REFUSED(CHECKPOINT_REQUEST, own.count, 0U);
     REFUSED(CHECKPOINT_NUMBERS, counts.sequence, 16384U);
     REFUSED(CHECKPOINT_NUMBERS, counts.requests[0].apid, 2047U);
     REFUSED(CHECKPOINT_NUMBERS, counts.requests[0].sequence, 16384U);
@@ -387,11 +395,13 @@ static void an_octet_of_a_ring_that_changes_refuses_its_bank(void)
 static void the_content_of_free_entries_is_not_checked(void)
 {
     (void)memset(&state.sessions[7], 0xFF, sizeof state.sessions[7]);
-    state.sessions[7].step = 0U;
-    (void)memset(&state.plans[7], 0xFF, sizeof state.plans[7]);
-    state.plans[7].is_used = 0U;
-    (void)memset(&state.passed[9], 0xFF, sizeof state.passed[9]);
-    state.passed[9].apid = 0U;
+    state.sessions[7].step = SESSION_FREE;
+    (void)memset(&state.accepted[7], 0xFF, sizeof state.accepted[7]);
+    state.accepted[7].link = 0U;
+    (void)memset(&state.plans.runs[7], 0xFF, sizeof state.plans.runs[7]);
+    state.plans.runs[7].member_count = 0U;
+    (void)memset(&state.pending.entries[9], 0xFF, sizeof state.pending.entries[9]);
+    state.pending.entries[9].apid = 0U;
     TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
 }
 

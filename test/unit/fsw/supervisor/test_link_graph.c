@@ -25,7 +25,7 @@ static uint32_t draw(uint32_t below)
 
 static link_edge_t edge(uint16_t link, uint16_t producer, uint16_t consumer)
 {
-    return (link_edge_t){link, producer, (uint16_t)(link + 100U), consumer, (uint16_t)(link + 200U), false};
+    return (link_edge_t){link, {producer, (uint16_t)(link + 100U), consumer, (uint16_t)(link + 200U)}, false};
 }
 
 static void add(link_graph_t* graph, uint16_t link, uint16_t producer, uint16_t consumer)
@@ -53,13 +53,13 @@ static void edges_are_found_replaced_and_removed(void)
     add(&graph, 2U, 17U, 16U);
     add(&graph, 3U, 16U, 18U);
     TEST_ASSERT_EQUAL(3U, graph.count);
-    TEST_ASSERT_EQUAL(16U, supervisor_link_graph_find(&graph, 2U)->consumer_apid);
+    TEST_ASSERT_EQUAL(16U, supervisor_link_graph_find(&graph, 2U)->ends.consumer_apid);
     TEST_ASSERT_EQUAL(3U, supervisor_link_graph_into(&graph, 18U, 203U)->link);
     TEST_ASSERT_NULL(supervisor_link_graph_into(&graph, 18U, 201U));
     TEST_ASSERT_NULL(supervisor_link_graph_into(&graph, 16U, 203U));
     add(&graph, 2U, 17U, 19U); // Replaced in place.
     TEST_ASSERT_EQUAL(3U, graph.count);
-    TEST_ASSERT_EQUAL(19U, graph.edges[1].consumer_apid);
+    TEST_ASSERT_EQUAL(19U, graph.edges[1].ends.consumer_apid);
     TEST_ASSERT_TRUE(supervisor_link_graph_remove(&graph, 1U));
     TEST_ASSERT_EQUAL(2U, graph.count);
     TEST_ASSERT_EQUAL(2U, graph.edges[0].link); // In the order of opening.
@@ -100,9 +100,9 @@ static void close_naively(const link_graph_t* graph, bool connected[APIDS + 1U][
         connected[a][a] = true;
     }
     for (unsigned i = 0U; i < graph->count; i++) {
-        const link_edge_t* const link                       = &graph->edges[i];
-        connected[link->producer_apid][link->consumer_apid] = true;
-        connected[link->consumer_apid][link->producer_apid] = true;
+        const link_edge_t* const link                                 = &graph->edges[i];
+        connected[link->ends.producer_apid][link->ends.consumer_apid] = true;
+        connected[link->ends.consumer_apid][link->ends.producer_apid] = true;
     }
     for (unsigned k = 1U; k <= APIDS; k++) {
         for (unsigned a = 1U; a <= APIDS; a++) {

@@ -17,6 +17,7 @@
 #define FILE_MAX 4194304U
 #define RING_RECORDS 4096U
 
+static const packet_log_past_t new_log = {.next_number = 1U};
 static packet_log_t packets;
 static char folder[64];
 static uint8_t content[FILE_MAX];
@@ -56,7 +57,8 @@ static uint32_t draw(uint32_t below)
 
 static void open_log(packet_log_strategy_t strategy)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, strategy, 1U, RING_RECORDS));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      supervisor_packet_log_open(&packets, folder, strategy, &new_log, RING_RECORDS));
 }
 
 static void read_file(const char* name)
@@ -90,7 +92,8 @@ static void lines_are_numbered_and_timed(void)
     supervisor_packet_log_step(&packets, 0U);
     expect_text("packets.ascii", "1 0.000000000 TC 1810c0\n2 93.000500000 TM 08ff\n");
     supervisor_packet_log_close(&packets);
-    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 3U,
+    const packet_log_past_t past = {.next_number = 3U, .written_number = 2U};
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &past,
                                                             RING_RECORDS)); // The log continues.
     supervisor_packet_log_append(&packets, 1U, true, request, 1U);
     supervisor_packet_log_close(&packets);
@@ -228,8 +231,8 @@ static void an_unknown_log_strategy_is_refused(void)
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     supervisor_packet_log_append(&packets, 0U, true, packet, 1U);
     supervisor_packet_log_close(&packets);
-    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED,
-                      supervisor_packet_log_open(&packets, folder, PACKET_LOG_POSTGRESQL, 1U, RING_RECORDS));
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, supervisor_packet_log_open(&packets, folder, PACKET_LOG_POSTGRESQL,
+                                                                     &new_log, RING_RECORDS));
 }
 
 static void append(unsigned count)
@@ -271,7 +274,7 @@ static void a_ring_that_is_left_goes_into_the_next_file(void)
 
 static void a_mission_says_how_many_records_the_ring_keeps(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_RING, 1U, 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_RING, &new_log, 3U));
     append(10U);
     supervisor_packet_log_close(&packets);
     expect_text("packets.ring", "1 7 GAP\n8 0.000000000 TC 18\n9 0.000000000 TC 18\n10 0.000000000 TC 18\n");
@@ -307,10 +310,10 @@ static void a_folder_that_is_not_there_is_waited_for(void)
 {
     static char long_name[600];
     (void)memset(long_name, 'x', sizeof long_name - 1U);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
-                      supervisor_packet_log_open(&packets, long_name, PACKET_LOG_ASCII, 1U, RING_RECORDS));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, supervisor_packet_log_open(&packets, long_name, PACKET_LOG_ASCII,
+                                                                   &new_log, RING_RECORDS));
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, path_of("nowhere"), PACKET_LOG_ASCII,
-                                                            1U, RING_RECORDS));
+                                                            &new_log, RING_RECORDS));
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.wanted);
     append(2U);
@@ -364,7 +367,8 @@ static void a_full_disk_loses_nothing_that_the_ring_holds(void)
 
 static void packets_that_the_ring_lost_are_a_gap_in_the_file(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, 2U));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &new_log, 2U));
     append(1U);
     supervisor_packet_log_step(&packets, 0U);
     limit_files(20U);

@@ -19,6 +19,7 @@
 #define PIPE_OCTETS 4096
 #define SECOND_NS 1000000000ULL
 
+static const packet_log_past_t new_log = {.next_number = 1U};
 static packet_log_t packets;
 static char folder[64];
 static char content[FILE_MAX];
@@ -81,7 +82,7 @@ static void open_slow_log(uint32_t ring_records)
     TEST_ASSERT_TRUE(pipe_end >= 0);
     TEST_ASSERT_TRUE(fcntl(pipe_end, F_SETPIPE_SZ, PIPE_OCTETS) >= 0);
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, ring_records));
+                      supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &new_log, ring_records));
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_start_writer(&packets));
     content_size = 0U;
 }
@@ -281,8 +282,8 @@ static void a_death_while_the_writer_writes(void)
     static uint8_t ring[PACKET_LOG_RING_OCTETS];
     for (unsigned round = 0U; round < 50U; round++) {
         (void)unlink(path_of("packets.ascii"));
-        TEST_ASSERT_EQUAL(STATUS_OK,
-                          supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, 1U, RING_RECORDS));
+        TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &new_log,
+                                                                RING_RECORDS));
         TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_start_writer(&packets));
         append(100U);
         supervisor_packet_log_step(&packets, 0U);
@@ -297,8 +298,8 @@ static void a_death_while_the_writer_writes(void)
                                         .ring           = ring,
                                         .ring_octets    = octets};
         supervisor_packet_log_close(&packets); // Records written after its last commit.
-        TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open_after(&packets, folder, PACKET_LOG_ASCII,
-                                                                      &past, RING_RECORDS));
+        TEST_ASSERT_EQUAL(
+            STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &past, RING_RECORDS));
         append(1U);
         supervisor_packet_log_close(&packets);
         read_file("packets.ascii");

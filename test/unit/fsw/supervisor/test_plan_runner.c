@@ -55,7 +55,7 @@ static unsigned runs_under_way(void)
 {
     unsigned count = 0U;
     for (unsigned i = 0U; i < PLAN_RUNS; i++) {
-        count += runner.runs[i].is_used ? 1U : 0U;
+        count += (runner.runs[i].member_count > 0U) ? 1U : 0U;
     }
     return count;
 }
@@ -64,7 +64,7 @@ static void check_one_run_each(void)
 {
     unsigned memberships[65] = {0U};
     for (unsigned i = 0U; i < PLAN_RUNS; i++) {
-        for (unsigned k = 0U; runner.runs[i].is_used && (k < runner.runs[i].member_count); k++) {
+        for (unsigned k = 0U; k < runner.runs[i].member_count; k++) {
             memberships[runner.runs[i].members[k]]++;
         }
     }
@@ -155,34 +155,34 @@ static void no_order_of_failures_gives_a_member_two_runs(void)
 
 static void actions_come_in_their_time_and_the_run_ends(void)
 {
-    plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 1U);
-    run.plan       = 0U;
-    run.start_ns   = 1000000U;
-    TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 1000000U)); // Not under way.
-    run.is_used = true;
+    plan_run_t run   = failure(DESCRIPTOR_HIGH, 1U, 1U, 1U);
+    run.plan         = 0U;
+    run.start_ns     = 1000000U;
+    run.member_count = 0U; // No run.
+    TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 1000000U));
+    run.member_count = 1U;
     TEST_ASSERT_EQUAL_PTR(&mission.actions[0], supervisor_plan_runner_next(&run, &mission, 1000000U));
     TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 3999999U));
-    TEST_ASSERT_TRUE(run.is_used);
+    TEST_ASSERT_EQUAL(1U, run.member_count);
     TEST_ASSERT_EQUAL_PTR(&mission.actions[1], supervisor_plan_runner_next(&run, &mission, 4000000U));
     TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 4000000U));
-    TEST_ASSERT_FALSE(run.is_used);
-    run.is_used     = true;
-    run.plan        = 1U; // Without actions.
-    run.next_action = 0U;
+    TEST_ASSERT_EQUAL(0U, run.member_count);
+    run.member_count = 1U;
+    run.plan         = 1U; // Without actions.
+    run.next_action  = 0U;
     TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 4000000U));
-    TEST_ASSERT_FALSE(run.is_used);
+    TEST_ASSERT_EQUAL(0U, run.member_count);
 }
 
 static void the_built_in_plan_takes_the_network_offline(void)
 {
     plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 1U);
-    run.is_used    = true;
     TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 499999999U));
     const mission_action_t* const action = supervisor_plan_runner_next(&run, &mission, 500000000U);
     TEST_ASSERT_EQUAL(MISSION_NETWORK, action->target);
     TEST_ASSERT_EQUAL(0U, action->state);
     TEST_ASSERT_NULL(supervisor_plan_runner_next(&run, &mission, 500000000U));
-    TEST_ASSERT_FALSE(run.is_used);
+    TEST_ASSERT_EQUAL(0U, run.member_count);
 }
 
 static void a_run_ignores_a_member_whose_process_died(void)

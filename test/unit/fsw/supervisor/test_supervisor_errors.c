@@ -481,7 +481,7 @@ static void no_history_of_errors_breaks_the_supervisor(void)
         TEST_ASSERT_EQUAL(SESSION_FREE, fixture.supervisor.sessions[i].step);
     }
     for (unsigned i = 0U; i < PLAN_RUNS; i++) {
-        TEST_ASSERT_FALSE(fixture.supervisor.plans.runs[i].is_used);
+        TEST_ASSERT_EQUAL(0U, fixture.supervisor.plans.runs[i].member_count);
     }
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }

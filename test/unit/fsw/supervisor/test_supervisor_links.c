@@ -106,10 +106,10 @@ static void two_links_are_negotiated_at_once(void)
     TEST_ASSERT_TRUE(fixture_has("G 1.7 #2"));
     TEST_ASSERT_TRUE(fixture_has("G 1.7 #3"));
     TEST_ASSERT_EQUAL(2U, edges());
-    TEST_ASSERT_EQUAL(ARM,
-                      supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE)->producer_apid);
-    TEST_ASSERT_EQUAL(HAND,
-                      supervisor_link_graph_find(&fixture.supervisor.graph, LINK_HAND_POS)->producer_apid);
+    TEST_ASSERT_EQUAL(
+        ARM, supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE)->ends.producer_apid);
+    TEST_ASSERT_EQUAL(
+        HAND, supervisor_link_graph_find(&fixture.supervisor.graph, LINK_HAND_POS)->ends.producer_apid);
 }
 
 // ---- Refusals ----

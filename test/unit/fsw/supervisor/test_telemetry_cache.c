@@ -85,18 +85,20 @@ static void expect_value(const uint32_t id, const uint64_t time_ns, const uint8_
 {
     const pus_parameter_port_t port = supervisor_telemetry_cache_port(&cache);
     uint8_t found[16];
-    octet_writer_t out  = octet_writer(found, sizeof(found));
-    uint16_t handle     = 0U;
-    uint16_t found_size = 0U;
-    uint64_t found_ns   = 0U;
+    octet_writer_t out     = octet_writer(found, sizeof(found));
+    uint16_t handle        = 0U;
+    uint16_t found_size    = 0U;
+    const uint8_t* present = NULL;
     TEST_ASSERT_EQUAL(STATUS_OK, port.find(port.context, id, &handle, &found_size));
     TEST_ASSERT_EQUAL_UINT16(size, found_size);
     port.read(port.context, handle, &out);
     TEST_ASSERT_EQUAL_UINT64(size, out.position);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, found, size);
     TEST_ASSERT_EQUAL((time_ns == 0U) ? STATUS_EMPTY : STATUS_OK,
-                      supervisor_telemetry_cache_time(&cache, id, &found_ns));
-    TEST_ASSERT_EQUAL_UINT64(time_ns, found_ns);
+                      supervisor_telemetry_cache_value(&cache, id, &present, &found_size));
+    TEST_ASSERT_EQUAL_UINT64(time_ns, cache.values[handle].taken_ns);
+    TEST_ASSERT_EQUAL_UINT16(size, found_size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, present, size);
 }
 #define EXPECT(id, time_ns, ...)                                                                             \
     expect_value(id, time_ns, (const uint8_t[]){__VA_ARGS__}, sizeof((const uint8_t[]){__VA_ARGS__}))
@@ -239,8 +241,8 @@ static void an_unknown_subsystem_is_not_found(void)
     const pus_parameter_port_t port = supervisor_telemetry_cache_port(&cache);
     uint16_t handle                 = 0U;
     uint16_t size                   = 0U;
-    uint64_t time_ns                = 0U;
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, supervisor_telemetry_cache_time(&cache, WORD, &time_ns));
+    const uint8_t* octets           = NULL;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, supervisor_telemetry_cache_value(&cache, WORD, &octets, &size));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, port.find(port.context, UNKNOWN, &handle, &size));
     TEST_ASSERT_NULL(port.write);
     cache.sizes.size_of = NULL;
