@@ -91,12 +91,6 @@ void pus_answer_send(pus_request_t* const request, octet_writer_t* const writer)
     request->packets_out = (uint16_t)(request->packets_out + (request->is_unfinished ? 0U : 1U));
 }
 
-bool pus_answer_is_whole(const pus_request_t* const request)
-{
-    FSW_ASSERT(request != NULL);
-    return !request->is_unfinished && (request->packets_lost == 0U);
-}
-
 octet_writer_t pus_answer_begin(const pus_request_t* const request, const uint8_t subtype)
 {
     return pus_tm_begin(request->process, request->token.service, subtype, request->token.source,

@@ -68,11 +68,9 @@ void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t c
 
 /// Finish and send one packet of an answer that may need several. A packet that the port does not take is
 /// sent in a later step: the dispatcher executes the request again, without the reports and refusals already
-/// sent, so `execute` of such a request may change nothing while pus_answer_is_whole is false. The request
-/// ends after the last packet; a lost packet ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
+/// sent, so `execute` of such a request may change nothing. The request ends after the last packet; a lost
+/// packet ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
 void pus_answer_send(pus_request_t* request, octet_writer_t* writer);
-/// True if all packets of the answer so far were sent.
-bool pus_answer_is_whole(const pus_request_t* request);
 /// Begin a report of the request's service in answer to it; the request's process finishes it.
 octet_writer_t pus_answer_begin(const pus_request_t* request, uint8_t subtype);
 /// The same for a list, whose count comes first and is written when its entries are known.
@@ -112,7 +110,8 @@ typedef struct {
     uint8_t subtype_count;
     const pus_subtype_t* subtypes;
     void* self; ///< First argument of the functions.
-    /// Called by pus_dispatcher_step; null if the service has nothing to do in time.
+    /// Called once per cycle; null if the service has nothing to do in time. `cycle` counts minimum sampling
+    /// intervals and may jump forward.
     void (*step)(void* self, uint64_t now_ns, uint32_t cycle);
 } pus_service_t;
 
@@ -177,8 +176,5 @@ status_t pus_dispatch_large(pus_dispatcher_t* dispatcher, const uint8_t* packet,
 bool pus_dispatcher_resume(pus_dispatcher_t* dispatcher, uint64_t now_ns);
 /// The same without trying.
 bool pus_dispatcher_is_answering(const pus_dispatcher_t* dispatcher);
-/// The same, then step each service; call once per cycle. `cycle` counts minimum sampling
-/// intervals and may jump forward.
-void pus_dispatcher_step(pus_dispatcher_t* dispatcher, uint64_t now_ns, uint32_t cycle);
 
 #endif // PUS_CORE_SERVICE_H

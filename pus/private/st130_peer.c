@@ -2,7 +2,6 @@
 // The other end of service 130: the link manager, not the subsystems, writes requests and reads reports.
 #include "pus/private/st130_codec.h"
 
-#define OFFER_SIZE 24U  // Of an entry of TM[130,2] [octets].
 #define STATUS_SIZE 52U // Of an entry of TM[130,9] [octets].
 
 void pus_link_request_write(octet_writer_t* const writer, const pus_link_request_t* const request)
@@ -41,28 +40,12 @@ status_t pus_link_transition_read(octet_reader_t* const reader, pus_link_transit
     return ((status == STATUS_OK) && octet_reader_is_done(reader)) ? STATUS_OK : STATUS_INVALID;
 }
 
-/// Count of a list whose entries fill the rest exactly.
-static status_t count_read(octet_reader_t* const reader, const size_t entry_size, uint16_t* const out_count)
-{
-    const uint16_t count = octet_read_u16(reader);
-    const bool is_good   = !reader->failed && (octet_reader_left(reader) == (count * entry_size));
-    *out_count           = is_good ? count : 0U;
-    return is_good ? STATUS_OK : STATUS_INVALID;
-}
-
-status_t pus_link_offers_read(octet_reader_t* const reader, uint16_t* const out_count)
-{
-    return count_read(reader, OFFER_SIZE, out_count);
-}
-
-void pus_link_offer_read(octet_reader_t* const reader, pus_link_offer_t* const out_offer)
-{
-    pus_codec_read(reader, link_offer_fields, out_offer);
-}
-
 status_t pus_link_statuses_read(octet_reader_t* const reader, uint16_t* const out_count)
 {
-    return count_read(reader, STATUS_SIZE, out_count);
+    const uint16_t count = octet_read_u16(reader);
+    const bool is_good   = !reader->failed && (octet_reader_left(reader) == (count * STATUS_SIZE));
+    *out_count           = is_good ? count : 0U;
+    return is_good ? STATUS_OK : STATUS_INVALID;
 }
 
 void pus_link_status_read(octet_reader_t* const reader, pus_link_status_t* const out_status)

@@ -222,10 +222,8 @@ MUST_USE status_t pus_link_refuse_read(octet_reader_t* reader, pus_link_refuse_t
 MUST_USE status_t pus_link_open_read(octet_reader_t* reader, pus_link_open_t* out_open);
 MUST_USE status_t pus_link_close_read(octet_reader_t* reader, pus_link_close_t* out_close);
 MUST_USE status_t pus_link_transition_read(octet_reader_t* reader, pus_link_transition_t* out_transition);
-/// Lists: read the count first (*out_count, checked against the octets left), then so many entries, in order.
-/// STATUS_OK, STATUS_INVALID.
-MUST_USE status_t pus_link_offers_read(octet_reader_t* reader, uint16_t* out_count);
-void pus_link_offer_read(octet_reader_t* reader, pus_link_offer_t* out_offer);
+/// TM[130,9]: read the count first (*out_count, checked against the octets left), then so many entries, in
+/// order. STATUS_OK, STATUS_INVALID.
 MUST_USE status_t pus_link_statuses_read(octet_reader_t* reader, uint16_t* out_count);
 void pus_link_status_read(octet_reader_t* reader, pus_link_status_t* out_status);
 

@@ -36,21 +36,11 @@ status_t pus_mode_transition_report(pus_app_process_t* const process,
     return pus_codec_post(process, &layout, PUS_USER_GROUND, transition, now_ns);
 }
 
-status_t pus_mode_transition_read(octet_reader_t* const reader, pus_mode_transition_t* const out_transition)
-{
-    return pus_codec_read_all(reader, mode_fields, out_transition);
-}
-
 status_t pus_log_transition_report(pus_app_process_t* const process,
                                    const pus_log_transition_t* const transition, const uint64_t now_ns)
 {
     static const pus_layout_t layout = {PUS_SERVICE_MISSION, PUS_MISSION_LOG_TRANSITION, log_fields};
     return pus_codec_post(process, &layout, PUS_USER_GROUND, transition, now_ns);
-}
-
-status_t pus_log_transition_read(octet_reader_t* const reader, pus_log_transition_t* const out_transition)
-{
-    return pus_codec_read_all(reader, log_fields, out_transition);
 }
 
 static pus_reply_t set_mode(void* const self, pus_request_t* const request)

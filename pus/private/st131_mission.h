@@ -95,8 +95,5 @@ status_t pus_mode_transition_report(pus_app_process_t* process, const pus_mode_t
                                     uint64_t now_ns);
 status_t pus_log_transition_report(pus_app_process_t* process, const pus_log_transition_t* transition,
                                    uint64_t now_ns);
-/// Decode source data, for members that follow the mode. STATUS_OK, STATUS_INVALID.
-MUST_USE status_t pus_mode_transition_read(octet_reader_t* reader, pus_mode_transition_t* out_transition);
-MUST_USE status_t pus_log_transition_read(octet_reader_t* reader, pus_log_transition_t* out_transition);
 
 #endif // PUS_PRIVATE_ST131_MISSION_H

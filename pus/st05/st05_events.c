@@ -150,13 +150,6 @@ status_t pus_event_raise(pus_events_t* const events, const uint16_t event_id, co
     return STATUS_OK;
 }
 
-const pus_event_state_t* pus_event_state(const pus_events_t* const events, const uint16_t event_id)
-{
-    FSW_ASSERT(events != NULL);
-    const uint16_t index = index_of(events, event_id);
-    return (index < events->count) ? &events->states[index] : NULL;
-}
-
 static pus_reply_t set_disabled(pus_events_t* const events, pus_request_t* const request,
                                 const bool is_disabled)
 {

@@ -72,8 +72,6 @@ bool pus_events_step(pus_events_t* events, uint64_t now_ns);
 /// counted).
 status_t pus_event_raise(pus_events_t* events, uint16_t event_id, const uint8_t* aux, size_t aux_size,
                          uint64_t now_ns);
-/// State of an event, or null if the id is unknown.
-const pus_event_state_t* pus_event_state(const pus_events_t* events, uint16_t event_id);
 
 /// An event, decoded from a report or a notice.
 typedef struct {

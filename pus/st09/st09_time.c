@@ -137,36 +137,3 @@ bool pus_is_time_packet(const uint8_t* const octets, const size_t size)
     FSW_ASSERT((octets != NULL) || (size == 0U));
     return (size >= sizeof(uint16_t)) && (octets_u16_at(octets) == HEADER_WORD);
 }
-
-static status_t read_cds(octet_reader_t* const reader, uint64_t* const out_time_ns)
-{
-    const uint64_t day = octet_read_u16(reader);
-    const uint32_t ms  = octet_read_u32(reader);
-    const uint16_t us  = octet_read_u16(reader);
-    *out_time_ns       = (((day * MS_PER_DAY) + ms) * NS_PER_MS) + (us * NS_PER_US);
-    return ((ms < MS_PER_DAY) && (us < US_PER_MS)) ? STATUS_OK : STATUS_INVALID;
-}
-
-status_t pus_time_decode(const uint8_t* const octets, const size_t size, const pus_time_format_t format,
-                         pus_time_report_t* const out_report)
-{
-    FSW_ASSERT(((octets != NULL) || (size == 0U)) && (out_report != NULL));
-    octet_reader_t reader = octet_reader(octets, size);
-    (void)octet_read_u16(&reader);
-    const uint16_t sequence = octet_read_u16(&reader);
-    const uint16_t length   = octet_read_u16(&reader);
-    if (!pus_is_time_packet(octets, size) || (size != PUS_TIME_PACKET_SIZE) ||
-        (length != (PUS_TIME_PACKET_SIZE - LENGTH_OFFSET)) ||
-        ((sequence & SEQUENCE_FLAGS) != SEQUENCE_FLAGS)) {
-        return STATUS_INVALID;
-    }
-    if (crc16_ccitt(octets, size) != 0U) {
-        return STATUS_CHECKSUM;
-    }
-    out_report->sequence  = sequence & SEQUENCE_MASK;
-    out_report->exponent  = octet_read_u8(&reader);
-    const status_t status = (format == PUS_TIME_CUC) ? pus_time_read(&reader, &out_report->time_ns)
-                                                     : read_cds(&reader, &out_report->time_ns);
-    out_report->status    = octet_read_u8(&reader);
-    return status;
-}

@@ -45,14 +45,6 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     } counters;
 } pus_time_t;
 
-/// Content of a time packet.
-typedef struct {
-    uint16_t sequence;
-    uint8_t exponent;
-    uint8_t status;
-    uint64_t time_ns; ///< Since 1958-01-01 TAI.
-} pus_time_report_t;
-
 void pus_time_init(pus_time_t* time, const pus_time_config_t* config);
 /// Restore the lasting record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID: it stays.
 MUST_USE status_t pus_time_restore(pus_time_t* time, uint32_t key, const uint8_t* octets, size_t size);
@@ -65,9 +57,5 @@ pus_service_t pus_time_service(pus_time_t* time);
 
 /// True if these octets begin as a spacecraft time packet, which pus_tm_decode does not take.
 bool pus_is_time_packet(const uint8_t* octets, size_t size);
-/// Check and decode a time packet of this format that fills `octets` exactly. STATUS_OK, STATUS_INVALID
-/// (another packet or format, or an invalid CDS time), STATUS_CHECKSUM.
-MUST_USE status_t pus_time_decode(const uint8_t* octets, size_t size, pus_time_format_t format,
-                                  pus_time_report_t* out_report);
 
 #endif // PUS_ST09_ST09_TIME_H

@@ -83,12 +83,6 @@ status_t pus_large_post(pus_large_t* const large, octet_writer_t* const writer)
     return status;
 }
 
-void pus_large_cancel(pus_large_t* const large)
-{
-    FSW_ASSERT(large != NULL);
-    large->is_building = false;
-}
-
 /// Send the next part of the first report. False: the port does not take it now.
 static bool send_part(pus_large_t* const large, const uint64_t now_ns)
 {

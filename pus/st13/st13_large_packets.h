@@ -86,8 +86,6 @@ MUST_USE status_t pus_large_begin(pus_large_t* large, uint8_t service, uint8_t s
 /// next step on. STATUS_OK, STATUS_TOO_LARGE (longer than the buffer: over), STATUS_EXHAUSTED (short, and the
 /// backlog is full: lost, counted).
 status_t pus_large_post(pus_large_t* large, octet_writer_t* writer);
-/// Discard the report begun.
-void pus_large_cancel(pus_large_t* large);
 
 /// Send parts, pass complete requests on, abort uplinks that wait too long; call once per cycle.
 void pus_large_step(pus_large_t* large, uint64_t now_ns);

@@ -6,7 +6,6 @@
 
 #include <string.h>
 
-#define FIRST_GENERATION 1U
 #define PRINTABLE_FIRST 0x21U
 #define PRINTABLE_LAST 0x7EU
 #define STATE_SIZE 79U // Of a lasting record [octets].
@@ -192,39 +191,6 @@ void pus_storage_init(pus_storage_t* const storage, const pus_storage_config_t* 
         pus_selection_init(&store->selection, &config->entries[(size_t)i * config->entries_of_selection],
                            config->entries_of_selection);
     }
-}
-
-status_t pus_storage_add(pus_storage_t* const storage, const pus_store_definition_t* const definition)
-{
-    FSW_ASSERT((storage != NULL) && (definition != NULL));
-    pus_store_state_t state = {.is_there        = true,
-                               .size            = definition->size,
-                               .type            = definition->type,
-                               .virtual_channel = definition->virtual_channel,
-                               .is_enabled      = definition->is_enabled,
-                               .generation      = FIRST_GENERATION};
-    (void)memcpy(state.name, definition->name, PUS_NAME_SIZE);
-    uint8_t number = 0U;
-    while ((number < storage->config.store_count) && storage->stores[number].state.is_there) {
-        number++;
-    }
-    if (number >= storage->config.store_count) {
-        return STATUS_EXHAUSTED;
-    }
-    if (st15_find(storage, state.name) < storage->config.store_count) {
-        return STATUS_EXISTS;
-    }
-    if (!st15_is_possible(storage, &state)) {
-        return STATUS_OUT_OF_RANGE;
-    }
-    storage->stores[number].state = state;
-    return STATUS_OK;
-}
-
-pus_selection_t* pus_storage_selection(pus_storage_t* const storage, const uint8_t number)
-{
-    FSW_ASSERT((storage != NULL) && (number < storage->config.store_count));
-    return &storage->stores[number].selection;
 }
 
 static uint64_t lesser(const uint64_t a, const uint64_t b)

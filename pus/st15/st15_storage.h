@@ -48,15 +48,6 @@ typedef struct {
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
 } pus_storage_config_t;
 
-/// A store as the configuration defines it.
-typedef struct {
-    uint8_t name[PUS_NAME_SIZE]; ///< Padded with NUL.
-    uint32_t size;               ///< [octets]
-    uint8_t type;                ///< PUS_STORE_CIRCULAR, PUS_STORE_BOUNDED.
-    uint8_t virtual_channel;
-    bool is_enabled;
-} pus_store_definition_t;
-
 typedef enum { // Private.
     PUS_RETRIEVAL_NONE = 0,
     PUS_RETRIEVAL_OPEN,
@@ -124,14 +115,9 @@ typedef struct { // Private, except `counters` and `stores`: read-only, for tele
 } pus_storage_t;
 
 void pus_storage_init(pus_storage_t* storage, const pus_storage_config_t* config);
-/// Add a store of the configuration, before pus_storage_start; it gets the next number. STATUS_OK,
-/// STATUS_EXHAUSTED, STATUS_EXISTS, STATUS_OUT_OF_RANGE (name, size, type or virtual channel).
-MUST_USE status_t pus_storage_add(pus_storage_t* storage, const pus_store_definition_t* definition);
-/// The selection of a store by its number, for the configuration.
-pus_selection_t* pus_storage_selection(pus_storage_t* storage, uint8_t number);
-/// Restore a lasting record, between pus_storage_add and pus_storage_start: it replaces the state in the
-/// configuration. STATUS_OK; STATUS_NOT_FOUND (no such store), STATUS_INVALID (malformed, or not possible
-/// here), STATUS_EXHAUSTED (a selection longer than there is room for): nothing changed.
+/// Restore a lasting record, between pus_storage_init and pus_storage_start. STATUS_OK; STATUS_NOT_FOUND (no
+/// such store), STATUS_INVALID (malformed, or not possible here), STATUS_EXHAUSTED (a selection longer than
+/// there is room for): nothing changed.
 MUST_USE status_t pus_storage_restore(pus_storage_t* storage, uint32_t key, const uint8_t* octets,
                                       size_t size);
 /// Recover the content of the stores. STATUS_OK; STATUS_CHECKSUM: some packets that were not deleted can no

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Space packets: an accepted packet, encoded again, gives the same octets; each report of services 1, 129,
-// 130 and 131 that can be read, written again, gives the same source data; readers end on the last octet.
+// Space packets: an accepted packet, encoded again, gives the same octets; each report of services 1, 129
+// and 130 that can be read, written again, gives the same source data; readers end on the last octet.
 #include "base/octets.h"
 #include "pus/core/packet.h"
 #include "pus/st01/st01_verification.h"
 #include "pus/private/st129_management.h"
 #include "pus/private/st130_rtlink.h"
-#include "pus/private/st131_mission.h"
 #include "test/fuzz/fuzz.h"
 
 #include <string.h>
@@ -55,23 +54,15 @@ static void read_management(const pus_tm_t* const tm)
     }
 }
 
-static void read_link_lists(const uint8_t subtype, octet_reader_t reader)
+static void read_link_statuses(const uint8_t subtype, octet_reader_t reader)
 {
     uint16_t count = 0U;
-    if ((subtype == PUS_LINK_OFFERS) && (pus_link_offers_read(&reader, &count) == STATUS_OK)) {
-        pus_link_offer_t offer;
-        for (uint16_t i = 0U; i < count; i++) {
-            pus_link_offer_read(&reader, &offer);
-        }
-        FUZZ_CHECK(octet_reader_is_done(&reader));
-    } else if ((subtype == PUS_LINK_STATUS) && (pus_link_statuses_read(&reader, &count) == STATUS_OK)) {
+    if ((subtype == PUS_LINK_STATUS) && (pus_link_statuses_read(&reader, &count) == STATUS_OK)) {
         pus_link_status_t status;
         for (uint16_t i = 0U; i < count; i++) {
             pus_link_status_read(&reader, &status);
         }
         FUZZ_CHECK(octet_reader_is_done(&reader));
-    } else {
-        // No list.
     }
 }
 
@@ -81,7 +72,7 @@ static void read_link(const pus_tm_t* const tm)
     pus_link_accept_t accept;
     pus_link_refuse_t refuse;
     pus_link_transition_t transition;
-    read_link_lists(tm->subtype, reader);
+    read_link_statuses(tm->subtype, reader);
     if ((tm->subtype == PUS_LINK_ACCEPT) && (pus_link_accept_read(&reader, &accept) == STATUS_OK)) {
         (void)pus_link_accept_report(&process, 1U, &accept, 0U);
         expect_data(tm);
@@ -91,24 +82,6 @@ static void read_link(const pus_tm_t* const tm)
     } else if ((tm->subtype == PUS_LINK_TRANSITION) &&
                (pus_link_transition_read(&reader, &transition) == STATUS_OK)) {
         (void)pus_link_transition_report(&process, &transition, 0U); // The mission's epoch is 1958.
-        expect_data(tm);
-    } else {
-        // No report of these.
-    }
-}
-
-static void read_mission(const pus_tm_t* const tm)
-{
-    octet_reader_t reader = octet_reader(tm->data, tm->size);
-    pus_mode_transition_t mode;
-    pus_log_transition_t log;
-    if ((tm->subtype == PUS_MISSION_MODE_TRANSITION) &&
-        (pus_mode_transition_read(&reader, &mode) == STATUS_OK)) {
-        (void)pus_mode_transition_report(&process, &mode, 0U);
-        expect_data(tm);
-    } else if ((tm->subtype == PUS_MISSION_LOG_TRANSITION) &&
-               (pus_log_transition_read(&reader, &log) == STATUS_OK)) {
-        (void)pus_log_transition_report(&process, &log, 0U);
         expect_data(tm);
     } else {
         // No report of these.
@@ -127,8 +100,6 @@ static void read_report(const pus_tm_t* const tm)
         read_management(tm);
     } else if (tm->service == PUS_SERVICE_RTLINK) {
         read_link(tm);
-    } else if (tm->service == PUS_SERVICE_MISSION) {
-        read_mission(tm);
     } else {
         // No reader.
     }

@@ -123,7 +123,8 @@ static uint8_t send(const uint8_t subtype)
     TEST_ASSERT_EQUAL(STATUS_OK, pus_dispatch(&dispatcher, packet, size, 0U));
     for (unsigned i = 0U; pus_files_is_busy(&files); i++) {
         TEST_ASSERT_TRUE(i < 1000U);
-        pus_dispatcher_step(&dispatcher, 0U, i);
+        (void)pus_dispatcher_resume(&dispatcher, 0U);
+        services[0].step(services[0].self, 0U, i);
     }
     return last_subtype;
 }

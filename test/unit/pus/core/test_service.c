@@ -263,11 +263,11 @@ static void a_step_sends_queued_reports_and_steps_the_services(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     bench.refusals = 0U;
-    pus_dispatcher_step(&bench.dispatcher, 77U, 5U);
+    bench_step(77U, 5U);
     EXPECT_MESSAGES(1, 7);
     TEST_ASSERT_EQUAL_UINT32(1U, served.steps);
     bench.services[0].step = NULL;
-    pus_dispatcher_step(&bench.dispatcher, 77U, 5U);
+    bench_step(77U, 5U);
 }
 
 // ---- Requests that another loop performs ----

@@ -196,8 +196,6 @@ static void transitions_are_told_to_all(void)
                                             .strategy     = PUS_LOG_SQLITE,
                                             .first_record = 0x100000009ULL,
                                             .code         = PUS_FAILURE_IO};
-    pus_mode_transition_t read_mode;
-    pus_log_transition_t read_log;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_mode_transition_report(&bench.process, &new_mode, TEST_NOW_NS));
     TEST_ASSERT_EQUAL(STATUS_OK, pus_log_transition_report(&bench.process, &new_log, TEST_NOW_NS));
     EXPECT_MESSAGES(131, 2, 131, 4);
@@ -205,19 +203,6 @@ static void transitions_are_told_to_all(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(mode, bench_report(0U).data, sizeof(mode));
     TEST_ASSERT_EQUAL_UINT64(sizeof(log), bench_report(1U).size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(log, bench_report(1U).data, sizeof(log));
-    octet_reader_t reader = bench_data(0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_mode_transition_read(&reader, &read_mode));
-    TEST_ASSERT_EQUAL_UINT8(2U, read_mode.mode);
-    reader = bench_data(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_log_transition_read(&reader, &read_log));
-    TEST_ASSERT_EQUAL_UINT64(new_log.first_record, read_log.first_record);
-    for (size_t size = 0U; size < sizeof(log); size++) {
-        reader = octet_reader(log, size);
-        TEST_ASSERT_EQUAL(STATUS_INVALID, pus_log_transition_read(&reader, &read_log));
-        reader = octet_reader(log, size);
-        TEST_ASSERT_EQUAL((size == 3U) ? STATUS_OK : STATUS_INVALID,
-                          pus_mode_transition_read(&reader, &read_mode));
-    }
 }
 
 int main(void)

@@ -159,7 +159,7 @@ static void request(const uint8_t subtype)
 
 static void step(void)
 {
-    pus_dispatcher_step(&bench.dispatcher, now_ns, 0U);
+    bench_step(now_ns, 0U);
 }
 
 static void devices_are_switched_one_after_the_other(void)

@@ -74,7 +74,7 @@ static void run(const unsigned cycles)
 {
     for (unsigned i = 0U; i < cycles; i++) {
         cycle++;
-        pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, cycle);
+        bench_step(TEST_NOW_NS, cycle);
     }
 }
 

@@ -57,7 +57,7 @@ static void step(const unsigned cycles)
     bench_clear();
     for (unsigned i = 0U; i < cycles; i++) {
         cycle++;
-        pus_dispatcher_step(&bench.dispatcher, cycle * CYCLE_NS, cycle);
+        bench_step(cycle * CYCLE_NS, cycle);
     }
 }
 

@@ -42,7 +42,7 @@ static void severity_is_the_subtype_and_the_data_follows_the_id(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(high, bench_report(0U).data, 5U);
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(0U).destination);
     TEST_ASSERT_EQUAL_UINT32(4U, events.counters.reported);
-    TEST_ASSERT_EQUAL_UINT32(1U, pus_event_state(&events, 300U)->raised);
+    TEST_ASSERT_EQUAL_UINT32(1U, states[2].raised);
 }
 
 static void unknown_ids_and_other_sizes_are_refused(void)
@@ -52,8 +52,7 @@ static void unknown_ids_and_other_sizes_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, raise_event(1U, 4U));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_EQUAL_UINT32(3U, events.counters.refused);
-    TEST_ASSERT_EQUAL_UINT32(0U, pus_event_state(&events, 1U)->raised);
-    TEST_ASSERT_NULL(pus_event_state(&events, 3U));
+    TEST_ASSERT_EQUAL_UINT32(0U, states[0].raised);
 }
 
 static void a_disabled_event_is_counted_and_noticed_by_the_supervisor_only(void)
@@ -70,7 +69,7 @@ static void a_disabled_event_is_counted_and_noticed_by_the_supervisor_only(void)
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_SUPERVISOR, bench_report(0U).destination);
     TEST_ASSERT_EQUAL_UINT64(sizeof(notice), bench_report(0U).size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(notice, bench_report(0U).data, sizeof(notice));
-    TEST_ASSERT_EQUAL_UINT32(1U, pus_event_state(&events, 1U)->raised);
+    TEST_ASSERT_EQUAL_UINT32(1U, states[0].raised);
     TEST_ASSERT_EQUAL_UINT32(2U, events.counters.disabled);
     TEST_ASSERT_EQUAL_UINT32(0U, events.counters.reported);
     bench_clear();
@@ -134,7 +133,7 @@ static void unknown_instructions_are_refused_alone(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 9U);
     expect_failure(3U, 4U, PUS_FAILURE_UNKNOWN_ID, 3U, 8U);
     expect_failure(4U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 2U);
-    TEST_ASSERT_TRUE(pus_event_state(&events, 1U)->is_disabled);
+    TEST_ASSERT_TRUE(states[0].is_disabled);
 }
 
 static void an_event_waits_while_the_port_refuses(void)
@@ -149,7 +148,7 @@ static void an_event_waits_while_the_port_refuses(void)
         bench.refusals = 1U;
         raised++;
     } while (raise_event(4U, 8U) == STATUS_OK);
-    TEST_ASSERT_EQUAL_UINT32(raised, pus_event_state(&events, 4U)->raised);
+    TEST_ASSERT_EQUAL_UINT32(raised, states[3].raised);
     TEST_ASSERT_EQUAL_UINT32(1U, events.counters.refused);
     bench.refusals = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));

@@ -77,7 +77,7 @@ void tearDown(void)
 
 static void step(const uint64_t now_ns)
 {
-    pus_dispatcher_step(&bench.dispatcher, now_ns, 1U);
+    bench_step(now_ns, 1U);
 }
 
 /// A request of `size` octets to be sent up.

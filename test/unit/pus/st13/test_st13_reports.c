@@ -67,7 +67,7 @@ void tearDown(void)
 
 static void step(const uint64_t now_ns)
 {
-    pus_dispatcher_step(&bench.dispatcher, now_ns, 1U);
+    bench_step(now_ns, 1U);
 }
 
 static status_t post(const size_t size, const uint8_t first)
@@ -221,15 +221,6 @@ static void a_port_that_takes_nothing_loses_no_part(void)
     TEST_ASSERT_EQUAL_UINT32(0U, bench.process.counters.kept);
 }
 
-static void a_report_may_be_given_up(void)
-{
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_large_begin(&large, 3U, 25U, TEST_SOURCE, TEST_NOW_NS, &writer));
-    pus_large_cancel(&large);
-    TEST_ASSERT_FALSE(pus_large_is_busy(&large));
-    TEST_ASSERT_EQUAL(STATUS_OK, post(1U, 1U));
-    EXPECT_MESSAGES(3, 25);
-}
-
 /// A process whose service has a report longer than a packet sends it in parts.
 static void a_process_may_have_long_reports(void)
 {
@@ -287,7 +278,6 @@ int main(void)
     RUN_TEST(a_report_larger_than_the_buffer_is_not_sent);
     RUN_TEST(reports_follow_one_another);
     RUN_TEST(a_port_that_takes_nothing_loses_no_part);
-    RUN_TEST(a_report_may_be_given_up);
     RUN_TEST(a_process_may_have_long_reports);
     RUN_TEST(an_uncounted_report_is_reported);
     RUN_TEST(more_than_the_longest_report_cannot_be_closed);

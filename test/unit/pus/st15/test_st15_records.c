@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sources of stores at the start: records, the configuration, media.
+// Sources of stores at the start: records and media.
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
 
@@ -86,20 +86,6 @@ static void a_failed_store_is_no_target(void)
     EXPECT_MESSAGES(1, 1, 1, 3);
 }
 
-static void configured_stores_are_checked(void)
-{
-    pus_store_definition_t definition = {.name = "a", .size = SIZE(2U)};
-    definition.size                   = SIZE(1U);
-    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, pus_storage_add(&stores_storage, &definition));
-    definition.size = SIZE(2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_storage_add(&stores_storage, &definition));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, pus_storage_add(&stores_storage, &definition));
-    definition.name[0] = 'b';
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_storage_add(&stores_storage, &definition));
-    definition.name[0] = 'c';
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_storage_add(&stores_storage, &definition));
-}
-
 static void bad_records_are_refused(void)
 {
     uint8_t record[PUS_RECORD_MAX];
@@ -131,7 +117,6 @@ int main(void)
     RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
     RUN_TEST(media_that_fail_at_the_start);
     RUN_TEST(a_failed_store_is_no_target);
-    RUN_TEST(configured_stores_are_checked);
     RUN_TEST(bad_records_are_refused);
     return UNITY_END();
 }

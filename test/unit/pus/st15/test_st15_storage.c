@@ -15,17 +15,6 @@ void tearDown(void)
 {
 }
 
-/// A selection request for "ring": all of TEST_APID.
-static void select_all(const uint8_t subtype)
-{
-    stores_begin_request();
-    stores_put_name("ring");
-    octet_write_u8(&stores_request, 1U);
-    octet_write_u16(&stores_request, TEST_APID);
-    octet_write_u8(&stores_request, 0U);
-    expect_stores_performed(subtype);
-}
-
 static octet_reader_t ask(const uint8_t subtype, const uint8_t expected)
 {
     stores_begin_request();
@@ -51,7 +40,7 @@ static void a_created_store_is_idle_and_takes_nothing(void)
     TEST_ASSERT_EQUAL_UINT8(0U, octet_read_u8(&reader));
     TEST_ASSERT_EQUAL_UINT8(0U, octet_read_u8(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
-    select_all(3U);
+    stores_select_all(3U, "ring");
     stores_reports(1U, 1U); // Not enabled.
     expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
     stores_request_store(1U, "ring");
@@ -380,7 +369,7 @@ static void selections_by_request(void)
     static const uint8_t asks[]    = {5U, 35U, 37U, 39U};
     stores_create_ring();
     for (size_t i = 0U; i < 4U; i++) {
-        select_all(adds[i]);
+        stores_select_all(adds[i], "ring");
         TEST_ASSERT_EQUAL_UINT16(1U, stores_storage.stores[0].selection.count);
         stores_begin_request();
         stores_put_name("ring");
@@ -390,10 +379,10 @@ static void selections_by_request(void)
         TEST_ASSERT_EQUAL_UINT16(TEST_APID, octet_read_u16(&reader));
         TEST_ASSERT_EQUAL_UINT16(0U, octet_read_u16(&reader));
         TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
-        select_all(deletes[i]);
+        stores_select_all(deletes[i], "ring");
         TEST_ASSERT_EQUAL_UINT16(0U, stores_storage.stores[0].selection.count);
     }
-    select_all(3U);
+    stores_select_all(3U, "ring");
     stores_cut();
     TEST_ASSERT_EQUAL_UINT16(1U, stores_storage.stores[0].selection.count);
 }

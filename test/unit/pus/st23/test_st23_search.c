@@ -64,7 +64,7 @@ static void summarise(const char* const path)
 
 static void step(void)
 {
-    pus_dispatcher_step(&bench.dispatcher, TEST_NOW_NS, 1U);
+    bench_step(TEST_NOW_NS, 1U);
 }
 
 /// Step until there is no work any more. Returns the number of steps.
