@@ -5,6 +5,7 @@
 
 #include "base/status.h"
 
+#include <stddef.h>
 #include <stdint.h>
 
 #define CANOPEN_NODE_MAX 127U
@@ -22,20 +23,34 @@
 #define COB_PDO_INVALID 0x80000000U ///< Bit 31 of a PDO's COB-ID entry: the PDO does not exist.
 #define COB_PDO_ID_MASK 0x7FFU
 
+/// A number of 1 to 8 octets, the lowest first.
+static inline void canopen_put(uint8_t* octets, uint64_t value, size_t size)
+{
+    for (size_t i = 0U; i < size; i++) {
+        octets[i] = (uint8_t)(value >> (8U * i));
+    }
+}
+
+static inline uint64_t canopen_at(const uint8_t* octets, size_t size)
+{
+    uint64_t value = 0U;
+    for (size_t i = 0U; i < size; i++) {
+        value |= (uint64_t)octets[i] << (8U * i);
+    }
+    return value;
+}
+
 typedef enum { // NMT commands.
-    NMT_START               = 0x01,
-    NMT_STOP                = 0x02,
-    NMT_PRE_OPERATIONAL     = 0x80,
-    NMT_RESET_NODE          = 0x81,
-    NMT_RESET_COMMUNICATION = 0x82
+    NMT_START           = 0x01,
+    NMT_PRE_OPERATIONAL = 0x80,
+    NMT_RESET_NODE      = 0x81
 } canopen_nmt_command_t;
 
 typedef enum { // NMT states as in heartbeats.
     NMT_STATE_BOOT_UP         = 0x00,
     NMT_STATE_STOPPED         = 0x04,
     NMT_STATE_OPERATIONAL     = 0x05,
-    NMT_STATE_PRE_OPERATIONAL = 0x7F,
-    NMT_STATE_UNKNOWN         = 0xFF ///< Nothing heard yet.
+    NMT_STATE_PRE_OPERATIONAL = 0x7F
 } canopen_nmt_state_t;
 
 #endif // FSW_CANOPEN_COB_H

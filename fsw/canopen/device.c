@@ -277,12 +277,9 @@ static void take_process_data(void* const context, const uint16_t cob, const uin
     }
     const uint8_t* octet = octets;
     for (uint8_t i = 0U; i < pdo->entry_count; i++) {
-        uint32_t value = 0U;
-        for (uint8_t k = 0U; k < pdo->entries[i].octets; k++) {
-            value |= (uint32_t)octet[k] << (8U * k);
-        }
-        take_object(device, pdo->entries[i].index, value);
-        octet += pdo->entries[i].octets;
+        const canopen_profile_entry_t* const entry = &pdo->entries[i];
+        take_object(device, entry->index, (uint32_t)canopen_at(octet, entry->octets));
+        octet += entry->octets;
     }
     device->transmit[number].is_heard    = true;
     device->transmit[number].heard_count = device->master->sync_count;
@@ -320,11 +317,9 @@ static void emit_pdo(canopen_device_t* const device, const uint8_t number)
     uint8_t octets[CANOPEN_PDO_OCTETS_MAX];
     uint8_t length = 0U;
     for (uint8_t i = 0U; i < pdo->entry_count; i++) {
-        const uint32_t value = give_object(device, pdo->entries[i].index);
-        for (uint8_t k = 0U; k < pdo->entries[i].octets; k++) {
-            octets[length] = (uint8_t)(value >> (8U * k));
-            length++;
-        }
+        const canopen_profile_entry_t* const entry = &pdo->entries[i];
+        canopen_put(&octets[length], give_object(device, entry->index), entry->octets);
+        length = (uint8_t)(length + entry->octets);
     }
     (void)canopen_master_send_process_data(device->master, device->receive[number].cob, octets, length);
 }

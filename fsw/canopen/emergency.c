@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/canopen/emergency.h"
 
+#include "fsw/canopen/cob.h"
 #include "base/assertion.h"
 
 #include <stddef.h>
@@ -31,13 +32,11 @@ static const code_class_t code_classes[] = {
 canopen_emergency_t canopen_emergency_decode(const uint8_t node, const uint8_t octets[EMERGENCY_OCTETS])
 {
     FSW_ASSERT(octets != NULL);
-    const uint32_t raw = (uint32_t)octets[4] | ((uint32_t)octets[5] << 8) | ((uint32_t)octets[6] << 16) |
-                         ((uint32_t)octets[7] << 24);
     return (canopen_emergency_t){.node           = node,
-                                 .code           = (uint16_t)(octets[0] | ((unsigned)octets[1] << 8)),
+                                 .code           = (uint16_t)canopen_at(octets, 2U),
                                  .error_register = octets[2],
                                  .axis           = octets[3],
-                                 .raw_value      = (int32_t)raw};
+                                 .raw_value      = (int32_t)(uint32_t)canopen_at(&octets[4], 4U)};
 }
 
 canopen_emergency_class_t canopen_emergency_class(const uint16_t code)

@@ -56,7 +56,7 @@ status_t canopen_master_add_node(canopen_master_t* const master, const uint8_t i
         return STATUS_EXHAUSTED;
     }
     canopen_master_node_t* const node = &master->nodes[master->node_count];
-    *node                             = (canopen_master_node_t){.id = id, .state = NMT_STATE_UNKNOWN};
+    *node                             = (canopen_master_node_t){.id = id};
     canopen_sdo_client_init(&node->sdo, master->config.sdo_timeout_ns);
     *out_index = master->node_count;
     master->node_count++;
@@ -128,9 +128,8 @@ static void take_heartbeat(canopen_master_t* const master, canopen_master_node_t
         node->boots++;
         canopen_sdo_client_reset(&node->sdo);
     }
-    // A node enters PRE-OPERATIONAL by itself after its boot-up.
-    node->state    = (state == NMT_STATE_BOOT_UP) ? NMT_STATE_PRE_OPERATIONAL : (canopen_nmt_state_t)state;
-    node->heard_ns = now_ns;
+    node->has_heartbeat = true;
+    node->heard_ns      = now_ns;
 }
 
 static void take_frame(canopen_master_t* const master, const osal_can_frame_t* const frame,
@@ -140,11 +139,7 @@ static void take_frame(canopen_master_t* const master, const osal_can_frame_t* c
         master->counters.remote++;
         return;
     }
-    if ((frame->id & OSAL_CAN_EXTENDED) != 0U) {
-        master->counters.unknown++;
-        return;
-    }
-    const uint16_t cob  = (uint16_t)(frame->id & 0x7FFU);
+    const uint16_t cob  = (uint16_t)(frame->id & 0x7FFU); // flow_can receives no extended frames.
     const uint8_t route = route_of(master, cob);
     if (route < master->route_count) {
         master->routes[route].take(master->routes[route].context, cob, frame->data, frame->length);
@@ -189,8 +184,7 @@ void canopen_master_receive(canopen_master_t* const master, const uint64_t now_n
     for (uint8_t i = 0U; i < master->node_count; i++) {
         canopen_master_node_t* const node = &master->nodes[i];
         const uint64_t age_ns             = now_ns - node->heard_ns;
-        node->is_heartbeat_lost =
-            (node->state != NMT_STATE_UNKNOWN) && (age_ns > master->config.heartbeat_timeout_ns);
+        node->is_heartbeat_lost = node->has_heartbeat && (age_ns > master->config.heartbeat_timeout_ns);
     }
 }
 
@@ -204,33 +198,17 @@ static status_t send(canopen_master_t* const master, const uint16_t cob, const u
     return status;
 }
 
-static void follow_command(canopen_master_node_t* const node, const canopen_nmt_command_t command)
-{
-    switch (command) {
-    case NMT_RESET_NODE:
-    case NMT_RESET_COMMUNICATION:
-        node->state = NMT_STATE_UNKNOWN;
-        canopen_sdo_client_reset(&node->sdo);
-        break;
-    case NMT_START:
-    case NMT_STOP:
-    case NMT_PRE_OPERATIONAL:
-    default: // The next heartbeat shows whether the node obeyed.
-        break;
-    }
-}
-
 status_t canopen_master_command(canopen_master_t* const master, const uint8_t id,
                                 const canopen_nmt_command_t command)
 {
     FSW_ASSERT(master != NULL);
     const uint8_t octets[2] = {(uint8_t)command, id};
     const status_t status   = send(master, COB_NMT, octets, sizeof octets);
-    if (status == STATUS_OK) {
-        for (uint8_t i = 0U; i < master->node_count; i++) {
-            if ((id == 0U) || (id == master->nodes[i].id)) {
-                follow_command(&master->nodes[i], command);
-            }
+    const bool is_reset     = (status == STATUS_OK) && (command == NMT_RESET_NODE);
+    for (uint8_t i = 0U; is_reset && (i < master->node_count); i++) {
+        if ((id == 0U) || (id == master->nodes[i].id)) {
+            master->nodes[i].has_heartbeat = false;
+            canopen_sdo_client_reset(&master->nodes[i].sdo);
         }
     }
     return status;

@@ -39,7 +39,7 @@ typedef void (*canopen_master_taker_t)(void* context, uint16_t cob, const uint8_
 
 typedef struct { // Read-only outside.
     uint8_t id;
-    canopen_nmt_state_t state;
+    bool has_heartbeat; ///< Since it was added, or reset by the master.
     bool is_heartbeat_lost;
     uint32_t boots;    ///< Boot-up messages since it was added.
     uint64_t heard_ns; ///< Last heartbeat.
@@ -97,8 +97,8 @@ void canopen_master_unroute(canopen_master_t* master, uint16_t cob);
 
 /// Process all received frames, and monitor heartbeats.
 void canopen_master_receive(canopen_master_t* master, uint64_t now_ns);
-/// NMT command to node `id`, 0 for all. The stored states of the nodes are updated. STATUS_OK, STATUS_FULL,
-/// STATUS_CLOSED.
+/// NMT command to node `id`, 0 for all. A reset ends the SDO transfer and the monitoring of its heartbeat.
+/// STATUS_OK, STATUS_FULL, STATUS_CLOSED.
 status_t canopen_master_command(canopen_master_t* master, uint8_t id, canopen_nmt_command_t command);
 /// Process data frame. STATUS_OK, STATUS_FULL, STATUS_CLOSED.
 status_t canopen_master_send_process_data(canopen_master_t* master, uint16_t cob, const uint8_t* octets,

@@ -51,11 +51,8 @@ status_t canopen_network_add(canopen_network_t* const network, const char* const
     canopen_network_device_t* const place = &network->devices[network->device_count];
     const status_t status = canopen_device_attach(&place->device, &network->master, profile, node);
     if (status == STATUS_OK) {
-        place->is_lost         = false;
-        place->is_faulty       = false;
-        place->is_refusal_told = false;
-        place->missed          = 0U;
-        place->setting_count   = 0U;
+        place->missed        = 0U;
+        place->setting_count = 0U;
         network->device_count++;
     }
     return status;
@@ -84,11 +81,6 @@ status_t canopen_network_open(canopen_network_t* const network, const flow_resol
     network->is_standby_missing =
         (buses[standby] != NULL) &&
         (flow_can_open(&network->flows[standby], resolver, buses[standby]) != STATUS_OK);
-    network->phase       = NETWORK_RESTING;
-    network->is_booted   = false;
-    network->is_running  = false;
-    network->is_securing = false;
-    network->fault_count = 0U;
     for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
         network->told[i] = canopen_network_conditions(&network->flows[i]);
     }
@@ -209,35 +201,21 @@ static bool have_all_booted(canopen_network_t* const network, const uint64_t now
     return have_all;
 }
 
-static void discard_faults(canopen_network_t* const network)
-{
-    canopen_emergency_t emergency;
-    while (canopen_master_take_emergency(&network->master, &emergency) == STATUS_OK) {
-        // Messages of a node about the time before the reset no longer matter.
-    }
-    network->fault_count = 0U;
-}
-
 static status_t identify_all(canopen_network_t* const network)
 {
     bool is_busy = false;
     for (uint8_t i = 0U; i < network->device_count; i++) {
         canopen_network_device_t* const place = &network->devices[i];
         if (network->master.nodes[place->device.index].boots != place->device.boots) {
-            discard_faults(network);
             canopen_network_tell_refusal(network, place, REFUSAL_REBOOTED);
             return STATUS_CLOSED;
         }
         const status_t status = canopen_device_identify_step(&place->device);
         if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
-            discard_faults(network);
             canopen_network_tell_access(network, place, status);
             return status;
         }
         is_busy = is_busy || (status == STATUS_BUSY);
-    }
-    if (!is_busy) {
-        discard_faults(network);
     }
     return is_busy ? STATUS_BUSY : STATUS_OK;
 }
@@ -415,9 +393,11 @@ void canopen_network_reset_nodes(canopen_network_t* const network)
 void canopen_network_close(canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
-    network->is_booted  = false;
-    network->is_running = false;
-    network->phase      = NETWORK_RESTING;
+    network->phase       = NETWORK_RESTING;
+    network->is_booted   = false;
+    network->is_running  = false;
+    network->is_securing = false;
+    network->fault_count = 0U;
     for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
         flow_can_close(&network->flows[i]);
     }

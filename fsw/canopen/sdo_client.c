@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/canopen/sdo_client.h"
 
+#include "fsw/canopen/cob.h"
 #include "base/assertion.h"
 
 #include <string.h>
@@ -23,19 +24,6 @@
 #define SEGMENT_OCTETS 7U
 #define EXPEDITED_OCTETS 4U
 
-static uint32_t read_u32(const uint8_t* const octets)
-{
-    return (uint32_t)octets[0] | ((uint32_t)octets[1] << 8) | ((uint32_t)octets[2] << 16) |
-           ((uint32_t)octets[3] << 24);
-}
-
-static void write_u32(uint8_t* const octets, const uint32_t value)
-{
-    for (unsigned i = 0U; i < 4U; i++) {
-        octets[i] = (uint8_t)(value >> (8U * i));
-    }
-}
-
 void canopen_sdo_client_init(canopen_sdo_client_t* const client, const uint64_t timeout_ns)
 {
     FSW_ASSERT((client != NULL) && (timeout_ns > 0U));
@@ -53,9 +41,8 @@ void canopen_sdo_client_reset(canopen_sdo_client_t* const client)
 static void address_request(canopen_sdo_client_t* const client, const uint8_t command)
 {
     (void)memset(client->request, 0, SDO_FRAME_OCTETS);
+    canopen_put(&client->request[1], client->index, 2U);
     client->request[0]   = command;
-    client->request[1]   = (uint8_t)(client->index & 0xFFU);
-    client->request[2]   = (uint8_t)(client->index >> 8);
     client->request[3]   = client->subindex;
     client->has_request  = true;
     client->is_clock_due = true;
@@ -70,7 +57,6 @@ static void begin(canopen_sdo_client_t* const client, const canopen_sdo_phase_t 
     client->index      = index;
     client->subindex   = subindex;
     client->toggle     = false;
-    client->size       = 0U;
     client->moved      = 0U;
 }
 
@@ -98,7 +84,7 @@ status_t canopen_sdo_client_download(canopen_sdo_client_t* const client, const u
         client->moved = size;
     } else {
         address_request(client, (uint8_t)((CLIENT_INITIATE_DOWNLOAD << 5) | BIT_SIZE));
-        write_u32(&client->request[4], (uint32_t)size);
+        canopen_put(&client->request[4], size, 4U);
     }
     return STATUS_OK;
 }
@@ -147,7 +133,7 @@ static void abort_transfer(canopen_sdo_client_t* const client, const uint32_t co
     end(client, result);
     client->abort_code = code;
     address_request(client, (uint8_t)(ABORT << 5));
-    write_u32(&client->request[4], code);
+    canopen_put(&client->request[4], code, 4U);
     client->is_clock_due = false;
     if (result == STATUS_TIMEOUT) {
         client->counters.timeouts++;
@@ -181,8 +167,7 @@ static void ask_segment(canopen_sdo_client_t* const client)
 /// Answers to initiate requests and aborts contain the object; true if it is that of the transfer.
 static bool names_our_object(const canopen_sdo_client_t* const client, const uint8_t* const octets)
 {
-    const uint16_t index = (uint16_t)(octets[1] | ((unsigned)octets[2] << 8));
-    return (index == client->index) && (octets[3] == client->subindex);
+    return (canopen_at(&octets[1], 2U) == client->index) && (octets[3] == client->subindex);
 }
 
 static void answer_initiate_download(canopen_sdo_client_t* const client)
@@ -217,7 +202,7 @@ static void answer_initiate_upload(canopen_sdo_client_t* const client, const uin
         end(client, STATUS_OK);
         return;
     }
-    const uint32_t size = has_size ? read_u32(&octets[4]) : 0U;
+    const uint32_t size = has_size ? (uint32_t)canopen_at(&octets[4], 4U) : 0U;
     if (size > SDO_OCTETS_MAX) {
         abort_transfer(client, SDO_ABORT_MEMORY, STATUS_TOO_LARGE);
         return;
@@ -291,7 +276,7 @@ void canopen_sdo_client_answer(canopen_sdo_client_t* const client, const uint8_t
     }
     if (specifier == ABORT) {
         end(client, STATUS_FORBIDDEN);
-        client->abort_code = read_u32(&octets[4]);
+        client->abort_code = (uint32_t)canopen_at(&octets[4], 4U);
         client->counters.aborted++;
     } else if (specifier != expected_specifier(client->phase)) {
         abort_transfer(client, SDO_ABORT_COMMAND, STATUS_INVALID);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/canopen/setting.h"
 
+#include "fsw/canopen/cob.h"
 #include "base/assertion.h"
 
 #include <stddef.h>
@@ -20,9 +21,7 @@ static status_t start_access(const canopen_setting_t* const setting, canopen_sdo
         return canopen_sdo_client_upload(client, setting->index, setting->subindex);
     }
     uint8_t octets[8];
-    for (unsigned i = 0U; i < setting->octets; i++) {
-        octets[i] = (uint8_t)(setting->value >> (8U * i));
-    }
+    canopen_put(octets, setting->value, setting->octets);
     return canopen_sdo_client_download(client, setting->index, setting->subindex, octets, setting->octets);
 }
 
@@ -32,14 +31,11 @@ static status_t take_value(canopen_setting_run_t* const run, canopen_setting_t* 
 {
     size_t size                 = 0U;
     const uint8_t* const octets = canopen_sdo_client_value(client, &size);
-    uint64_t value              = 0U;
     // An expedited answer without a size counts as four octets: longer than asked is cut, shorter is refused.
     if ((size < setting->octets) || ((size > setting->octets) && (size != 4U))) {
         return STATUS_INVALID;
     }
-    for (unsigned i = 0U; i < setting->octets; i++) {
-        value |= (uint64_t)octets[i] << (8U * i);
-    }
+    const uint64_t value = canopen_at(octets, setting->octets);
     if (setting->kind == SETTING_READ) {
         setting->value = value;
         return STATUS_OK;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/drives/drives.h"
 
+#include "fsw/drives/drives_fitting.h"
 #include "base/assertion.h"
 #include "base/octets.h"
 #include "base/value.h"
@@ -90,48 +91,27 @@ static void raise_faults(drives_t* const drives)
 
 // ---- Commissioning ----
 
-/// First CAN end node of a device, or null.
-static const descriptor_endnode_t* can_endnode(const subsystem_descriptor_t* const descriptor,
-                                               const descriptor_device_t* const device)
-{
-    for (uint16_t i = 0U; i < device->endnode_count; i++) {
-        const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode + i];
-        if (endnode->type == DESCRIPTOR_ENDNODE_CAN) {
-            return endnode;
-        }
-    }
-    return NULL;
-}
-
-/// Every device of every configuration, each node once. *out_buses are the channels of them all.
-static status_t add_devices(drives_t* const drives, const descriptor_endnode_t** const out_buses)
+/// End node of the first device; all are on its bus and the channel B of that. Null: there are no devices.
+static const descriptor_endnode_t* first_endnode(const drives_t* const drives)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    *out_buses                                     = NULL;
+    return (descriptor->device_count > 0U) ? drives_endnode(descriptor, &descriptor->devices[0]) : NULL;
+}
+
+/// Every device of every configuration, each node once.
+static status_t add_devices(drives_t* const drives)
+{
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+    status_t status                                = STATUS_OK;
     canopen_network_clear(&drives->network);
-    for (uint16_t i = 0U; i < descriptor->device_count; i++) {
-        const descriptor_device_t* const device   = &descriptor->devices[i];
-        const descriptor_endnode_t* const endnode = can_endnode(descriptor, device);
-        if (endnode == NULL) {
-            return STATUS_INVALID;
-        }
-        if (*out_buses == NULL) {
-            *out_buses = endnode;
-        }
-        if ((strcmp((*out_buses)->bus, endnode->bus) != 0) ||
-            (strcmp((*out_buses)->redundant_bus, endnode->redundant_bus) != 0)) {
-            return STATUS_INVALID;
-        }
-        uint8_t index = 0U;
-        if (canopen_network_find(&drives->network, endnode->node, &index) == STATUS_OK) {
-            continue; // Named by another configuration as well.
-        }
-        const status_t status = canopen_network_add(&drives->network, device->type, endnode->node);
-        if (status != STATUS_OK) {
-            return status;
+    for (uint16_t i = 0U; (status == STATUS_OK) && (i < descriptor->device_count); i++) {
+        const uint8_t node = drives_endnode(descriptor, &descriptor->devices[i])->node;
+        uint8_t index      = 0U;
+        if (canopen_network_find(&drives->network, node, &index) != STATUS_OK) {
+            status = canopen_network_add(&drives->network, descriptor->devices[i].type, node);
         }
     }
-    return (*out_buses != NULL) ? STATUS_OK : STATUS_NOT_FOUND;
+    return status;
 }
 
 /// Open the bus, unless it is open.
@@ -140,8 +120,8 @@ static status_t open_bus(drives_t* const drives)
     if (flow_can_is_open(drives->network.flow)) {
         return STATUS_OK;
     }
-    const descriptor_endnode_t* buses = NULL;
-    status_t status                   = add_devices(drives, &buses);
+    const descriptor_endnode_t* const buses = first_endnode(drives);
+    status_t status                         = (buses != NULL) ? add_devices(drives) : STATUS_NOT_FOUND;
     if (status == STATUS_OK) {
         const char* const channel_b = (buses->redundant_bus[0] != '\0') ? buses->redundant_bus : NULL;
         status = canopen_network_open(&drives->network, drives->resolver, buses->bus, channel_b);
@@ -201,12 +181,9 @@ static uint64_t value_of(const drives_t* const drives, const descriptor_setting_
 static status_t add_settings(drives_t* const drives, const descriptor_device_t* const device)
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    const descriptor_endnode_t* const endnode      = can_endnode(descriptor, device);
+    const uint8_t node                             = drives_endnode(descriptor, device)->node;
     uint8_t index                                  = 0U;
-    if ((endnode == NULL) || (canopen_network_find(&drives->network, endnode->node, &index) != STATUS_OK)) {
-        return STATUS_NOT_FOUND;
-    }
-    status_t status = STATUS_OK;
+    status_t status                                = canopen_network_find(&drives->network, node, &index);
     for (uint16_t i = 0U; (status == STATUS_OK) && (i < device->setting_count); i++) {
         const descriptor_setting_t* const source = &descriptor->settings[device->first_setting + i];
         const canopen_setting_t setting          = {.index    = source->index,
@@ -317,9 +294,7 @@ void drives_release(void* const self)
 {
     FSW_ASSERT(self != NULL);
     drives_t* const drives = self;
-    if ((drives->network.flow != NULL) && flow_can_is_open(drives->network.flow)) {
-        canopen_network_close(&drives->network);
-    }
+    canopen_network_close(&drives->network);
 }
 
 // ---- The cycle ----
@@ -388,27 +363,17 @@ status_t drives_secure(void* const self)
     return canopen_network_secure(&drives->network, subsystem_now_ns(drives->generic));
 }
 
-/// True if some device of the descriptor has a channel B.
-static bool has_channel_b(const subsystem_descriptor_t* const descriptor)
-{
-    for (uint16_t i = 0U; i < descriptor->device_count; i++) {
-        const descriptor_endnode_t* const endnode = can_endnode(descriptor, &descriptor->devices[i]);
-        if ((endnode != NULL) && (endnode->redundant_bus[0] != '\0')) {
-            return true;
-        }
-    }
-    return false;
-}
-
 status_t drives_select_channel(drives_t* const drives, const uint8_t channel)
 {
     FSW_ASSERT(drives != NULL);
-    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    if ((channel == NETWORK_CHANNEL_B) && !has_channel_b(descriptor)) {
+    const descriptor_endnode_t* const buses = first_endnode(drives);
+    const bool has_channel_b                = (buses != NULL) && (buses->redundant_bus[0] != '\0');
+    if ((channel == NETWORK_CHANNEL_B) && !has_channel_b) {
         return STATUS_OUT_OF_RANGE;
     }
-    const status_t status                 = canopen_network_select_channel(&drives->network, channel);
-    const descriptor_event_t* const event = descriptor_find_event_name(descriptor, "CHANNEL_SELECTED");
+    const status_t status = canopen_network_select_channel(&drives->network, channel);
+    const descriptor_event_t* const event =
+        descriptor_find_event_name(subsystem_descriptor(drives->generic), "CHANNEL_SELECTED");
     if ((status == STATUS_OK) && (event != NULL)) {
         (void)subsystem_raise(drives->generic, event->id, &channel, 1U);
     }
@@ -445,10 +410,8 @@ static status_t place_of(const drives_t* const drives, const uint16_t position, 
         return STATUS_NOT_FOUND;
     }
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    const descriptor_endnode_t* const endnode =
-        can_endnode(descriptor, &descriptor->devices[configuration->first_device + position]);
-    return (endnode != NULL) ? canopen_network_find(&drives->network, endnode->node, out_index)
-                             : STATUS_NOT_FOUND;
+    const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + position];
+    return canopen_network_find(&drives->network, drives_endnode(descriptor, device)->node, out_index);
 }
 
 canopen_device_t* drives_device(drives_t* const drives, const uint16_t position)

@@ -5,7 +5,8 @@
 /// drives_t is the first member of the subsystem's structure, so that `self` is both.
 ///
 /// Devices, settings and end nodes come from the descriptor: HARDWARE_INIT brings up the devices of all
-/// configurations, PRE_OPERATIONAL writes the settings of one. Faults become the events DEVICE_LOST,
+/// configurations, PRE_OPERATIONAL writes the settings of one. The subsystem's callback `fits` must have
+/// accepted the descriptor by drives_fit (drives_fitting.h). Faults become the events DEVICE_LOST,
 /// DRIVE_FAULT {node u8, code u16}, DRIVE_WARNING, BUS_WARNING {node u8, code u16}, DEVICE_REFUSED {node u8,
 /// reason u8 as canopen_network_refusal_t, object u32, detail u32}, FOREIGN_SYNC and CHANNEL_SELECTED
 /// {channel u8}, if the descriptor has them.
@@ -71,9 +72,8 @@ typedef struct { // Private, except network (as network.h says) and activity (re
 void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* resolver,
                  void (*abandon)(void* self));
 
-/// Open the bus, boot and identify the devices. STATUS_BUSY; STATUS_OK; STATUS_INVALID (a device without a
-/// CAN end node, or on another bus than the others); STATUS_NOT_FOUND (device class, or bus); statuses of
-/// canopen_network_add, canopen_network_open and canopen_network_boot.
+/// Open the bus, boot and identify the devices. STATUS_BUSY; STATUS_OK; STATUS_NOT_FOUND (no device, its
+/// class, or bus); statuses of canopen_network_add, canopen_network_open and canopen_network_boot.
 status_t drives_hardware_init(void* self);
 /// Open the bus for frames outside of the cycle, in any state; devices do not change. Statuses of
 /// drives_hardware_init but STATUS_BUSY.

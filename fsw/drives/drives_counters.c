@@ -6,52 +6,50 @@
 #include <stddef.h>
 #include <string.h>
 
-typedef struct {
-    const char* name; // In the descriptor.
-    uint32_t value;
-} counter_t;
-
-static void collect(const drives_t* const drives, const uint32_t limited,
-                    counter_t out_counters[DRIVES_COUNTERS])
-{
-    const canopen_master_counters_t* const master = &drives->network.master.counters;
+typedef struct { // All counters at one instant.
+    canopen_master_counters_t master;
     canopen_network_bus_counters_t bus;
-    canopen_network_bus_counters(&drives->network, &bus);
     subsystem_link_totals_t links;
-    subsystem_link_totals(drives->generic, &links);
     subsystem_health_t health;
-    subsystem_health(drives->generic, &health);
-    const counter_t counters[DRIVES_COUNTERS] = {
-        {"CYCLES", subsystem_cycle(drives->generic)},
-        {"FRAMES_RECEIVED", bus.received},
-        {"FRAMES_SENT", bus.sent},
-        {"FRAMES_REFUSED", master->unknown + master->malformed + master->remote},
-        {"EMERGENCIES", master->emergencies},
-        {"TRANSMIT_FULL", bus.full},
-        {"COMMAND_LIMITED", limited + drives_limited(drives)},
-        {"LINK_LOST", links.lost},
-        {"LINK_STALE", links.late},
-        {"LINK_REFUSED", links.refused},
-        {"TC_REFUSED", health.requests_refused},
-        {"PARAMETER_REFUSED", health.parameters_refused},
-        {"POOL_PEAK", health.pool_peak},
-        {"POOL_REFUSED", health.pool_refused},
-        {"EVENTS_SUPPRESSED", health.events_suppressed},
-        {"REPORTS_LOST", health.reports_lost},
-        {"CHANNEL", drives->network.channel},
-        {"ERROR_FRAMES", bus.errors},
-        {"BUS_OFF", bus.bus_offs},
-        {"BUS_RESTARTS", bus.restarts},
-        {"NO_ACKNOWLEDGE", bus.missing_acknowledges},
-        {"TRANSMIT_TIMEOUTS", bus.transmit_timeouts},
-        {"ARBITRATIONS_LOST", bus.lost_arbitrations},
-        {"RECEIVE_OVERRUNS", bus.overruns},
-        {"BUS_LOST", bus.lost},
-        {"TRANSMIT_REFUSED", bus.refused},
-        {"FOREIGN_SYNCS", master->foreign_syncs},
-    };
-    (void)memcpy(out_counters, counters, sizeof counters);
-}
+    uint32_t cycles;
+    uint32_t refused;
+    uint32_t limited;
+    uint32_t pool_peak;
+    uint32_t channel;
+} counts_t;
+
+static const struct {
+    const char* name; // In the descriptor.
+    size_t offset;    // Of an uint32_t in counts_t.
+} counters[DRIVES_COUNTERS] = {
+    {"CYCLES", offsetof(counts_t, cycles)},
+    {"FRAMES_RECEIVED", offsetof(counts_t, bus.received)},
+    {"FRAMES_SENT", offsetof(counts_t, bus.sent)},
+    {"FRAMES_REFUSED", offsetof(counts_t, refused)},
+    {"EMERGENCIES", offsetof(counts_t, master.emergencies)},
+    {"TRANSMIT_FULL", offsetof(counts_t, bus.full)},
+    {"COMMAND_LIMITED", offsetof(counts_t, limited)},
+    {"LINK_LOST", offsetof(counts_t, links.lost)},
+    {"LINK_STALE", offsetof(counts_t, links.late)},
+    {"LINK_REFUSED", offsetof(counts_t, links.refused)},
+    {"TC_REFUSED", offsetof(counts_t, health.requests_refused)},
+    {"PARAMETER_REFUSED", offsetof(counts_t, health.parameters_refused)},
+    {"POOL_PEAK", offsetof(counts_t, pool_peak)},
+    {"POOL_REFUSED", offsetof(counts_t, health.pool_refused)},
+    {"EVENTS_SUPPRESSED", offsetof(counts_t, health.events_suppressed)},
+    {"REPORTS_LOST", offsetof(counts_t, health.reports_lost)},
+    {"CHANNEL", offsetof(counts_t, channel)},
+    {"ERROR_FRAMES", offsetof(counts_t, bus.errors)},
+    {"BUS_OFF", offsetof(counts_t, bus.bus_offs)},
+    {"BUS_RESTARTS", offsetof(counts_t, bus.restarts)},
+    {"NO_ACKNOWLEDGE", offsetof(counts_t, bus.missing_acknowledges)},
+    {"TRANSMIT_TIMEOUTS", offsetof(counts_t, bus.transmit_timeouts)},
+    {"ARBITRATIONS_LOST", offsetof(counts_t, bus.lost_arbitrations)},
+    {"RECEIVE_OVERRUNS", offsetof(counts_t, bus.overruns)},
+    {"BUS_LOST", offsetof(counts_t, bus.lost)},
+    {"TRANSMIT_REFUSED", offsetof(counts_t, bus.refused)},
+    {"FOREIGN_SYNCS", offsetof(counts_t, master.foreign_syncs)},
+};
 
 /// The field of a name, or null.
 static const parameter_field_t* find(const parameter_definition_t* const definition, const char* const name)
@@ -70,8 +68,6 @@ void drives_counters_place(drives_t* const drives, const parameter_definition_t*
 {
     FSW_ASSERT((drives != NULL) && (definition != NULL) && (storage != NULL));
     uint8_t* const octets = storage;
-    counter_t counters[DRIVES_COUNTERS];
-    collect(drives, 0U, counters);
     for (unsigned i = 0U; i < DRIVES_COUNTERS; i++) {
         const parameter_field_t* const field = find(definition, counters[i].name);
         drives->counters.places[i]           = (field != NULL) ? &octets[field->offset] : NULL;
@@ -84,11 +80,19 @@ void drives_counters_place(drives_t* const drives, const parameter_definition_t*
 void drives_counters_publish(drives_t* const drives, const uint32_t limited)
 {
     FSW_ASSERT(drives != NULL);
-    counter_t counters[DRIVES_COUNTERS];
-    collect(drives, limited, counters);
+    counts_t counts = {.master  = drives->network.master.counters,
+                       .cycles  = subsystem_cycle(drives->generic),
+                       .limited = limited + drives_limited(drives),
+                       .channel = drives->network.channel};
+    canopen_network_bus_counters(&drives->network, &counts.bus);
+    subsystem_link_totals(drives->generic, &counts.links);
+    subsystem_health(drives->generic, &counts.health);
+    counts.refused   = counts.master.unknown + counts.master.malformed + counts.master.remote;
+    counts.pool_peak = counts.health.pool_peak;
     for (unsigned i = 0U; i < DRIVES_COUNTERS; i++) {
         if (drives->counters.places[i] != NULL) {
-            (void)memcpy(drives->counters.places[i], &counters[i].value, sizeof counters[i].value);
+            const uint8_t* const count = &((const uint8_t*)&counts)[counters[i].offset];
+            (void)memcpy(drives->counters.places[i], count, sizeof(uint32_t));
         }
     }
     for (uint16_t i = 0U; i < drives->counters.missed_count; i++) {

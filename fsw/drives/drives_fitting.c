@@ -107,3 +107,12 @@ bool drives_fit(const subsystem_descriptor_t* const descriptor, const drives_nee
     }
     return fits;
 }
+
+const descriptor_endnode_t* drives_endnode(const subsystem_descriptor_t* const descriptor,
+                                           const descriptor_device_t* const device)
+{
+    FSW_ASSERT((descriptor != NULL) && (device != NULL) && (device->endnode_count == 1U));
+    const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode];
+    FSW_ASSERT(endnode->type == DESCRIPTOR_ENDNODE_CAN);
+    return endnode;
+}

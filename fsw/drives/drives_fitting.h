@@ -24,4 +24,8 @@ typedef struct { // Required contents of every configuration.
 bool drives_fit(const subsystem_descriptor_t* descriptor, const drives_need_t* need,
                 subsystem_misfit_t* out_misfit);
 
+/// The CAN end node of a device that fits.
+const descriptor_endnode_t* drives_endnode(const subsystem_descriptor_t* descriptor,
+                                           const descriptor_device_t* device);
+
 #endif // FSW_DRIVES_DRIVES_FITTING_H

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/drives/drives_quantity.h"
 
+#include "fsw/drives/drives_fitting.h"
 #include "base/assertion.h"
 #include "base/octets.h"
 #include "base/value.h"
@@ -9,18 +10,6 @@
 
 #define OCTET_BITS 8U
 #define HALF 0.5
-
-/// True if a device lies at this node.
-static bool is_at(const subsystem_descriptor_t* const descriptor, const descriptor_device_t* const device,
-                  const uint16_t node)
-{
-    bool is_it = false;
-    for (uint16_t i = 0U; i < device->endnode_count; i++) {
-        const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode + i];
-        is_it = is_it || ((endnode->type == DESCRIPTOR_ENDNODE_CAN) && (endnode->node == node));
-    }
-    return is_it;
-}
 
 status_t drives_quantity_find(const drives_t* const drives, const uint16_t node, const uint32_t id,
                               const descriptor_quantity_t** const out_quantity)
@@ -34,7 +23,8 @@ status_t drives_quantity_find(const drives_t* const drives, const uint16_t node,
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     for (uint16_t i = 0U; i < configuration->device_count; i++) {
         const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + i];
-        const uint16_t count = is_at(descriptor, device, node) ? device->quantity_count : 0U;
+        const bool is_it                        = drives_endnode(descriptor, device)->node == node;
+        const uint16_t count                    = is_it ? device->quantity_count : 0U;
         for (uint16_t k = 0U; (k < count) && (status != STATUS_OK); k++) {
             *out_quantity = &descriptor->quantities[device->first_quantity + k];
             status        = ((*out_quantity)->id == id) ? STATUS_OK : STATUS_OUT_OF_RANGE;
@@ -95,9 +85,7 @@ bool drives_quantity_to_object(const descriptor_quantity_t* const quantity,
     const bool fits       = (quantity->type == VALUE_FLOAT)
                                 ? narrow_to(real, &bits)
                                 : round_to(real, size, is_signed(quantity->type), &bits);
-    for (size_t i = 0U; i < size; i++) {
-        out_octets[i] = (uint8_t)(bits >> (OCTET_BITS * i));
-    }
+    canopen_put(out_octets, bits, size);
     return fits;
 }
 
@@ -106,11 +94,7 @@ void drives_quantity_of_object(const descriptor_quantity_t* const quantity, cons
 {
     FSW_ASSERT((quantity != NULL) && (octets != NULL) && (out_value != NULL));
     uint64_t memory = 0U; // Of any scalar type.
-    uint64_t bits   = 0U;
-    for (size_t i = value_size(quantity->type); i > 0U; i--) {
-        bits = (bits << OCTET_BITS) | octets[i - 1U];
-    }
-    value_store(quantity->type, bits, &memory);
+    value_store(quantity->type, canopen_at(octets, value_size(quantity->type)), &memory);
     const double real = value_as_double(quantity->type, &memory) * quantity->scale;
     (void)value_put(out_value, VALUE_DOUBLE, &real, 1U);
 }

@@ -128,7 +128,8 @@ status_t subsystem_raise(subsystem_t* subsystem, uint16_t event_id, const uint8_
 status_t subsystem_raise_by_command(subsystem_t* subsystem, uint16_t event_id);
 
 /// End a function command that perform left running: code 0 is success, else a failure code and detail.
-/// Inside perform it ends the command under way; the status that perform returns is ignored then.
+/// Inside perform it ends the command under way; the status that perform returns is ignored then. Token 0
+/// and one that has ended have no effect.
 void subsystem_function_done(subsystem_t* subsystem, uint32_t call_token, uint16_t failure_code,
                              uint32_t detail);
 

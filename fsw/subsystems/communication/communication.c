@@ -14,11 +14,6 @@
 #define NO_CLIENT COMMUNICATION_CLIENTS
 #define ANSWERS_ROOM 32768U ///< With less room for its reports no request of a client is accepted [octets].
 
-static uint16_t u16_at(const uint8_t* const octets, const size_t offset)
-{
-    return (uint16_t)(((uint16_t)octets[offset] << 8U) | octets[offset + 1U]);
-}
-
 // ---- Connections ----
 
 static bool is_participant(const communication_t* const self, const unsigned client)
@@ -36,7 +31,7 @@ static void connected(void* const context, const unsigned client)
     communication_ground_security_connected(&self->security, client);
     self->connected_ns[client] = subsystem_now_ns(self->generic);
     self->heard_ns[client]     = self->connected_ns[client];
-    self->counters.connected++;
+    self->parameters.counters.connected++;
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_CONNECTED, NULL, 0U);
     if (!is_participant(self, client)) {
         self->hooks.intruded(self->hooks.context); // The client determines the instant of the event.
@@ -46,7 +41,7 @@ static void connected(void* const context, const unsigned client)
 static void disconnected(void* const context, const unsigned client)
 {
     communication_t* const self = (communication_t*)context;
-    self->counters.disconnected++;
+    self->parameters.counters.disconnected++;
     for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
         if (self->users[i].client == client) {
             self->users[i].client = NO_CLIENT;
@@ -117,7 +112,7 @@ static void note_source(communication_t* const self, const uint8_t* const packet
     if (size < (SOURCE_OFFSET + 2U)) {
         return;
     }
-    const uint16_t user = u16_at(packet, SOURCE_OFFSET);
+    const uint16_t user = octets_u16_at(&packet[SOURCE_OFFSET]);
     if ((user & PUS_USER_ONBOARD) != 0U) {
         self->not_requests++;
     } else {
@@ -154,7 +149,7 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
         return FLOW_TCP_BUSY;
     }
     communication_ground_security_accept(&self->security, client);
-    self->counters.tc_received++;
+    self->parameters.counters.tc_received++;
     if (is_valid(unit.packet, unit.size)) {
         self->heard_ns[client] = subsystem_now_ns(self->generic);
     }
@@ -261,7 +256,7 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
     if (flow_tcp_step(&self->flow, &user, FLOW_TCP_UNLIMITED, &taken) != STATUS_OK) {
         return false; // Not listening in this state; pending connections wait in the kernel.
     }
-    self->counters.octets_received += (uint64_t)(self->flow.counters.octets_in - of_all);
+    self->parameters.counters.octets_received += (uint64_t)(self->flow.counters.octets_in - of_all);
     const unsigned client = participant_client(self);
     const uint16_t port   = self->hooks.participant_port(self->hooks.context);
     const bool is_awaited = (port != 0U) ? is_coming(self, port, client != NO_CLIENT) : is_hanging_up(self);
@@ -284,7 +279,7 @@ static void queue_for(communication_t* const self, const unsigned client, const 
     }
     const uint32_t dropped_before = self->queues[client].dropped;
     const status_t status         = communication_ground_queue_put(&self->queues[client], packet, size);
-    self->counters.tm_dropped += self->queues[client].dropped - dropped_before;
+    self->parameters.counters.tm_dropped += self->queues[client].dropped - dropped_before;
     if (status != STATUS_OK) {
         // The client reads nothing at all: end the connection instead of dropping reports.
         const flow_tcp_user_t user = user_of(self);
@@ -303,8 +298,9 @@ static void report(void* const context, const uint8_t* const packet, const size_
     if (size < (DESTINATION_OFFSET + 2U)) {
         return;
     }
-    const bool is_time         = pus_is_time_packet(packet, size); // The report names no destination.
-    const uint16_t destination = is_time ? (uint16_t)PUS_USER_GROUND : u16_at(packet, DESTINATION_OFFSET);
+    const bool is_time = pus_is_time_packet(packet, size); // The report names no destination.
+    const uint16_t destination =
+        is_time ? (uint16_t)PUS_USER_GROUND : octets_u16_at(&packet[DESTINATION_OFFSET]);
     if (destination != PUS_USER_GROUND) {
         queue_for(self, client_of(self, destination), packet, size);
         return;
@@ -327,12 +323,12 @@ static void send_to(communication_t* const self, const unsigned client)
         }
         communication_ground_queue_sent(&self->queues[client], sent);
         total += (uint32_t)sent;
-        self->counters.tm_sent += (sent == size) ? 1U : 0U;
+        self->parameters.counters.tm_sent += (sent == size) ? 1U : 0U;
         next = communication_ground_queue_next(&self->queues[client], &size);
     }
     osal_address_t peer = {0U, 0U};
     if ((total > 0U) && (flow_tcp_peer(&self->flow, client, &peer) == STATUS_OK)) {
-        self->counters.octets_sent += total;
+        self->parameters.counters.octets_sent += total;
         self->hooks.sent(self->hooks.context, peer.port, total);
     }
 }
@@ -359,21 +355,8 @@ size_t communication_sockets(communication_t* const self, osal_socket_t** const 
 static status_t publish(void* const context)
 {
     communication_t* const self = (communication_t*)context;
-    status_t status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_STATUS],
-                                        &self->status);
-    if (status == STATUS_OK) {
-        status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_COUNTERS],
-                                   &self->counters);
-    }
-    if (status == STATUS_OK) {
-        status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_SECURITY],
-                                   &self->secured);
-    }
-    if (status == STATUS_OK) {
-        status = subsystem_publish(self->generic, &communication_definitions[COMMUNICATION_INDEX_CLIENTS],
-                                   &self->misuse);
-    }
-    return status;
+    return subsystem_publish_all(self->generic, communication_definitions, communication_places,
+                                 COMMUNICATION_PARAMETER_COUNT, &self->parameters);
 }
 
 static status_t listen(void* const context, const descriptor_configuration_t* const configuration)
@@ -391,7 +374,7 @@ static status_t listen(void* const context, const descriptor_configuration_t* co
 /// Events of refused or ended connections; their rate is limited, whatever clients do.
 static void tell_misuse(communication_t* const self)
 {
-    const communication_clients_t* const misuse = &self->misuse;
+    const communication_clients_t* const misuse = &self->parameters.clients;
     const uint32_t sum    = misuse->refused + misuse->evicted + misuse->malformed + misuse->no_telecommand;
     const uint64_t now_ns = subsystem_now_ns(self->generic);
     if ((sum != self->misuse_told) && ((now_ns - self->misuse_told_ns) >= COMMUNICATION_TELL_NS)) {
@@ -419,20 +402,20 @@ static void update_status(void* const context)
         (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_POOL_WARNING, NULL, 0U);
     }
     parameter_lock(dictionary);
-    self->counters.tc_refused        = self->not_requests + health.requests_refused;
-    self->counters.pool_peak         = health.pool_peak;
-    self->counters.pool_refused      = health.pool_refused;
-    self->counters.events_suppressed = health.events_suppressed;
-    self->counters.reports_lost      = health.reports_lost;
-    self->counters.socket_peak       = self->sockets.stats.peak;
-    self->counters.socket_refused    = self->sockets.stats.refused;
-    self->status.connections         = connections;
-    self->misuse                     = (communication_clients_t){.refused        = self->flow.counters.turned_away,
-                                                                 .evicted        = self->flow.counters.evicted,
-                                                                 .malformed      = self->flow.counters.malformed,
-                                                                 .no_telecommand = self->not_requests};
-    communication_ground_security_publish(&self->security, &self->secured);
-    self->status.queued = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
+    self->parameters.counters.tc_refused        = self->not_requests + health.requests_refused;
+    self->parameters.counters.pool_peak         = health.pool_peak;
+    self->parameters.counters.pool_refused      = health.pool_refused;
+    self->parameters.counters.events_suppressed = health.events_suppressed;
+    self->parameters.counters.reports_lost      = health.reports_lost;
+    self->parameters.counters.socket_peak       = self->sockets.stats.peak;
+    self->parameters.counters.socket_refused    = self->sockets.stats.refused;
+    self->parameters.status.connections         = connections;
+    self->parameters.clients = (communication_clients_t){.refused        = self->flow.counters.turned_away,
+                                                         .evicted        = self->flow.counters.evicted,
+                                                         .malformed      = self->flow.counters.malformed,
+                                                         .no_telecommand = self->not_requests};
+    communication_ground_security_publish(&self->security, &self->parameters.security);
+    self->parameters.status.queued = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
     parameter_unlock(dictionary);
     self->is_drop_told = self->is_drop_told && (queued > 0U);
     communication_ground_security_tell(&self->security, self->generic);

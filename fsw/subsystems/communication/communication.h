@@ -66,13 +66,10 @@ typedef struct { // Private.
     bool is_drop_told;
     uint64_t connected_ns[COMMUNICATION_CLIENTS];
     uint64_t heard_ns[COMMUNICATION_CLIENTS]; // Connection, or last valid telecommand.
-    communication_clients_t misuse;           // Published.
     uint32_t misuse_told;                     // Sum of the counters in the last event.
     uint64_t misuse_told_ns;
-    uint32_t not_requests;             // Packets of the ground that are no telecommands [wraps].
-    communication_status_t status;     // Published.
-    communication_counters_t counters; // Published.
-    communication_security_t secured;  // Published.
+    uint32_t not_requests;                 // Packets of the ground that are no telecommands [wraps].
+    communication_parameters_t parameters; // Published.
     communication_ground_security_t security;
     communication_ground_queue_t queues[COMMUNICATION_CLIENTS];
     uint8_t buffers[COMMUNICATION_CLIENTS * COMMUNICATION_BUFFER]; // Not cleared by communication_init.

@@ -31,18 +31,14 @@ static status_t software_init(void* const self)
 
 static status_t configure(void* const self, const descriptor_configuration_t* const configuration)
 {
-    joystick_t* const joystick                     = self;
-    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(joystick->generic);
-    joystick->is_reflecting =
-        descriptor_find_port(descriptor, configuration, JOYSTICK_PORT_ROBOT_STATE) != NULL;
-    joystick->felt_nm[0] = 0.0;
-    joystick->felt_nm[1] = 0.0;
+    joystick_t* const joystick = self;
+    joystick->is_reflecting    = descriptor_find_port(subsystem_descriptor(joystick->generic), configuration,
+                                                      JOYSTICK_PORT_ROBOT_STATE) != NULL;
+    joystick->felt_nm[0]       = 0.0;
+    joystick->felt_nm[1]       = 0.0;
     joystick_stick_control_init(&joystick->control);
     joystick_force_display_clear(&joystick->display);
-    const bool is_one_device =
-        (configuration->device_count == 1U) &&
-        (drives_mode(descriptor, &descriptor->devices[configuration->first_device]) == CIA402_MODE_CST);
-    return is_one_device ? drives_configure(joystick, configuration) : STATUS_INVALID;
+    return drives_configure(joystick, configuration);
 }
 
 static status_t engage(void* const self)

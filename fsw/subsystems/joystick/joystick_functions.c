@@ -10,11 +10,8 @@
 
 static void end_force(joystick_t* const joystick, const uint16_t failure_code)
 {
-    if (joystick->force_call_token != 0U) {
-        const uint32_t call_token  = joystick->force_call_token;
-        joystick->force_call_token = 0U;
-        subsystem_function_done(joystick->generic, call_token, failure_code, 0U);
-    }
+    subsystem_function_done(joystick->generic, joystick->force_call_token, failure_code, 0U);
+    joystick->force_call_token = 0U;
 }
 
 void joystick_abandon(void* const self)

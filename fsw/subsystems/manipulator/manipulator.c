@@ -45,31 +45,16 @@ static status_t hardware_init(void* const self)
     return drives_hardware_init(manipulator);
 }
 
-/// Torque or position mode, the same for all joints. STATUS_OK, STATUS_INVALID (neither, or mixed, or not as
-/// many devices as joints).
-static status_t find_mode(manipulator_t* const manipulator,
-                          const descriptor_configuration_t* const configuration)
-{
-    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(manipulator->generic);
-    if (configuration->device_count != ARM_JOINTS) {
-        return STATUS_INVALID;
-    }
-    const descriptor_device_t* const devices = &descriptor->devices[configuration->first_device];
-    const int mode                           = drives_mode(descriptor, &devices[0]);
-    const bool is_one_mode                   = (mode == drives_mode(descriptor, &devices[1]));
-    manipulator->is_torque_mode              = (mode == CIA402_MODE_CST);
-    return (is_one_mode && ((mode == CIA402_MODE_CST) || (mode == CIA402_MODE_CSP))) ? STATUS_OK
-                                                                                     : STATUS_INVALID;
-}
-
 static status_t configure(void* const self, const descriptor_configuration_t* const configuration)
 {
-    manipulator_t* const manipulator = self;
+    manipulator_t* const manipulator               = self;
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(manipulator->generic);
+    const descriptor_device_t* const first         = &descriptor->devices[configuration->first_device];
+    manipulator->is_torque_mode = (drives_mode(descriptor, first) == CIA402_MODE_CST); // Of all, see fits.
     manipulator_arm_control_init(&manipulator->control);
     manipulator->control.zero_nm[0] = manipulator->tare.offset_nm[0];
     manipulator->control.zero_nm[1] = manipulator->tare.offset_nm[1];
-    const status_t status           = find_mode(manipulator, configuration);
-    return (status == STATUS_OK) ? drives_configure(manipulator, configuration) : status;
+    return drives_configure(manipulator, configuration);
 }
 
 static status_t start_control(void* const self)

@@ -19,11 +19,8 @@
 static void end_move(manipulator_t* const manipulator, const uint16_t failure_code)
 {
     manipulator->is_moving = false;
-    if (manipulator->move_token != 0U) {
-        const uint32_t call_token = manipulator->move_token;
-        manipulator->move_token   = 0U;
-        subsystem_function_done(manipulator->generic, call_token, failure_code, 0U);
-    }
+    subsystem_function_done(manipulator->generic, manipulator->move_token, failure_code, 0U);
+    manipulator->move_token = 0U;
 }
 
 manipulator_arm_motion_t manipulator_motion_step(manipulator_t* const manipulator)
@@ -134,6 +131,12 @@ void manipulator_parameter_set(void* const self, const uint32_t parameter_id)
     }
 }
 
+static void end_tare(manipulator_t* const manipulator, const uint16_t failure_code, const uint32_t detail)
+{
+    subsystem_function_done(manipulator->generic, manipulator->tare_token, failure_code, detail);
+    manipulator->tare_token = 0U;
+}
+
 void manipulator_abandon(void* const self)
 {
     FSW_ASSERT(self != NULL);
@@ -146,11 +149,7 @@ void manipulator_abandon(void* const self)
     if (manipulator->tare.result == STATUS_BUSY) { // The old zero stays in force.
         manipulator->tare.result = STATUS_EMPTY;
     }
-    if (manipulator->tare_token != 0U) {
-        const uint32_t call_token = manipulator->tare_token;
-        manipulator->tare_token   = 0U;
-        subsystem_function_done(manipulator->generic, call_token, PUS_FAILURE_ABORTED, 0U);
-    }
+    end_tare(manipulator, PUS_FAILURE_ABORTED, 0U);
 }
 
 // ---- Functions ----
@@ -180,13 +179,8 @@ void manipulator_tare_ended(manipulator_t* const manipulator)
         octet_write_f64(&writer, manipulator->tare.offset_nm[1]);
         (void)subsystem_raise(manipulator->generic, MANIPULATOR_EVENT_TARE_DONE, octets, writer.position);
     }
-    if (manipulator->tare_token != 0U) {
-        const uint32_t call_token = manipulator->tare_token;
-        manipulator->tare_token   = 0U;
-        subsystem_function_done(manipulator->generic, call_token,
-                                is_done ? PUS_FAILURE_NONE : PUS_FAILURE_DEVICE,
-                                (uint32_t)manipulator->tare.result);
-    }
+    end_tare(manipulator, is_done ? PUS_FAILURE_NONE : PUS_FAILURE_DEVICE,
+             (uint32_t)manipulator->tare.result);
 }
 
 status_t manipulator_perform(void* const self, const subsystem_function_t* const function)

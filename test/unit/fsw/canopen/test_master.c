@@ -145,47 +145,40 @@ static void a_reset_counts_for_the_nodes_that_it_reaches(void)
             canopen_nmt_command_t command;
             bool is_reset[2];
         } commands[] = {{0x12U, NMT_RESET_NODE, {false, true}},
-                        {0x11U, NMT_RESET_COMMUNICATION, {true, false}},
+                        {0x11U, NMT_RESET_NODE, {true, false}},
                         {0U, NMT_RESET_NODE, {true, true}},
                         {0U, NMT_START, {false, false}}};
         for (unsigned k = 0U; k < 2U; k++) {
-            nodes[k].state = NMT_STATE_PRE_OPERATIONAL;
+            nodes[k].has_heartbeat = true;
             canopen_sdo_client_reset(&nodes[k].sdo);
             TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&nodes[k].sdo, 0x1000U, 0U));
         }
         TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_command(&master, commands[i].id, commands[i].command));
         for (unsigned k = 0U; k < 2U; k++) {
             const bool is_reset = commands[i].is_reset[k];
-            TEST_ASSERT_EQUAL(is_reset ? NMT_STATE_UNKNOWN : NMT_STATE_PRE_OPERATIONAL, nodes[k].state);
+            TEST_ASSERT_EQUAL(!is_reset, nodes[k].has_heartbeat);
             TEST_ASSERT_EQUAL(is_reset ? STATUS_OK : STATUS_BUSY,
                               canopen_sdo_client_upload(&nodes[k].sdo, 0x1000U, 0U));
         }
     }
     flow_can_close(&flow); // A command that is not sent changes nothing.
     TEST_ASSERT_NOT_EQUAL(STATUS_OK, canopen_master_command(&master, 0U, NMT_RESET_NODE));
-    TEST_ASSERT_EQUAL(NMT_STATE_PRE_OPERATIONAL, nodes[0].state);
-    TEST_ASSERT_EQUAL(NMT_STATE_PRE_OPERATIONAL, nodes[1].state);
+    TEST_ASSERT_TRUE(nodes[0].has_heartbeat);
+    TEST_ASSERT_TRUE(nodes[1].has_heartbeat);
 }
 
-static void boot_up_and_heartbeats_tell_the_state(void)
+static void a_boot_up_or_any_heartbeat_starts_the_monitoring_of_a_node(void)
 {
-    TEST_ASSERT_EQUAL(NMT_STATE_UNKNOWN, master.nodes[0].state);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_command(&master, 0x11U, NMT_RESET_NODE));
-    cycle();
-    cycle();
-    TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].boots);
-    TEST_ASSERT_EQUAL(NMT_STATE_PRE_OPERATIONAL, master.nodes[0].state);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_command(&master, 0U, NMT_START));
-    cycle();
-    scripted_bus_heartbeat(&bus);
-    cycle();
-    TEST_ASSERT_EQUAL(NMT_STATE_OPERATIONAL, master.nodes[0].state);
-    TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_command(&master, 0x11U, NMT_STOP));
-    cycle();
-    scripted_bus_heartbeat(&bus);
-    cycle();
-    TEST_ASSERT_EQUAL(NMT_STATE_STOPPED, master.nodes[0].state);
-    TEST_ASSERT_EQUAL_HEX8(0x04U, bus.nodes[0].nmt);
+    static const uint8_t states[] = {0x00U, 0x04U, 0x05U, 0x7FU};
+    for (unsigned i = 0U; i < (sizeof states / sizeof states[0]); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_command(&master, 0x11U, NMT_RESET_NODE));
+        TEST_ASSERT_FALSE(master.nodes[0].has_heartbeat);
+        scripted_bus_deliver(&bus, 0x711U, &states[i], 1U);
+        canopen_master_receive(&master, now_ns);
+        TEST_ASSERT_TRUE(master.nodes[0].has_heartbeat);
+        TEST_ASSERT_EQUAL_UINT64(now_ns, master.nodes[0].heard_ns);
+        TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].boots); // Only 0x00 is a boot-up.
+    }
 }
 
 static void a_heartbeat_is_missed_after_60_ms_and_not_before_the_first(void)
@@ -263,7 +256,7 @@ static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
     TEST_ASSERT_EQUAL_UINT32(1U, master.counters.foreign_syncs);
     TEST_ASSERT_EQUAL_UINT32(1U, master.flow->can.filtered); // The extended one.
     TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].sdo.counters.unasked);
-    TEST_ASSERT_EQUAL(NMT_STATE_UNKNOWN, master.nodes[0].state);
+    TEST_ASSERT_FALSE(master.nodes[0].has_heartbeat);
 }
 
 static void nothing_is_queued_without_acknowledge(void)
@@ -317,7 +310,7 @@ int main(void)
     RUN_TEST(the_heartbeat_has_a_period_of_20_ms);
     RUN_TEST(a_master_that_begins_anew_sends_its_heartbeat_at_once);
     RUN_TEST(a_reset_counts_for_the_nodes_that_it_reaches);
-    RUN_TEST(boot_up_and_heartbeats_tell_the_state);
+    RUN_TEST(a_boot_up_or_any_heartbeat_starts_the_monitoring_of_a_node);
     RUN_TEST(a_heartbeat_is_missed_after_60_ms_and_not_before_the_first);
     RUN_TEST(process_data_reach_their_taker);
     RUN_TEST(emergencies_are_queued_and_counted_when_they_do_not_fit);

@@ -207,18 +207,6 @@ static void devices_are_known_by_their_place_in_the_configuration(void)
     TEST_ASSERT_EQUAL_UINT32(0U, drives_missed(&drives, 0U));
 }
 
-static void a_device_without_a_can_endnode_is_refused(void)
-{
-    descriptor.endnodes[descriptor.devices[0].first_endnode].type = DESCRIPTOR_ENDNODE_UDP;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, cycle(drives_hardware_init));
-}
-
-static void devices_on_two_buses_are_refused(void)
-{
-    descriptor.endnodes[descriptor.devices[1].first_endnode].bus = "other";
-    TEST_ASSERT_EQUAL(STATUS_INVALID, cycle(drives_hardware_init));
-}
-
 static void an_unknown_class_and_no_device_at_all_are_refused(void)
 {
     descriptor.devices[1].type = "toaster";
@@ -471,8 +459,6 @@ int main(void)
     RUN_TEST(a_deadline_of_the_mission_holds_at_both_ends);
     RUN_TEST(devices_are_known_by_their_place_in_the_configuration);
     RUN_TEST(limited_commands_of_all_axes_are_summed);
-    RUN_TEST(a_device_without_a_can_endnode_is_refused);
-    RUN_TEST(devices_on_two_buses_are_refused);
     RUN_TEST(an_unknown_class_and_no_device_at_all_are_refused);
     RUN_TEST(a_device_that_was_not_brought_up_cannot_be_configured);
     RUN_TEST(a_configuration_that_was_given_up_starts_again);

@@ -18,8 +18,7 @@ static const char document[] =
     "<Quantity name='BRAKE' id='2' object='0x2220:00' type='UINT8' scale='1'/>\n"
     "<Quantity name='GAIN' id='3' object='0x2230:01' type='FLOAT' scale='-2' settable='true'/>\n"
     "<Endnode type='CAN' bus='robot' node='0x11'/></Device>\n"
-    "<Device name='B' type='cia402-drive'><Endnode type='SHM' name='b'/>\n"
-    "<Endnode type='CAN' bus='robot' node='0x12'/></Device>\n"
+    "<Device name='B' type='cia402-drive'><Endnode type='CAN' bus='robot' node='0x12'/></Device>\n"
     "</Devices></Configuration></Subsystem>\n";
 
 static descriptor_loader_t loader;

@@ -64,8 +64,8 @@ static void many_requests_in_one_segment_keep_their_order(void)
         TEST_ASSERT_EQUAL(i, fixture.requests[i].sequence);
         TEST_ASSERT_EQUAL(13U + i, fixture.requests[i].size);
     }
-    TEST_ASSERT_EQUAL(200U, fixture.communication.counters.tc_received);
-    TEST_ASSERT_EQUAL(used, fixture.communication.counters.octets_received);
+    TEST_ASSERT_EQUAL(200U, fixture.communication.parameters.counters.tc_received);
+    TEST_ASSERT_EQUAL(used, fixture.communication.parameters.counters.octets_received);
 }
 
 static void the_largest_request_goes_up(void)
@@ -110,7 +110,7 @@ static void the_communication_forwards_every_framed_packet_unchecked(void)
     fixture_run_until_requests(2U);
     TEST_ASSERT_EQUAL(2U, fixture.requests[1].sequence);
     fixture_run(2U);
-    TEST_ASSERT_EQUAL(1U, fixture.communication.counters.tc_refused);
+    TEST_ASSERT_EQUAL(1U, fixture.communication.parameters.counters.tc_refused);
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
@@ -269,8 +269,8 @@ static void every_sent_octet_is_counted(void)
     }
     TEST_ASSERT_EQUAL(expected, fixture.sent[0]);
     TEST_ASSERT_EQUAL(expected, fixture.sent[1]);
-    TEST_ASSERT_EQUAL(2U * expected, fixture.communication.counters.octets_sent);
-    TEST_ASSERT_EQUAL(100U, fixture.communication.counters.tm_sent);
+    TEST_ASSERT_EQUAL(2U * expected, fixture.communication.parameters.counters.octets_sent);
+    TEST_ASSERT_EQUAL(100U, fixture.communication.parameters.counters.tm_sent);
     for (uint32_t i = 0U; i < 50U; i++) {
         TEST_ASSERT_EQUAL(i, fixture_next_report(0U));
         TEST_ASSERT_EQUAL(i, fixture_next_report(1U));
@@ -285,7 +285,7 @@ static void a_slow_reader_loses_housekeeping_only(void)
     uint32_t events = 0U;
     fixture_connect(0U);
     fixture_connect(1U);
-    for (; fixture.communication.counters.tm_dropped < 200U; number++) {
+    for (; fixture.communication.parameters.counters.tm_dropped < 200U; number++) {
         const bool is_event = (number % 50U) == 0U;
         fixture_report(0U, is_event ? EVENT_SERVICE : HK_SERVICE, is_event ? 2U : HK_SUBTYPE, number, 3000U);
         events += is_event ? 1U : 0U;
@@ -305,7 +305,7 @@ static void a_slow_reader_loses_housekeeping_only(void)
     uint32_t last     = 0U;
     uint32_t received = 1U;
     uint32_t seen     = 1U;
-    while (received < (number - fixture.communication.counters.tm_dropped)) {
+    while (received < (number - fixture.communication.parameters.counters.tm_dropped)) {
         const uint32_t found = fixture_next_report(0U);
         TEST_ASSERT_TRUE((found > last) && (found < number));
         last = found;
@@ -342,14 +342,14 @@ static void clients_beyond_the_limit_are_turned_away(void)
     }
     fixture_connect(COMMUNICATION_CLIENTS);
     TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS));
-    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.counters.connected);
+    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.parameters.counters.connected);
     fixture_disconnect(2U);
     fixture_run(3U);
     fixture_connect(5U);
     fixture_write_request(5U, 1U, 1U, 0U);
     fixture_run_until_requests(1U);
-    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.status.connections);
-    TEST_ASSERT_EQUAL(1U, fixture.communication.counters.disconnected);
+    TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.parameters.status.connections);
+    TEST_ASSERT_EQUAL(1U, fixture.communication.parameters.counters.disconnected);
 }
 
 static void the_port_answers_when_it_is_configured(void)

@@ -46,8 +46,8 @@ static void idle_clients_give_their_place_up(void)
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
     TEST_ASSERT_FALSE(fixture_is_ended(2U));
     fixture_run(200U);
-    TEST_ASSERT_EQUAL(1U, fixture.communication.misuse.evicted);
-    TEST_ASSERT_EQUAL(1U, fixture.communication.misuse.refused);
+    TEST_ASSERT_EQUAL(1U, fixture.communication.parameters.clients.evicted);
+    TEST_ASSERT_EQUAL(1U, fixture.communication.parameters.clients.refused);
     TEST_ASSERT_EQUAL(2U, fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED]);
 }
 
@@ -93,8 +93,8 @@ static void busy_clients_take_turns(void)
     fixture_write_request(COMMUNICATION_CLIENTS, 3U, 2U, 0U);
     fixture_run_until_requests(fixture.request_count + 1U);
     fixture_run(200U);
-    TEST_ASSERT_EQUAL(4U, fixture.communication.misuse.evicted);
-    TEST_ASSERT_EQUAL(2U, fixture.communication.misuse.refused);
+    TEST_ASSERT_EQUAL(4U, fixture.communication.parameters.clients.evicted);
+    TEST_ASSERT_EQUAL(2U, fixture.communication.parameters.clients.refused);
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] >= 2U);
 }
 
@@ -168,8 +168,8 @@ static void misuse_is_counted_and_told_once_a_second(void)
         fixture_disconnect(0U);
     }
     fixture_run(100U);
-    TEST_ASSERT_EQUAL(20U, fixture.communication.misuse.malformed);
-    TEST_ASSERT_EQUAL(20U, fixture.communication.misuse.no_telecommand);
+    TEST_ASSERT_EQUAL(20U, fixture.communication.parameters.clients.malformed);
+    TEST_ASSERT_EQUAL(20U, fixture.communication.parameters.clients.no_telecommand);
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] >= 1U);
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] <= 4U);
 }
@@ -184,7 +184,7 @@ static void a_client_that_poses_as_a_user_on_board_is_counted_and_reported(void)
     fixture_write_request(0U, 2U, 2U, 0U);
     fixture_run_until_requests(2U);
     fixture_run(100U);
-    TEST_ASSERT_EQUAL(1U, fixture.communication.misuse.no_telecommand);
+    TEST_ASSERT_EQUAL(1U, fixture.communication.parameters.clients.no_telecommand);
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED]);
 }
 

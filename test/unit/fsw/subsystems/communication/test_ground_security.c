@@ -94,8 +94,8 @@ static void requests_go_up(void)
     }
     TEST_ASSERT_EQUAL(PUS_PACKET_MAX, fixture.requests[1].size);
     fixture_run(1U);
-    TEST_ASSERT_EQUAL_UINT8(1U, fixture.communication.secured.is_on);
-    TEST_ASSERT_EQUAL_UINT32(7U, fixture.communication.secured.accepted);
+    TEST_ASSERT_EQUAL_UINT8(1U, fixture.communication.parameters.security.is_on);
+    TEST_ASSERT_EQUAL_UINT32(7U, fixture.communication.parameters.security.accepted);
     fixture_report(1U, 17U, 2U, 5U, 0U); // Answers find their client.
     TEST_ASSERT_EQUAL_UINT32(5U, fixture_next_report(0U));
 }
@@ -124,7 +124,7 @@ static void packets_without_protection_end_their_connection(void)
     TEST_ASSERT_EQUAL(0U, fixture.request_count);
     TEST_ASSERT_EQUAL_UINT32(1U, receiver.refused[SDLS_REFUSED_FRAME]);
     fixture_run(1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.secured.no_frame);
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.parameters.security.no_frame);
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
 }
 
@@ -184,8 +184,8 @@ static void an_authentic_frame_must_contain_exactly_one_request(void)
     fixture_run_until_requests(1U);
     TEST_ASSERT_EQUAL_UINT16(7U, fixture.requests[0].sequence);
     fixture_run(1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.counters.tc_refused);
-    TEST_ASSERT_EQUAL_UINT32(2U, fixture.communication.secured.bad_parts);
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.parameters.counters.tc_refused);
+    TEST_ASSERT_EQUAL_UINT32(2U, fixture.communication.parameters.security.bad_parts);
 }
 
 static void many_refusals_are_few_events(void)
@@ -197,7 +197,7 @@ static void many_refusals_are_few_events(void)
         fixture_disconnect(0U);
     }
     fixture_run(GROUND_TELLING_CYCLES);
-    TEST_ASSERT_EQUAL_UINT32(40U, fixture.communication.secured.no_frame);
+    TEST_ASSERT_EQUAL_UINT32(40U, fixture.communication.parameters.security.no_frame);
     const unsigned told = fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
     TEST_ASSERT_TRUE((told >= 2U) && (told <= 4U)); // The first at once, the last when all are counted.
     fixture_run(2U * GROUND_TELLING_CYCLES);
@@ -216,7 +216,7 @@ static void a_disk_that_refuses_is_reported(void)
     fixture_run(1U);
     TEST_ASSERT_EQUAL(0U, fixture.request_count);
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_TC_NOT_KEPT]);
-    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.secured.not_kept);
+    TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.parameters.security.not_kept);
     recorded.fail_from = 0U;
     connect(1U);
     send_request(1U, 2U, 0U);

@@ -121,27 +121,22 @@ static void only_a_descriptor_of_two_joints_fits(void)
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected cia402-drive"));
 }
 
-static void mixed_modes_are_refused(void)
+static void joints_in_two_modes_do_not_fit(void)
 {
     static subsystem_descriptor_t wrong;
-    static descriptor_configuration_t other;
-    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
-    wrong                  = rig_descriptor; // The texts keep their addresses.
-    rig_generic.descriptor = &wrong;
-    other                  = *rig_generic.configuration;
-    const uint16_t first   = wrong.devices[other.first_device].first_setting;
-    for (uint16_t i = 0U; i < wrong.devices[other.first_device].setting_count; i++) {
-        if (wrong.settings[first + i].index == 0x6060U) {
-            wrong.settings[first + i].bits = 8U;
+    subsystem_misfit_t misfit              = {0};
+    wrong                                  = rig_descriptor; // The texts keep their addresses.
+    const descriptor_device_t* const joint = &wrong.devices[wrong.configurations[0].first_device + 1U];
+    for (uint16_t i = 0U; i < joint->setting_count; i++) {
+        descriptor_setting_t* const setting = &wrong.settings[joint->first_setting + i];
+        if (setting->index == 0x6060U) {
+            setting->bits = (setting->bits == 8U) ? 10U : 8U;
         }
     }
-    rig_generic.configuration = &other;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, rig_cycle(rig_configure));
-    other.device_count = 1U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, rig_cycle(rig_configure));
+    TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
+    TEST_ASSERT_EQUAL_UINT32(joint->line, misfit.line);
+    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "the same for both joints"));
 }
-
-// ---- Tare and engagement ----
 
 static void the_sensors_are_tared_on_the_brake(void)
 {
@@ -419,7 +414,7 @@ int main(void)
     RUN_TEST(a_bus_that_is_not_there_fails_at_once);
     RUN_TEST(released_it_has_let_go_of_its_bus);
     RUN_TEST(only_a_descriptor_of_two_joints_fits);
-    RUN_TEST(mixed_modes_are_refused);
+    RUN_TEST(joints_in_two_modes_do_not_fit);
     RUN_TEST(the_sensors_are_tared_on_the_brake);
     RUN_TEST(torque_mode_waits_for_the_tare);
     RUN_TEST(torque_mode_does_not_engage_in_contact_without_a_zero);
