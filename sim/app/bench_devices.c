@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/app/bench_devices.h"
 
+#include "sim/app/channels.h"
 #include "sim/devices/drive.h"
 #include "sim/parameters/rokviss.h"
 #include "sim/plant/motor_bench.h"
@@ -85,16 +86,6 @@ static bool take_real(const line_t* const line, const size_t index, const double
     return (end != line->word[index]) && (*end == '\0') && (*out_value >= low) && (*out_value <= high);
 }
 
-/// Index of the bus that a line names; segment_count if there is none.
-static unsigned find_segment(const bench_devices_config_t* const config, const char* const name)
-{
-    unsigned index = 0U;
-    while ((index < config->segment_count) && (strcmp(config->segments[index].name, name) != 0)) {
-        index++;
-    }
-    return index;
-}
-
 static status_t refuse_bus(const bench_devices_config_t* const config, const line_t* const line)
 {
     char expected[128] = "a bus of the mission:";
@@ -139,21 +130,16 @@ static status_t create_drive(item_t* const item, char error[SIMULATOR_ERROR_MAX]
         return status;
     }
     bus_t* channel_b = (config->channel_b != NULL) ? config->channel_b[item->segment] : NULL;
-    if ((channel_b != NULL) && (node_add_channel(drive_node(item->drive), channel_b) != STATUS_OK)) {
-        (void)snprintf(error, SIMULATOR_ERROR_MAX,
-                       "simulator: no room for node 0x%02X on channel B of bus %s", (unsigned)item->node,
-                       config->segments[item->segment].name);
-        return STATUS_EXHAUSTED;
-    }
-    return STATUS_OK;
+    return channels_connect(drive_node(item->drive), channel_b, config->segments[item->segment].name, error);
 }
 
 static status_t take_device(bench_devices_t* const bench_devices, const line_t* const line)
 {
-    char* end              = NULL;
-    double contact_rad     = 0.0;
-    double stiffness       = 0.0;
-    const unsigned segment = find_segment(&bench_devices->config, line->word[0]);
+    char* end          = NULL;
+    double contact_rad = 0.0;
+    double stiffness   = 0.0;
+    const unsigned segment =
+        channels_find(bench_devices->config.segments, bench_devices->config.segment_count, line->word[0]);
     if (segment == bench_devices->config.segment_count) {
         return refuse_bus(&bench_devices->config, line);
     }

@@ -23,7 +23,7 @@ typedef struct {
     const char* path;         ///< The file.
     const char* devices_path; ///< Folder of the EDS files.
     segment_t* segments;
-    size_t segment_count;
+    unsigned segment_count;
     bus_t* const* channel_b; ///< Redundant channel of each segment, or null; null: none has one.
     uint64_t seed;
     /// Called for every change of state of a device.

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static unsigned find_segment(const segment_t* const segments, const unsigned count, const char* const name)
+unsigned channels_find(const segment_t* const segments, const unsigned count, const char* const name)
 {
     unsigned index = 0U;
     while ((index < count) && (strcmp(segments[index].name, name) != 0)) {
@@ -22,8 +22,8 @@ status_t channels_pair(const segment_t* const segments, const unsigned count,
         if (bus->redundant_to == NULL) {
             continue;
         }
-        const unsigned a = find_segment(segments, count, bus->redundant_to);
-        const unsigned b = find_segment(segments, count, bus->name);
+        const unsigned a = channels_find(segments, count, bus->redundant_to);
+        const unsigned b = channels_find(segments, count, bus->name);
         if ((a == count) || (b == count) || (a == b) || (out_channel_b[a] != NULL)) {
             (void)snprintf(error, SIMULATOR_ERROR_MAX,
                            "simulator: bus %s cannot be the redundant channel of %s: expected another bus of "
@@ -34,4 +34,16 @@ status_t channels_pair(const segment_t* const segments, const unsigned count,
         out_channel_b[a] = segments[b].bus;
     }
     return STATUS_OK;
+}
+
+status_t channels_connect(node_t* const node, bus_t* const channel_b, const char* const bus_name,
+                          char error[SIMULATOR_ERROR_MAX])
+{
+    const status_t status = (channel_b != NULL) ? node_add_channel(node, channel_b) : STATUS_OK;
+    if (status != STATUS_OK) {
+        (void)snprintf(error, SIMULATOR_ERROR_MAX,
+                       "simulator: no room for node 0x%02X on channel B of bus %s", (unsigned)node_id(node),
+                       bus_name);
+    }
+    return status;
 }

@@ -5,10 +5,17 @@
 
 #include "sim/app/segment.h"
 #include "sim/app/simulator.h"
+#include "sim/devices/node.h"
 
 /// Create the channels of the configuration. out_channel_b has `count` places, one per segment, null at
 /// first. STATUS_OK; else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).
 MUST_USE status_t channels_pair(const segment_t* segments, unsigned count, const simulator_config_t* config,
                                 bus_t** out_channel_b, char error[SIMULATOR_ERROR_MAX]);
+/// Index of a bus; `count` if there is none of that name.
+unsigned channels_find(const segment_t* segments, unsigned count, const char* name);
+/// Connect a node to channel B of its bus; null: the bus has none. STATUS_OK; else `error` is filled:
+/// STATUS_EXHAUSTED.
+MUST_USE status_t channels_connect(node_t* node, bus_t* channel_b, const char* bus_name,
+                                   char error[SIMULATOR_ERROR_MAX]);
 
 #endif // SIM_APP_CHANNELS_H

@@ -340,19 +340,6 @@ static status_t open_segments(simulator_t* const simulator, const simulator_conf
     return status;
 }
 
-static status_t add_channel(const simulator_t* const simulator, const unsigned bus, node_t* const node,
-                            char error[SIMULATOR_ERROR_MAX])
-{
-    const status_t status =
-        (simulator->channel_b[bus] != NULL) ? node_add_channel(node, simulator->channel_b[bus]) : STATUS_OK;
-    if (status != STATUS_OK) {
-        (void)snprintf(error, SIMULATOR_ERROR_MAX,
-                       "simulator: no room for node 0x%02X on channel B of bus %s", (unsigned)node_id(node),
-                       simulator->segment[bus].name);
-    }
-    return status;
-}
-
 static status_t open_bench_devices(simulator_t* const simulator, const simulator_config_t* const config,
                                    const char* const folder, char error[SIMULATOR_ERROR_MAX])
 {
@@ -394,7 +381,8 @@ static status_t open_drive(simulator_t* const simulator, const unsigned number,
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
         return status;
     }
-    return add_channel(simulator, ROBOT, drive_node(simulator->drive[number]), error);
+    return channels_connect(drive_node(simulator->drive[number]), simulator->channel_b[ROBOT],
+                            bus_names[ROBOT], error);
 }
 
 static status_t open_devices(simulator_t* const simulator, const simulator_config_t* const config,
@@ -422,7 +410,8 @@ static status_t open_devices(simulator_t* const simulator, const simulator_confi
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
         return status;
     }
-    status = add_channel(simulator, JOYSTICK, joystick_node(simulator->joystick), error);
+    status = channels_connect(joystick_node(simulator->joystick), simulator->channel_b[JOYSTICK],
+                              bus_names[JOYSTICK], error);
     return (status == STATUS_OK) ? open_bench_devices(simulator, config, folder, error) : status;
 }
 

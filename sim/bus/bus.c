@@ -508,15 +508,6 @@ uint64_t bus_now_ns(const bus_t* const bus)
     return bus->now_ns;
 }
 
-bool bus_is_busy(const bus_t* const bus)
-{
-    bool is_busy = bus->is_sending;
-    for (unsigned i = 0U; i < bus->node_count; i++) {
-        is_busy = is_busy || (bus->node[i].count != 0U);
-    }
-    return is_busy;
-}
-
 bool bus_is_fd(const bus_t* const bus)
 {
     return bus->data_ns != 0U;

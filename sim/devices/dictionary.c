@@ -28,11 +28,6 @@ void dictionary_reset_range(dictionary_t* const dictionary, const uint16_t first
     }
 }
 
-void dictionary_reset(dictionary_t* const dictionary)
-{
-    dictionary_reset_range(dictionary, 0U, UINT16_MAX);
-}
-
 object_t* dictionary_find(const dictionary_t* const dictionary, const uint16_t index, const uint8_t subindex)
 {
     const uint32_t wanted = ((uint32_t)index << 8) | subindex;

@@ -57,9 +57,7 @@ typedef struct {
 
 void dictionary_destroy(dictionary_t* dictionary);
 
-/// All objects back to their initial values.
-void dictionary_reset(dictionary_t* dictionary);
-/// The same for objects from `first` to `last` index only.
+/// Objects from `first` to `last` index back to their initial values.
 void dictionary_reset_range(dictionary_t* dictionary, uint16_t first, uint16_t last);
 
 /// Null if there is no such object.

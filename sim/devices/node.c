@@ -506,8 +506,3 @@ unsigned node_bus_index(const node_t* const node, const unsigned channel)
 {
     return (node->channel[channel].bus != NULL) ? node->channel[channel].index : BUS_NODES_MAX;
 }
-
-node_state_t node_state(const node_t* const node)
-{
-    return node->state;
-}

@@ -85,13 +85,11 @@ void node_plug(node_t* node);
 bool node_is_plugged(const node_t* node);
 /// Cut one channel only, or connect it again.
 void node_cut(node_t* node, unsigned channel, bool is_cut);
-unsigned node_active_channel(const node_t* node);
 
 object_t* node_object(const node_t* node, uint16_t index, uint8_t subindex);
 uint8_t node_id(const node_t* node);
 /// Index of the node on the bus of a channel; BUS_NODES_MAX: it has no such channel.
 unsigned node_bus_index(const node_t* node, unsigned channel);
-node_state_t node_state(const node_t* node);
 
 /// An error of the device appears or disappears; the node sends an EMCY if it is a change.
 void node_raise(node_t* node, uint16_t code, uint8_t axis, int32_t raw, uint64_t now_ns);

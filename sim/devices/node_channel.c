@@ -139,8 +139,3 @@ void node_cut(node_t* const node, const unsigned channel, const bool is_cut)
     node->channel[channel].is_cut = is_cut;
     connect_active(node);
 }
-
-unsigned node_active_channel(const node_t* const node)
-{
-    return node->active;
-}

@@ -137,10 +137,4 @@ void plant_step(plant_t* plant, const plant_input_t* input, uint64_t dt_ns);
 /// State after the last step; valid until plant_destroy, renewed by each plant_step.
 const plant_truth_t* plant_truth(const plant_t* plant);
 
-/// Linear [Ns] and angular [Nms, about the origin] momentum of base, links and rotors.
-void plant_momentum(const plant_t* plant, double out_linear[3], double out_angular[3]);
-
-/// Checksum (FNV-1a 64) over the complete state: equal in two runs if and only if they are bit-identical.
-uint64_t plant_hash(const plant_t* plant);
-
 #endif // SIM_PLANT_PLANT_H

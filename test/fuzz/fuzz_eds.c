@@ -17,7 +17,7 @@ static void check_dictionary(dictionary_t* const dictionary)
                                           : (object->size == object_type_size(object->type)));
         (void)object_signed(object);
     }
-    dictionary_reset(dictionary);
+    dictionary_reset_range(dictionary, 0U, UINT16_MAX);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)

@@ -166,7 +166,7 @@ static void test_reset_restores_initial_values(void)
     dictionary_reset_range(&dictionary, 0x1000U, 0x1FFFU);
     TEST_ASSERT_EQUAL_UINT64(5U, number->value);
     TEST_ASSERT_EQUAL_UINT8(1U, text->size);
-    dictionary_reset(&dictionary);
+    dictionary_reset_range(&dictionary, 0U, UINT16_MAX);
     TEST_ASSERT_EQUAL_UINT8(2U, text->size);
     TEST_ASSERT_EQUAL_MEMORY("ab", text->text, 2U);
 }

@@ -2,6 +2,7 @@
 // A node on the bus: boot-up, NMT, heartbeats, SYNC, PDOs with their types and deadlines, emergencies,
 // configuration.
 #include "sim/devices/node.h"
+#include "sim/devices/node_internal.h"
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
 
@@ -86,7 +87,7 @@ void tearDown(void)
 static void start(void)
 {
     master_nmt(&master, 1U, ID);
-    TEST_ASSERT_EQUAL_INT(NODE_OPERATIONAL, node_state(node));
+    TEST_ASSERT_EQUAL_INT(NODE_OPERATIONAL, node->state);
     forget();
 }
 
@@ -103,7 +104,7 @@ static void test_power_brings_one_boot_up_and_pre_operational(void)
     TEST_ASSERT_EQUAL_UINT8(1U, boot_up->length);
     TEST_ASSERT_EQUAL_HEX8(0x00U, boot_up->data[0]);
     TEST_ASSERT_UINT64_WITHIN(60000U, 1000000U + (ID * 10000U) + 30000U, boot_up->time_ns);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(node));
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
     TEST_ASSERT_EQUAL_STRING("r", story);
 }
 
@@ -134,13 +135,13 @@ static void test_heartbeat_every_20_ms_with_the_state(void)
 static void test_nmt_of_others_and_malformed_ones_are_ignored(void)
 {
     master_nmt(&master, 1U, ID + 1U);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(node));
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
     master_nmt(&master, 77U, ID);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(node));
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
     const uint8_t short_command[] = {1U};
     master_send(&master, 0U, short_command, 1U);
     master_wait(&master, MASTER_MS);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(node));
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
 }
 
 static void test_reset_forgets_the_configuration_and_boots_again(void)
@@ -313,13 +314,13 @@ static void test_a_lost_master_heartbeat_is_reported(void)
     TEST_ASSERT_EQUAL_STRING("l", story);
     TEST_ASSERT_EQUAL_HEX16(0x8130U, octets_u16(master_last(&master, 0x091U)->data));
     TEST_ASSERT_EQUAL_HEX8(1U, master_last(&master, 0x091U)->data[4]);
-    TEST_ASSERT_EQUAL_INT(NODE_OPERATIONAL, node_state(node)); // 0x1029 = 1
+    TEST_ASSERT_EQUAL_INT(NODE_OPERATIONAL, node->state); // 0x1029 = 1
     master_send(&master, 0x701U, operational, 1U);
     master_wait(&master, MASTER_MS);
     TEST_ASSERT_EQUAL_HEX16(0U, octets_u16(master_last(&master, 0x091U)->data));
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1029U, 1U, 0U, 1U));
     master_wait(&master, 100U * MASTER_MS);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(node));
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
 }
 
 static void test_pdos_of_wrong_length(void)
@@ -442,7 +443,7 @@ static void test_a_node_without_power_is_dead_and_boots_with_it(void)
     master_wait(&master, 5U * MASTER_MS);
     TEST_ASSERT_TRUE(node_is_powered(node));
     TEST_ASSERT_EQUAL_HEX8(0U, master_last(&master, 0x711U)->data[0]);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(node));
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
     TEST_ASSERT_EQUAL_HEX64(0U, node_object(node, 0x6040U, 0U)->value);
 }
 
@@ -461,7 +462,7 @@ static void test_an_unplugged_node_is_mute_and_boots_when_plugged(void)
     node_plug(node);
     master_wait(&master, 5U * MASTER_MS);
     TEST_ASSERT_EQUAL_HEX8(0U, master_last(&master, 0x711U)->data[0]);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(node));
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node->state);
     TEST_ASSERT_EQUAL_STRING("r", story);
     TEST_ASSERT_EQUAL_HEX64(0U, node_object(node, 0x6040U, 0U)->value);
 }

@@ -2,6 +2,7 @@
 // A node on a bus with two channels: it follows the heartbeat of the master, searches, and stays on a
 // channel.
 #include "sim/devices/node.h"
+#include "sim/devices/node_internal.h"
 #include "unity.h"
 
 #include <string.h>
@@ -132,7 +133,7 @@ static void it_begins_on_bdefault_and_stays_with_its_master(void)
     wait(5U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, boots[A]);
     lead(A, 2000U * MS);
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     TEST_ASSERT_EQUAL_UINT64(0U, value(4U));
     TEST_ASSERT_EQUAL_UINT(0U, heard[B]);
     TEST_ASSERT_EQUAL_UINT(0U, losses);
@@ -141,12 +142,12 @@ static void it_begins_on_bdefault_and_stays_with_its_master(void)
 static void with_nobody_there_it_searches_from_power_on(void)
 {
     wait(DWELL - (2U * MS));
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     wait(6U * MS);
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(B, node->active);
     TEST_ASSERT_EQUAL_UINT64(1U, value(4U));
     wait(DWELL);
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     TEST_ASSERT_EQUAL_UINT64(2U, value(4U));
 }
 
@@ -159,12 +160,12 @@ static void after_the_loss_it_changes_after_ttoggle_heartbeat_times(void)
     TEST_ASSERT_EQUAL_UINT(0U, losses);
     wait(10U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, losses); // The application is informed at once, the channel changes later.
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     wait(HEARTBEAT_TIME - (10U * MS));
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     TEST_ASSERT_EQUAL_UINT(0U, heard[B]);
     wait(10U * MS);
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(B, node->active);
     TEST_ASSERT_EQUAL_UINT(1U, heard[B]); // Its first heartbeat on the channel.
 }
 
@@ -184,7 +185,7 @@ static void it_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times(void
         }
         TEST_ASSERT_TRUE(heard_ns[B] <= (begin_ns + DWELL + MS));
         lead(B, 1000U * MS);
-        TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+        TEST_ASSERT_EQUAL_UINT(B, node->active);
         TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // Received: the count starts again,
         TEST_ASSERT_EQUAL_UINT64(B, value(1U));  // and this channel is the default now.
     }
@@ -197,13 +198,13 @@ static void it_rests_after_ntoggle_changes(void)
     set(3U, 3);
     wait(10U * DWELL);
     TEST_ASSERT_EQUAL_UINT64(3U, value(4U));
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node)); // An odd number: the other channel.
+    TEST_ASSERT_EQUAL_UINT(B, node->active); // An odd number: the other channel.
     lead(A, 500U * MS);
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node)); // It stays, wherever the master is,
+    TEST_ASSERT_EQUAL_UINT(B, node->active); // It stays, wherever the master is,
     lead(B, 40U * MS);
     TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // until it receives the master there.
     wait(DWELL + (5U * MS));
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node)); // It searches again when that heartbeat is lost.
+    TEST_ASSERT_EQUAL_UINT(A, node->active); // It searches again when that heartbeat is lost.
 }
 
 static void zero_switches_the_search_off(void)
@@ -212,12 +213,12 @@ static void zero_switches_the_search_off(void)
     lead(A, 100U * MS);
     set(3U, 0);
     wait(10U * DWELL);
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     lead(A, 100U * MS);
     set(3U, 10);
     set(2U, 0);
     wait(10U * DWELL);
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
 }
 
 static void a_reset_keeps_the_channel_and_a_power_cycle_does_not(void)
@@ -230,15 +231,15 @@ static void a_reset_keeps_the_channel_and_a_power_cycle_does_not(void)
     lead(B, 100U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, boots[B]);
     TEST_ASSERT_EQUAL_UINT(0U, boots[A]);
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(B, node->active);
     node_unplug(node);
     wait(10U * MS);
     node_plug(node);
     wait(10U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, boots[A]);
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     lead(B, DWELL + (40U * MS)); // The master is on B: the node changes to it by itself.
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(B, node->active);
 }
 
 static void a_master_that_comes_back_is_found_on_either_channel(void)
@@ -246,11 +247,11 @@ static void a_master_that_comes_back_is_found_on_either_channel(void)
     wait(5U * MS);
     lead(A, 100U * MS);
     wait(DWELL + (10U * MS));
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(B, node->active);
     lead(A, DWELL + (20U * MS));
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     lead(A, 500U * MS);
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
 }
 
 static void a_cut_channel_is_silent_and_the_other_works(void)
@@ -262,7 +263,7 @@ static void a_cut_channel_is_silent_and_the_other_works(void)
     forget();
     lead(B, DWELL + (40U * MS));
     TEST_ASSERT_EQUAL_UINT(0U, heard[A]);
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(B, node->active);
     TEST_ASSERT_EQUAL_UINT(1U, losses);
 }
 
@@ -280,7 +281,7 @@ static void both_channels_cut_and_one_mended(void)
     TEST_ASSERT_EQUAL_UINT64(7U, value(4U));
     node_cut(node, B, false);
     lead(B, DWELL + (20U * MS));
-    TEST_ASSERT_EQUAL_UINT(B, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(B, node->active);
     TEST_ASSERT_GREATER_THAN_UINT(0U, heard[B]);
 }
 
@@ -294,7 +295,7 @@ static void a_cut_during_the_change_of_channel(void)
     node_cut(node, A, false); // when B is cut and the first channel is restored.
     forget();
     lead(A, (2U * DWELL) + (20U * MS));
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     TEST_ASSERT_GREATER_THAN_UINT(0U, heard[A]);
 }
 
@@ -314,7 +315,7 @@ static void without_channel_b_nothing_changes(void)
     forget();
     node_power_on(node);
     wait(20U * DWELL);
-    TEST_ASSERT_EQUAL_UINT(A, node_active_channel(node));
+    TEST_ASSERT_EQUAL_UINT(A, node->active);
     TEST_ASSERT_EQUAL_UINT64(0U, value(4U));
 }
 

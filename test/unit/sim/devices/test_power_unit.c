@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pulses on the lines of a power unit, and their effect on the nodes that it supplies.
 #include "sim/devices/power_unit.h"
+#include "sim/devices/node_internal.h"
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
 
@@ -85,7 +86,7 @@ static void test_a_closed_relay_stays_closed(void)
     pulse(0x200U + UNIT, 1U, 2U, 3U);
     master_forget(&master);
     wait(POWER_UNIT_LATCH_NS);
-    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, node_state(nodes[0])); // It has not booted again.
+    TEST_ASSERT_EQUAL_INT(NODE_PRE_OPERATIONAL, nodes[0]->state); // It has not booted again.
 }
 
 static void test_frames_that_are_no_pulse_of_the_unit_are_ignored(void)

@@ -4,6 +4,7 @@
 #include "sim/plant/plant.h"
 #include "sim/plant/world.h"
 #include "test/support/bounds.h"
+#include "test/unit/sim/plant/plant_state.h"
 #include "unity.h"
 
 #include <math.h>

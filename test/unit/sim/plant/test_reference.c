@@ -4,6 +4,7 @@
 #include "sim/parameters/rokviss.h"
 #include "sim/plant/plant.h"
 #include "test/support/bounds.h"
+#include "test/unit/sim/plant/plant_state.h"
 #include "unity.h"
 
 #include <math.h>
