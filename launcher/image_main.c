@@ -72,8 +72,8 @@ static void delivered(void* const context, const uint16_t to)
     unsigned component  = 0U;
     if (run_state_find(self->run, to, &component)) {
         FSW_ASSERT(self->running > RUN_SIMULATOR); // Components send in their own turns only.
-        component_runtime_told(&self->runtimes[self->running - 1U], component,
-                               osal_lockstep_now_ns(self->scheduler));
+        component_runtime_note_sent(&self->runtimes[self->running - 1U], component,
+                                    osal_lockstep_now_ns(self->scheduler));
         // This only wakes the receiver: the frame is in its inbox and does not use sockets.
         osal_lockstep_deliver(self->scheduler, self->running, run_participant(component),
                               component_runtime_life_of(&self->runtimes[self->running - 1U], component), 0U,
@@ -394,7 +394,7 @@ static void arm_refusal(void)
 }
 
 /// Number of blocks and sockets taken, which is the number of refusals that a test can cause.
-static void tell_takes(void)
+static void print_takes(void)
 {
     char line[64];
     text_t text = text_in(line, sizeof line);
@@ -407,7 +407,7 @@ static void arm_refusal(void)
 {
 }
 
-static void tell_takes(void)
+static void print_takes(void)
 {
 }
 #endif
@@ -436,6 +436,6 @@ int main(const int argument_count, char* arguments[])
         return complain(error);
     }
     loop(&image);
-    tell_takes();
+    print_takes();
     return close_all(&image);
 }

@@ -141,8 +141,8 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
                             " carries classic frames only (mtu 16), and the mission's bus is CAN FD",
                             "mtu 72");
     }
-    const bool is_told = (seen->bit_rate > 0U);
-    if (is_told &&
+    const bool is_reported = (seen->bit_rate > 0U);
+    if (is_reported &&
         ((seen->bit_rate != wanted->bit_rate) || (is_fd && (seen->data_bit_rate != wanted->data_bit_rate)))) {
         return refuse_rate(launcher, wanted, name, seen);
     }
@@ -350,7 +350,7 @@ bool launcher_make_buses(launcher_t* const launcher)
 }
 
 /// Report problems of the counted hand-over of a bus.
-static void tell_hand_over(launcher_t* const launcher, const char* const bus, const char* const address)
+static void print_hand_over(launcher_t* const launcher, const char* const bus, const char* const address)
 {
     osal_can_hand_over_t counts;
     if (osal_can_hand_over(address, &counts) != STATUS_OK) {
@@ -387,7 +387,7 @@ void launcher_remove_buses(launcher_t* const launcher)
         launcher_bus_t* const bus = &launcher->buses[i];
         if (launcher->run != NULL) {
             const run_bus_t* const address = &launcher->run->buses[i];
-            tell_hand_over(launcher, launcher->mission.buses[i].name, address->simulator);
+            print_hand_over(launcher, launcher->mission.buses[i].name, address->simulator);
             (void)osal_can_destroy(address->simulator);
         }
         if (bus->is_flight_made) {

@@ -79,7 +79,7 @@ void launcher_limit(const launcher_t* const launcher, const child_t* const child
 }
 
 /// Report whether it was near its limit, to help to find the cause of an end.
-static void tell_memory(const launcher_t* const launcher, const child_t* const child)
+static void print_memory(const launcher_t* const launcher, const child_t* const child)
 {
     char line[LAUNCHER_REASON_MAX];
     text_t text = text_in(line, sizeof line);
@@ -102,7 +102,7 @@ bool launcher_has_ended(const launcher_t* const launcher, child_t* const child)
         child->memory_high_kib = child->result.memory_high_kib;
     }
     if (child->is_component && (child->result.was_signalled || (child->result.code != 0))) {
-        tell_memory(launcher, child);
+        print_memory(launcher, child);
     }
     return true;
 }

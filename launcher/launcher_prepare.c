@@ -449,7 +449,7 @@ static bool write_line(launcher_t* const launcher, const char* const name, const
 }
 
 /// Mission and port, for ground tools that look them up.
-static bool tell_ground(launcher_t* const launcher)
+static bool write_ground_files(launcher_t* const launcher)
 {
     char digits[16];
     text_t text = text_in(digits, sizeof digits);
@@ -521,7 +521,7 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
         make_folder(launcher, folder, sizeof folder) && make_run_state(launcher, mission_path, folder) &&
         make_scheduler(launcher) && make_checkpoint(launcher) && launcher_make_buses(launcher) &&
         launcher_make_nodes(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
-        tell_ground(launcher);
+        write_ground_files(launcher);
     if (is_ready) {
         find_bench_devices(launcher);
         name_cosimulation(launcher);

@@ -46,7 +46,7 @@ static bool is_hanging(const launcher_t* const launcher, const osal_process_look
                              : (held_ns >= wait_ns);
 }
 
-static void tell(const child_t* const child, const char* const what)
+static void complain(const child_t* const child, const char* const what)
 {
     char line[LAUNCHER_REASON_MAX];
     text_t text = text_in(line, sizeof line);
@@ -60,11 +60,11 @@ static void suspend(launcher_t* const launcher, child_t* const child)
     run_component_t* const component = &launcher->run->components[child->component];
     launcher->is_undetermined        = true;
     if (component->apid == SUPERVISOR_APID) { // No other process would kill it.
-        tell(child, " hangs: killed");
+        complain(child, " hangs: killed");
         (void)osal_process_stop(&child->process, true);
         return;
     }
-    tell(child, " hangs: suspended, so that the others continue; the supervisor kills it");
+    complain(child, " hangs: suspended, so that the others continue; the supervisor kills it");
     (void)osal_process_suspend(&child->process); // A suspended process does nothing outside of a grant.
     osal_lockstep_suspend(launcher->scheduler, child->participant);
     __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);
@@ -117,7 +117,7 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
         child_t* const child      = child_of(launcher, awaited);
         launcher->is_undetermined = true;
         if (child != NULL) {
-            tell(child, " has not joined the run within 10 s: killed");
+            complain(child, " has not joined the run within 10 s: killed");
             (void)osal_process_stop(&child->process, true);
         }
         osal_lockstep_end(launcher->scheduler, awaited, life);
@@ -136,7 +136,7 @@ static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
         if (child->is_alive && child->is_component && (child->life > 1U) &&
             ((now_ns - child->started_ns) >= JOIN_NS) &&
             (run_state_last_beat(launcher->run, child->component).wake_ns == OSAL_LOCKSTEP_NEVER)) {
-            tell(child, " has not made a step within 10 s: killed");
+            complain(child, " has not made a step within 10 s: killed");
             (void)osal_process_stop(&child->process, true);
             child->started_ns = now_ns;
         }

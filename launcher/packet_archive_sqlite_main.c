@@ -26,7 +26,7 @@
 #define LINE_MAX_CHARACTERS (96U + (2U * PUS_PACKET_MAX))
 #define CHUNK 65536U
 #define DIRECTION_GAP 2U
-#define RANGES_TOLD 8U ///< Of missing records.
+#define RANGES_REPORTED 8U ///< Of missing records.
 #define FOLLOW_PAUSE_NS 20000000ULL
 
 typedef struct {
@@ -410,7 +410,7 @@ static uint64_t find_missing(archive_t* const archive, text_t* const out_ranges)
         const uint64_t number = is_more ? (uint64_t)sqlite3_column_int64(row, 0) : (archive->expected + 1U);
         if (number > next) {
             missing += number - next;
-            if (ranges < RANGES_TOLD) {
+            if (ranges < RANGES_REPORTED) {
                 text_add(out_ranges, (ranges == 0U) ? ": " : " ");
                 text_add_unsigned(out_ranges, next);
                 text_add(out_ranges, "-");
@@ -420,7 +420,7 @@ static uint64_t find_missing(archive_t* const archive, text_t* const out_ranges)
         }
         next = number + 1U;
     }
-    text_add(out_ranges, (ranges > RANGES_TOLD) ? " and more" : "");
+    text_add(out_ranges, (ranges > RANGES_REPORTED) ? " and more" : "");
     (void)sqlite3_finalize(row);
     return missing;
 }

@@ -23,7 +23,7 @@ typedef struct { // All storage of the program.
     osal_process_t process;
     remote_endian_wire_t wire;
     remote_endian_buses_t buses;
-    bool has_told_refused;
+    bool has_reported_refused;
 } proxy_t;
 
 static proxy_t storage;
@@ -134,8 +134,8 @@ static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_d
     if (!remote_endian_read_frames(&reader, &self->buses)) {
         return STATUS_INVALID;
     }
-    if ((self->buses.refused > 0U) && !self->has_told_refused) {
-        self->has_told_refused = true;
+    if ((self->buses.refused > 0U) && !self->has_reported_refused) {
+        self->has_reported_refused = true;
         (void)complain("a bus did not take all frames of ", self->program);
     }
     return STATUS_OK;
@@ -195,7 +195,7 @@ static osal_process_result_t await_end(proxy_t* const self)
     return result;
 }
 
-static void tell_loss(const proxy_t* const self, const osal_process_result_t* const result)
+static void print_loss(const proxy_t* const self, const osal_process_result_t* const result)
 {
     char how[64];
     char line[LINE_MAX];
@@ -244,7 +244,7 @@ int main(int argument_count, char* arguments[])
     osal_socket_close(&self->wire.socket);
     const osal_process_result_t result = await_end(self);
     if (!is_good) {
-        tell_loss(self, &result);
+        print_loss(self, &result);
     }
     return is_good ? 0 : 1;
 }

@@ -159,22 +159,22 @@ static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
     for (uint8_t i = 0U; i < network->device_count; i++) {
         canopen_network_device_t* const place = &network->devices[i];
         canopen_device_reset(&place->device);
-        place->device.boots    = network->master.nodes[place->device.index].boots;
-        place->is_lost         = false;
-        place->is_faulty       = false;
-        place->is_refusal_told = false;
+        place->device.boots        = network->master.nodes[place->device.index].boots;
+        place->is_lost             = false;
+        place->is_faulty           = false;
+        place->is_refusal_reported = false;
     }
     (void)canopen_master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
     enter(network, NETWORK_BOOTING, now_ns);
 }
 
 /// Report once why a device is not commissioned yet, while it may still answer.
-static void tell_waiting(canopen_network_t* const network, canopen_network_device_t* const place,
-                         const canopen_network_refusal_t refusal)
+static void report_waiting(canopen_network_t* const network, canopen_network_device_t* const place,
+                           const canopen_network_refusal_t refusal)
 {
-    if (!place->is_refusal_told) {
-        place->is_refusal_told = true;
-        canopen_network_tell_refusal(network, place, refusal);
+    if (!place->is_refusal_reported) {
+        place->is_refusal_reported = true;
+        canopen_network_report_refusal(network, place, refusal);
     }
 }
 
@@ -188,7 +188,7 @@ static bool have_all_booted(canopen_network_t* const network, const uint64_t now
         if (network->master.nodes[device->index].boots == device->boots) {
             have_all = false;
             if (is_retry) {
-                tell_waiting(network, &network->devices[i], REFUSAL_NOT_BOOTED);
+                report_waiting(network, &network->devices[i], REFUSAL_NOT_BOOTED);
             }
             if (is_retry && !network->flow->health.is_unacknowledged) {
                 (void)canopen_master_command(&network->master, device->node, NMT_RESET_NODE);
@@ -207,12 +207,12 @@ static status_t identify_all(canopen_network_t* const network)
     for (uint8_t i = 0U; i < network->device_count; i++) {
         canopen_network_device_t* const place = &network->devices[i];
         if (network->master.nodes[place->device.index].boots != place->device.boots) {
-            canopen_network_tell_refusal(network, place, REFUSAL_REBOOTED);
+            canopen_network_report_refusal(network, place, REFUSAL_REBOOTED);
             return STATUS_CLOSED;
         }
         const status_t status = canopen_device_identify_step(&place->device);
         if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
-            canopen_network_tell_access(network, place, status);
+            canopen_network_report_access(network, place, status);
             return status;
         }
         is_busy = is_busy || (status == STATUS_BUSY);
@@ -250,8 +250,8 @@ status_t canopen_network_boot(canopen_network_t* const network, const uint64_t n
     if (status != STATUS_BUSY) {
         network->is_booted = (status == STATUS_OK);
         if (network->is_booted && network->is_standby_missing) {
-            canopen_network_tell_condition(network, (uint8_t)(NETWORK_CHANNELS - 1U - network->channel),
-                                           NETWORK_BUS_MISSING);
+            canopen_network_report_condition(network, (uint8_t)(NETWORK_CHANNELS - 1U - network->channel),
+                                             NETWORK_BUS_MISSING);
         }
         enter(network, NETWORK_RESTING, now_ns);
     }
@@ -303,7 +303,7 @@ status_t canopen_network_configure(canopen_network_t* const network, const uint6
     for (uint8_t i = 0U; i < network->device_count; i++) {
         const status_t status = canopen_device_configure_step(&network->devices[i].device);
         if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
-            canopen_network_tell_access(network, &network->devices[i], status);
+            canopen_network_report_access(network, &network->devices[i], status);
             enter(network, NETWORK_RESTING, now_ns);
             return status;
         }
@@ -319,8 +319,8 @@ status_t canopen_network_configure(canopen_network_t* const network, const uint6
 static status_t begin_start(canopen_network_t* const network, const uint64_t now_ns)
 {
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        network->devices[i].is_refusal_told = false;
-        const status_t status               = canopen_device_connect(&network->devices[i].device);
+        network->devices[i].is_refusal_reported = false;
+        const status_t status                   = canopen_device_connect(&network->devices[i].device);
         if (status != STATUS_OK) {
             canopen_network_stop(network);
             return status;
@@ -345,14 +345,14 @@ status_t canopen_network_start(canopen_network_t* const network, const uint64_t 
     if (network->phase != NETWORK_STARTING) {
         return begin_start(network, now_ns);
     }
-    const bool is_late = (now_ns - network->phase_start_ns) >= network->config.silence_told_ns;
+    const bool is_late = (now_ns - network->phase_start_ns) >= network->config.silence_reported_ns;
     bool are_all_heard = true;
     for (uint8_t i = 0U; i < network->device_count; i++) {
         canopen_network_device_t* const place = &network->devices[i];
         const bool is_heard                   = canopen_device_is_heard(&place->device);
         are_all_heard                         = are_all_heard && is_heard;
         if (is_late && !is_heard) {
-            tell_waiting(network, place, REFUSAL_SILENT);
+            report_waiting(network, place, REFUSAL_SILENT);
         }
     }
     if (!are_all_heard) {

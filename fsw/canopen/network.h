@@ -38,7 +38,8 @@ typedef struct {
     uint32_t lost_after_syncs; ///< A device that does not answer this many SYNCs is lost.
     uint64_t call_ns;          ///< With two channels: longest time for devices to change to the active one.
     uint64_t boot_retry_ns;    ///< A node that has not booted after this time is reset again.
-    uint64_t silence_told_ns; ///< Process data that have not arrived after this time are reported as missing.
+    uint64_t
+        silence_reported_ns; ///< Process data that have not arrived after this time are reported as missing.
     uint64_t quick_stop_limit_ns; ///< Longest braking before voltage is taken away.
 } canopen_network_config_t;
 
@@ -88,8 +89,8 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     canopen_device_t device;
     bool is_lost;
     bool is_faulty;
-    bool is_refusal_told; ///< NOT_BOOTED or SILENT, once per boot or start.
-    uint32_t missed;      ///< SYNCs left unanswered [wraps].
+    bool is_refusal_reported; ///< NOT_BOOTED or SILENT, once per boot or start.
+    uint32_t missed;          ///< SYNCs left unanswered [wraps].
     canopen_setting_t settings[NETWORK_SETTINGS_MAX];
     uint16_t setting_count;
 } canopen_network_device_t;

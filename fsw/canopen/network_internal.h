@@ -6,17 +6,17 @@
 #include "fsw/canopen/network.h"
 
 /// Queue a fault; a fault without room is counted.
-void canopen_network_tell(canopen_network_t* network, const canopen_network_fault_t* fault);
+void canopen_network_report(canopen_network_t* network, const canopen_network_fault_t* fault);
 /// Present state of a controller.
 canopen_network_conditions_t canopen_network_conditions(const flow_can_t* flow);
 /// Report the condition of one of the master's controllers.
-void canopen_network_tell_condition(canopen_network_t* network, uint8_t channel,
-                                    canopen_network_bus_condition_t condition);
+void canopen_network_report_condition(canopen_network_t* network, uint8_t channel,
+                                      canopen_network_bus_condition_t condition);
 /// Report that a device is not commissioned, with a reason.
-void canopen_network_tell_refusal(canopen_network_t* network, const canopen_network_device_t* place,
-                                  canopen_network_refusal_t refusal);
+void canopen_network_report_refusal(canopen_network_t* network, const canopen_network_device_t* place,
+                                    canopen_network_refusal_t refusal);
 /// Report the result of its list of accesses.
-void canopen_network_tell_access(canopen_network_t* network, const canopen_network_device_t* place,
-                                 status_t status);
+void canopen_network_report_access(canopen_network_t* network, const canopen_network_device_t* place,
+                                   status_t status);
 
 #endif // FSW_CANOPEN_NETWORK_INTERNAL_H

@@ -9,7 +9,7 @@
 #define OVERRUN_QUIET_NS 1000000000ULL // After a second without loss, lost frames are reported again.
 #define SYNC_QUIET_NS 1000000000ULL    // After a second without them, SYNCs of others are reported again.
 
-void canopen_network_tell(canopen_network_t* const network, const canopen_network_fault_t* const fault)
+void canopen_network_report(canopen_network_t* const network, const canopen_network_fault_t* const fault)
 {
     FSW_ASSERT((network != NULL) && (fault != NULL));
     if (network->fault_count == NETWORK_FAULTS_MAX) {
@@ -21,33 +21,33 @@ void canopen_network_tell(canopen_network_t* const network, const canopen_networ
     network->fault_count++;
 }
 
-static void tell(canopen_network_t* const network, const canopen_network_fault_kind_t kind,
-                 const uint8_t node, const uint16_t code)
+static void report_fault(canopen_network_t* const network, const canopen_network_fault_kind_t kind,
+                         const uint8_t node, const uint16_t code)
 {
     const canopen_network_fault_t fault = {.kind = kind, .node = node, .code = code};
-    canopen_network_tell(network, &fault);
+    canopen_network_report(network, &fault);
 }
 
-void canopen_network_tell_condition(canopen_network_t* const network, const uint8_t channel,
-                                    const canopen_network_bus_condition_t condition)
+void canopen_network_report_condition(canopen_network_t* const network, const uint8_t channel,
+                                      const canopen_network_bus_condition_t condition)
 {
     FSW_ASSERT(network != NULL);
     const uint16_t offset = (channel == NETWORK_CHANNEL_B) ? NETWORK_BUS_CHANNEL_B : 0U;
-    tell(network, NETWORK_BUS_WARNING, 0U, (uint16_t)((uint16_t)condition + offset));
+    report_fault(network, NETWORK_BUS_WARNING, 0U, (uint16_t)((uint16_t)condition + offset));
 }
 
-void canopen_network_tell_refusal(canopen_network_t* const network,
-                                  const canopen_network_device_t* const place,
-                                  const canopen_network_refusal_t refusal)
+void canopen_network_report_refusal(canopen_network_t* const network,
+                                    const canopen_network_device_t* const place,
+                                    const canopen_network_refusal_t refusal)
 {
     FSW_ASSERT((network != NULL) && (place != NULL));
     const canopen_network_fault_t fault = {
         .kind = NETWORK_DEVICE_REFUSED, .node = place->device.node, .refusal = refusal};
-    canopen_network_tell(network, &fault);
+    canopen_network_report(network, &fault);
 }
 
-void canopen_network_tell_access(canopen_network_t* const network,
-                                 const canopen_network_device_t* const place, const status_t status)
+void canopen_network_report_access(canopen_network_t* const network,
+                                   const canopen_network_device_t* const place, const status_t status)
 {
     FSW_ASSERT((network != NULL) && (place != NULL));
     const canopen_setting_run_t* const run = &place->device.run;
@@ -68,15 +68,15 @@ void canopen_network_tell_access(canopen_network_t* const network,
     } else {
         // Of another size, too long, or against the protocol.
     }
-    canopen_network_tell(network, &fault);
+    canopen_network_report(network, &fault);
 }
 
-static void tell_drive_fault(canopen_network_t* const network, canopen_network_device_t* const place,
-                             const uint16_t code)
+static void report_drive_fault(canopen_network_t* const network, canopen_network_device_t* const place,
+                               const uint16_t code)
 {
     if (!place->is_faulty) {
         place->is_faulty = true;
-        tell(network, NETWORK_DRIVE_FAULT, place->device.node, code);
+        report_fault(network, NETWORK_DRIVE_FAULT, place->device.node, code);
     }
 }
 
@@ -94,7 +94,7 @@ static void watch_presence(canopen_network_t* const network, canopen_network_dev
                          network->was_bus_off || bus->is_unacknowledged;
     if (is_gone && !place->is_lost) {
         place->is_lost = true;
-        tell(network, NETWORK_DEVICE_LOST, device->node, 0U);
+        report_fault(network, NETWORK_DEVICE_LOST, device->node, 0U);
     }
 }
 
@@ -106,7 +106,7 @@ static void watch_axes(canopen_network_t* const network, canopen_network_device_
         const canopen_cia402_state_t state = canopen_cia402_axis_state(axis);
         const bool is_in_fault             = (state == CIA402_FAULT) || (state == CIA402_FAULT_REACTION);
         if (axis->has_dropped || (is_in_fault && !axis->may_reset_fault)) {
-            tell_drive_fault(network, place, axis->statusword);
+            report_drive_fault(network, place, axis->statusword);
         }
     }
 }
@@ -121,13 +121,13 @@ static void take_emergencies(canopen_network_t* const network)
         }
         switch (canopen_emergency_class(emergency.code)) {
         case EMERGENCY_HIGH:
-            tell_drive_fault(network, &network->devices[index], emergency.code);
+            report_drive_fault(network, &network->devices[index], emergency.code);
             break;
         case EMERGENCY_MEDIUM:
-            tell(network, NETWORK_DRIVE_WARNING, emergency.node, emergency.code);
+            report_fault(network, NETWORK_DRIVE_WARNING, emergency.node, emergency.code);
             break;
         case EMERGENCY_LOW:
-            tell(network, NETWORK_BUS_WARNING, emergency.node, emergency.code);
+            report_fault(network, NETWORK_BUS_WARNING, emergency.node, emergency.code);
             break;
         case EMERGENCY_CLEARED:
         default:
@@ -146,23 +146,23 @@ canopen_network_conditions_t canopen_network_conditions(const flow_can_t* const 
                                           .restarts          = flow->errors.restarts};
 }
 
-static void tell_conditions(canopen_network_t* const network, const uint8_t channel,
-                            const canopen_network_conditions_t* const told,
-                            const canopen_network_conditions_t* const now)
+static void report_conditions(canopen_network_t* const network, const uint8_t channel,
+                              const canopen_network_conditions_t* const told,
+                              const canopen_network_conditions_t* const now)
 {
     if (now->state > told->state) {
-        canopen_network_tell_condition(network, channel, (canopen_network_bus_condition_t)now->state);
+        canopen_network_report_condition(network, channel, (canopen_network_bus_condition_t)now->state);
     }
     const bool is_first =
         (told->overrun_ns == 0U) || ((now->overrun_ns - told->overrun_ns) >= OVERRUN_QUIET_NS);
     if ((now->overruns != told->overruns) && is_first) {
-        canopen_network_tell_condition(network, channel, NETWORK_BUS_OVERRUN);
+        canopen_network_report_condition(network, channel, NETWORK_BUS_OVERRUN);
     }
     if (now->transmit_timeouts != told->transmit_timeouts) {
-        canopen_network_tell_condition(network, channel, NETWORK_BUS_TRANSMIT_TIMEOUT);
+        canopen_network_report_condition(network, channel, NETWORK_BUS_TRANSMIT_TIMEOUT);
     }
     if (now->restarts != told->restarts) {
-        canopen_network_tell_condition(network, channel, NETWORK_BUS_RESTARTED);
+        canopen_network_report_condition(network, channel, NETWORK_BUS_RESTARTED);
     }
 }
 
@@ -173,7 +173,7 @@ static void watch_bus(canopen_network_t* const network, const uint8_t channel, c
     canopen_network_conditions_t now         = canopen_network_conditions(&network->flows[channel]);
     now.overrun_ns                           = (now.overruns != told->overruns) ? now_ns : told->overrun_ns;
     if (network->is_booted) {
-        tell_conditions(network, channel, told, &now);
+        report_conditions(network, channel, told, &now);
     }
     if (channel == network->channel) { // It may be back already.
         network->was_bus_off = (now.bus_offs != told->bus_offs);
@@ -192,7 +192,7 @@ static void watch_sync(canopen_network_t* const network, const uint64_t now_ns)
     }
     const bool is_first = (told->time_ns == 0U) || ((now_ns - told->time_ns) >= SYNC_QUIET_NS);
     if (network->is_booted && is_first) {
-        tell(network, NETWORK_FOREIGN_SYNC, 0U, 0U);
+        report_fault(network, NETWORK_FOREIGN_SYNC, 0U, 0U);
     }
     told->count   = count;
     told->time_ns = network->is_booted ? now_ns : 0U;

@@ -29,7 +29,7 @@ static const canopen_network_config_t network_config = {
     .lost_after_syncs = LOST_AFTER_SYNCS, // One lost frame is no lost device; three in a row have one cause.
     .call_ns          = 160U * MILLISECOND_NS, // They change channel every 120 ms, and speak every 20 ms.
     .boot_retry_ns    = 300U * MILLISECOND_NS,
-    .silence_told_ns  = 100U * MILLISECOND_NS,
+    .silence_reported_ns = 100U * MILLISECOND_NS,
     .quick_stop_limit_ns = 200U * MILLISECOND_NS,
 };
 

@@ -86,7 +86,7 @@ static void take_in(communication_program_t* const self, const uint32_t octets_d
 static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
 {
     communication_program_t* const self = (communication_program_t*)context;
-    subsystem_tell_time(&self->host.component, now_ns);
+    subsystem_set_time(&self->host.component, now_ns);
     take_in(self, octets_due);
     const uint64_t wake_ns = subsystem_host_step(&self->host, now_ns);
     communication_send_out(&self->communication);

@@ -140,12 +140,12 @@ static uint8_t methods_of_port(void* const context, const uint16_t port, const u
                       : (uint8_t)(runtime->run->link_methods & (uint8_t)~shared_memory);
 }
 
-void component_runtime_told(component_runtime_t* const runtime, const unsigned component,
-                            const uint64_t now_ns)
+void component_runtime_note_sent(component_runtime_t* const runtime, const unsigned component,
+                                 const uint64_t now_ns)
 {
     FSW_ASSERT((runtime != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
-    if (runtime->peers[component].told_ns <= run_state_last_beat(runtime->run, component).step_ns) {
-        runtime->peers[component].told_ns = now_ns;
+    if (runtime->peers[component].reported_ns <= run_state_last_beat(runtime->run, component).step_ns) {
+        runtime->peers[component].reported_ns = now_ns;
     }
 }
 
@@ -190,7 +190,7 @@ void component_runtime_delivered(void* const context, const uint16_t to)
     component_runtime_t* const runtime = (component_runtime_t*)context;
     unsigned component                 = 0U;
     if (run_state_find(runtime->run, to, &component)) {
-        component_runtime_told(runtime, component, osal_clock_now_ns(&runtime->clock));
+        component_runtime_note_sent(runtime, component, osal_clock_now_ns(&runtime->clock));
         osal_clock_deliver(&runtime->clock, run_participant(component),
                            component_runtime_life_of(runtime, component), 1U, 0U);
     }

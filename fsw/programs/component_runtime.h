@@ -48,8 +48,8 @@ typedef struct { // Private, except the members named below.
     struct {                // Of each component, from the run state at the last intake.
         uint32_t life;
         uint32_t link_floor;
-        uint64_t told_ns; // Time of the first message sent to it since its last step.
-        bool is_gone;     // Its process in that life has ended, and its messages were received.
+        uint64_t reported_ns; // Time of the first message sent to it since its last step.
+        bool is_gone;         // Its process in that life has ended, and its messages were received.
     } peers[MISSION_SUBSYSTEMS_MAX];
     uint32_t pumps;
     uint32_t owed; // Datagrams that were announced and not received yet: the connection may be cut.
@@ -102,7 +102,7 @@ void component_runtime_pump(component_runtime_t* runtime, uint32_t messages,
 /// Announce a message to the scheduler: for another component, in the life to which it was sent.
 void component_runtime_delivered(void* context, uint16_t to);
 /// A message was sent to another component at that time [ns of the run].
-void component_runtime_told(component_runtime_t* runtime, unsigned component, uint64_t now_ns);
+void component_runtime_note_sent(component_runtime_t* runtime, unsigned component, uint64_t now_ns);
 /// Latest time of the next step of another component: the promise of its last step, or, before the first step
 /// of a life, the beginning of that life. OSAL_LOCKSTEP_NEVER: unknown. The scheduler may be null.
 uint64_t component_runtime_promise_ns(const component_runtime_t* runtime, osal_lockstep_t* scheduler,

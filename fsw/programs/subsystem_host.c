@@ -56,7 +56,7 @@ bool subsystem_host_load(subsystem_host_t* const host, component_runtime_t* cons
 }
 
 /// Print file, line, value found and value expected, which the report of a failure cannot contain.
-static void tell_refusal(const subsystem_host_t* const host)
+static void print_refusal(const subsystem_host_t* const host)
 {
     char line[LINE_CHARACTERS];
     text_t text = text_in(line, sizeof line);
@@ -80,7 +80,7 @@ static status_t reload(void* const context, const subsystem_descriptor_t** const
         reader->spare                     = old;
         *out_descriptor                   = host->in_force;
     } else {
-        tell_refusal(host);
+        print_refusal(host);
     }
     return status;
 }
@@ -143,22 +143,22 @@ void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
 
 /// Report lost records as soon as events can be raised. JOURNAL_DAMAGED is the event's name in every
 /// descriptor.
-static void tell_damage(subsystem_host_t* const host)
+static void report_damage(subsystem_host_t* const host)
 {
     uint8_t octets[JOURNAL_DAMAGE_SIZE];
     const descriptor_event_t* const event = descriptor_find_event_name(host->in_force, "JOURNAL_DAMAGED");
-    if (!host->has_told_damage && (event != NULL) && (event->octets == JOURNAL_DAMAGE_SIZE) &&
-        journal_tell_damage(&host->records.journal, host->records_refused, octets)) {
+    if (!host->has_reported_damage && (event != NULL) && (event->octets == JOURNAL_DAMAGE_SIZE) &&
+        journal_report_damage(&host->records.journal, host->records_refused, octets)) {
         (void)subsystem_raise(&host->component, event->id, octets, sizeof octets);
     }
-    host->has_told_damage = true;
+    host->has_reported_damage = true;
 }
 
 uint64_t subsystem_host_step(subsystem_host_t* const host, const uint64_t now_ns)
 {
     subsystem_host_take_in(host, now_ns);
     const uint64_t wake_ns = subsystem_step(&host->component, now_ns);
-    tell_damage(host);
+    report_damage(host);
     return wake_ns;
 }
 

@@ -25,7 +25,7 @@ typedef struct { // Private, except `component`.
     journal_slot_t slots[JOURNAL_SLOTS(SUBSYSTEM_HOST_RECORDS)];
     pus_persistence_t persistence;
     uint32_t records_refused; // Lasting records that no service restored.
-    bool has_told_damage;     // Damage to its records was reported.
+    bool has_reported_damage; // Damage to its records was reported.
 } subsystem_host_t;
 
 /// Check that the runtime's descriptor matches the program and requires only what the program supports; open

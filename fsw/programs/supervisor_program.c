@@ -138,9 +138,10 @@ static uint64_t promise_of(void* const context, const uint16_t apid)
     if (beat.wake_ns == OSAL_LOCKSTEP_NEVER) {
         return component_runtime_promise_ns(runtime, runtime->clock.scheduler, index); // It begins a life.
     }
-    const bool is_late     = (runtime->clock.mode == OSAL_CLOCK_REAL);
-    const uint64_t told_ns = runtime->peers[index].told_ns; // Its notices wake the supervisor.
-    const uint64_t due_ns  = ((told_ns > beat.step_ns) && (told_ns < beat.wake_ns)) ? told_ns : beat.wake_ns;
+    const bool is_late         = (runtime->clock.mode == OSAL_CLOCK_REAL);
+    const uint64_t reported_ns = runtime->peers[index].reported_ns; // Its notices wake the supervisor.
+    const uint64_t due_ns =
+        ((reported_ns > beat.step_ns) && (reported_ns < beat.wake_ns)) ? reported_ns : beat.wake_ns;
     return is_late ? (due_ns + REAL_LATENESS_NS) : due_ns;
 }
 
@@ -170,7 +171,7 @@ static void count_records(supervisor_program_t* const program)
 }
 
 /// A slow disk delayed the supervisor: reported on the console only, because it is wall-clock time.
-static void tell_slow_disk(const supervisor_program_t* const program)
+static void print_slow_disk(const supervisor_program_t* const program)
 {
     char line[96];
     const uint64_t slowest_ms = program->supervisor.log.slowest_ns / 1000000U;
@@ -200,7 +201,7 @@ static void close_program(void* const context)
     } else {
         supervisor_close(&program->supervisor);
         count_records(program);
-        tell_slow_disk(program);
+        print_slow_disk(program);
     }
     store_files_close(&program->stores);
     record_store_close(&program->records);

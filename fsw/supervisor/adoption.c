@@ -110,20 +110,20 @@ static void keep_channels(const supervisor_t* const supervisor, checkpoint_state
 static void keep(supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
     (void)memset(state, 0, sizeof *state);
-    state->interface_hash      = supervisor->mission->interface_hash;
-    state->now_ns              = supervisor->now_ns;
-    state->log_number          = supervisor->log.next_number;
-    state->log_written         = supervisor->log.written_number;
-    state->log_strategy        = (uint8_t)supervisor->log.wanted;
-    state->is_log_failure_told = supervisor->is_log_failure_told;
-    state->lives               = supervisor->lives;
-    state->mode                = supervisor->mode;
-    state->autostart_step      = (uint8_t)supervisor->autostart_step;
-    state->shutdown_step       = (uint8_t)supervisor->shutdown_step;
-    state->shutdown_ns         = supervisor->shutdown_ns;
-    state->path                = supervisor->path;
-    state->has_shutdown_token  = supervisor->has_shutdown_token;
-    state->shutdown_token      = supervisor->shutdown_token;
+    state->interface_hash          = supervisor->mission->interface_hash;
+    state->now_ns                  = supervisor->now_ns;
+    state->log_number              = supervisor->log.next_number;
+    state->log_written             = supervisor->log.written_number;
+    state->log_strategy            = (uint8_t)supervisor->log.wanted;
+    state->is_log_failure_reported = supervisor->is_log_failure_reported;
+    state->lives                   = supervisor->lives;
+    state->mode                    = supervisor->mode;
+    state->autostart_step          = (uint8_t)supervisor->autostart_step;
+    state->shutdown_step           = (uint8_t)supervisor->shutdown_step;
+    state->shutdown_ns             = supervisor->shutdown_ns;
+    state->path                    = supervisor->path;
+    state->has_shutdown_token      = supervisor->has_shutdown_token;
+    state->shutdown_token          = supervisor->shutdown_token;
     (void)memcpy(state->log_sizes, supervisor->log.whole, sizeof state->log_sizes);
     (void)memcpy((uint8_t*)state->counters, (const uint8_t*)&supervisor->counters,
                  sizeof supervisor->counters);
@@ -204,17 +204,17 @@ static void take_messages(supervisor_t* const supervisor, const checkpoint_state
 
 static void take(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
-    supervisor->now_ns              = state->now_ns;
-    supervisor->lives               = state->lives + 1U;
-    supervisor->is_adopted          = true;
-    supervisor->is_log_failure_told = state->is_log_failure_told;
-    supervisor->mode                = state->mode;
-    supervisor->is_continued        = state->autostart_step != 0U;
-    supervisor->shutdown_step       = state->shutdown_step;
-    supervisor->shutdown_ns         = state->shutdown_ns;
-    supervisor->path                = state->path;
-    supervisor->has_shutdown_token  = state->has_shutdown_token;
-    supervisor->shutdown_token      = state->shutdown_token;
+    supervisor->now_ns                  = state->now_ns;
+    supervisor->lives                   = state->lives + 1U;
+    supervisor->is_adopted              = true;
+    supervisor->is_log_failure_reported = state->is_log_failure_reported;
+    supervisor->mode                    = state->mode;
+    supervisor->is_continued            = state->autostart_step != 0U;
+    supervisor->shutdown_step           = state->shutdown_step;
+    supervisor->shutdown_ns             = state->shutdown_ns;
+    supervisor->path                    = state->path;
+    supervisor->has_shutdown_token      = state->has_shutdown_token;
+    supervisor->shutdown_token          = state->shutdown_token;
     (void)memcpy((uint8_t*)&supervisor->counters, (const uint8_t*)state->counters,
                  sizeof supervisor->counters);
     take_members(supervisor, state);
@@ -235,7 +235,7 @@ static void take(supervisor_t* const supervisor, const checkpoint_state_t* const
         take_messages(supervisor, state);
     }
     pus_counts_resume(subsystem_process(&supervisor->subsystem), &supervisor->requester, &state->counts);
-    subsystem_tell_time(&supervisor->subsystem, state->now_ns);
+    subsystem_set_time(&supervisor->subsystem, state->now_ns);
 }
 
 void supervisor_adoption_begin(supervisor_t* const supervisor)
@@ -324,7 +324,7 @@ void supervisor_adoption_reopen(supervisor_t* const supervisor)
     ask_members(supervisor);
 }
 
-void supervisor_adoption_tell(supervisor_t* const supervisor)
+void supervisor_adoption_report(supervisor_t* const supervisor)
 {
     if (supervisor->checkpoint_damage != ADOPTION_WHOLE) {
         const uint8_t left            = (supervisor->checkpoint_damage == ADOPTION_OLDER) ? 1U : 0U;
@@ -338,7 +338,7 @@ void supervisor_adoption_tell(supervisor_t* const supervisor)
     if (!supervisor->is_adopted) {
         return;
     }
-    subsystem_tell_time(&supervisor->subsystem, supervisor->now_ns);
+    subsystem_set_time(&supervisor->subsystem, supervisor->now_ns);
     supervisor->is_adopted = false;
     const uint16_t ended   = end_own(supervisor);
     uint8_t octets[6];

@@ -465,7 +465,7 @@ checkpoint_flaw_t supervisor_checkpoint_check(const checkpoint_state_t* const st
     } checks[] = {
         {descriptor_mission_find_mode(mission, state->mode) != NULL, CHECKPOINT_MODE},
         {(state->log_written < state->log_number) && (state->log_strategy <= (uint8_t)MISSION_LOG_RING) &&
-             is_truth(&state->is_log_failure_told),
+             is_truth(&state->is_log_failure_reported),
          CHECKPOINT_LOG},
         {is_shutdown_sound(state), CHECKPOINT_SHUTDOWN},
         {are_members_sound(state, limits), CHECKPOINT_MEMBER},

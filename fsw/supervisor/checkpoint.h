@@ -117,7 +117,7 @@ typedef struct {
     uint8_t log_strategy;
     uint8_t autostart_step;
     uint8_t shutdown_step;
-    bool is_log_failure_told;
+    bool is_log_failure_reported;
     bool has_shutdown_token;
     uint32_t counters[CHECKPOINT_COUNTERS]; ///< The published counters.
     checkpoint_member_t members[MISSION_SUBSYSTEMS_MAX];

@@ -133,8 +133,8 @@ static plan_run_t run_for(supervisor_t* const supervisor, const failure_t* const
 }
 
 /// Report that the plan for one event gives way to the plan for another one.
-static void tell_overruled(supervisor_t* const supervisor, const plan_run_t* const run,
-                           const plan_run_t* const other)
+static void report_overruled(supervisor_t* const supervisor, const plan_run_t* const run,
+                             const plan_run_t* const other)
 {
     uint8_t octets[8];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -150,7 +150,7 @@ static void start_plan(supervisor_t* const supervisor, const plan_run_t* const w
 {
     plan_run_t ended;
     while (supervisor_plan_runner_overrule(&supervisor->plans, wanted, &ended)) {
-        tell_overruled(supervisor, &ended, wanted);
+        report_overruled(supervisor, &ended, wanted);
     }
     const plan_verdict_t verdict = supervisor_plan_runner_start(&supervisor->plans, wanted);
     if (verdict == PLAN_STARTED) {
@@ -159,7 +159,7 @@ static void start_plan(supervisor_t* const supervisor, const plan_run_t* const w
     } else if (verdict == PLAN_JOINED) {
         supervisor->reactions.joined++;
     } else {
-        tell_overruled(supervisor, wanted, supervisor_plan_runner_of(&supervisor->plans, wanted->apid));
+        report_overruled(supervisor, wanted, supervisor_plan_runner_of(&supervisor->plans, wanted->apid));
     }
 }
 

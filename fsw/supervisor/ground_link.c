@@ -84,7 +84,7 @@ static void count_dropped(supervisor_t* const supervisor, const pus_class_t clas
     }
 }
 
-void supervisor_ground_tell(supervisor_t* const supervisor)
+void supervisor_ground_report(supervisor_t* const supervisor)
 {
     if (supervisor->is_ground_news) { // Not while a report is being sent.
         supervisor->is_ground_news = false;

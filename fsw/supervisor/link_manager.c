@@ -484,21 +484,21 @@ static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
 /// Status of one link from a member, once after the takeover: it takes precedence, and no end stays open
 /// alone.
 static void compare_link(supervisor_t* const supervisor, const uint16_t apid, const uint16_t link,
-                         const bool is_told_open)
+                         const bool is_reported_open)
 {
     const link_edge_t* const edge = supervisor_link_graph_find(&supervisor->graph, link);
     if (session_of_link(supervisor, link) != NULL) {
         return; // A transition of the link is under way.
     }
     if (edge == NULL) {
-        if (is_told_open) {
+        if (is_reported_open) {
             supervisor_raise_u16_u16(supervisor, SUPERVISOR_EVENT_ADOPTION_LINK_DIFFERS, apid, link);
             (void)close_member(supervisor, apid, link, (uint8_t)PUS_LINK_REASON_PEER);
         }
         return;
     }
     const pus_link_ends_t ends = edge->ends;
-    if (is_end(&ends, apid) && !is_told_open) {
+    if (is_end(&ends, apid) && !is_reported_open) {
         supervisor_raise_u16_u16(supervisor, SUPERVISOR_EVENT_ADOPTION_LINK_DIFFERS, apid, link);
         member_closed(supervisor, link, apid, &ends);
     }

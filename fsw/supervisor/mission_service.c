@@ -29,7 +29,7 @@ static pus_reply_t select_log(void* const context, const uint8_t strategy, const
     if (status != STATUS_OK) {
         return pus_failed(PUS_FAILURE_IO, (uint32_t)status);
     }
-    supervisor->is_log_failure_told       = false;
+    supervisor->is_log_failure_reported   = false;
     const pus_log_transition_t transition = {.previous     = previous,
                                              .strategy     = strategy,
                                              .first_record = supervisor->log.first_number,

@@ -22,7 +22,7 @@ static void keep(supervisor_t* const supervisor)
         status = journal_commit(journal);
     }
     if (status != STATUS_OK) {
-        spacecraft_tell_refused(supervisor, PUS_SERVICE_MISSION, 0U, status);
+        spacecraft_report_refused(supervisor, PUS_SERVICE_MISSION, 0U, status);
     }
 }
 

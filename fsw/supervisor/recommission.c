@@ -62,7 +62,7 @@ void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_
 
 // ---- One step of one member ----
 
-static void tell_end(supervisor_t* const supervisor, registry_entry_t* const entry, const uint16_t code)
+static void report_end(supervisor_t* const supervisor, registry_entry_t* const entry, const uint16_t code)
 {
     uint8_t octets[6];
     octet_writer_t writer         = octet_writer(octets, sizeof octets);
@@ -93,7 +93,7 @@ static bool may_pass(supervisor_t* const supervisor, registry_entry_t* const ent
                                (failure.code == PUS_FAILURE_MEMBER_ACTIVE) ||
                                (failure.code == PUS_FAILURE_STATE_IN_DOUBT);
     if ((failure.code != PUS_FAILURE_NONE) && !may_come_true) {
-        tell_end(supervisor, entry, (uint16_t)failure.code);
+        report_end(supervisor, entry, (uint16_t)failure.code);
     }
     return failure.code == PUS_FAILURE_NONE;
 }
@@ -115,7 +115,7 @@ static void configure(supervisor_t* const supervisor, registry_entry_t* const en
     const uint16_t wanted                   = entry->recommission.configuration;
     const uint8_t octets[MANAGEMENT_OCTETS] = {(uint8_t)(wanted >> 8U), (uint8_t)wanted};
     if (wanted == 0U) {
-        tell_end(supervisor, entry, PUS_FAILURE_NONE); // The member had no configuration.
+        report_end(supervisor, entry, PUS_FAILURE_NONE); // The member had no configuration.
     } else if ((entry->recommission.ordered != STATE_PRE_OPERATIONAL) &&
                may_pass(supervisor, entry, PUS_MANAGEMENT_SELECT, octets, sizeof octets) &&
                (supervisor_order_configuration(supervisor, entry->mission->apid, wanted) == STATUS_OK)) {
@@ -157,7 +157,7 @@ static void walk(supervisor_t* const supervisor, registry_entry_t* const entry)
         configure(supervisor, entry);
     } else if (has_arrived(entry)) {
         if (is_linked(supervisor, entry->mission->apid)) {
-            tell_end(supervisor, entry, PUS_FAILURE_NONE);
+            report_end(supervisor, entry, PUS_FAILURE_NONE);
         }
     } else if ((entry->state == STATE_OFFLINE) && (entry->phase == PHASE_IDLE)) {
         order(supervisor, entry, STATE_PRE_OPERATIONAL);
@@ -178,12 +178,12 @@ static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entr
     recommission_t* const run = &entry->recommission;
     const bool is_coming      = (entry->process == PROCESS_RUNNING) || entry->is_start_due;
     if (!is_coming) {
-        tell_end(supervisor, entry, PUS_FAILURE_LOST);
+        report_end(supervisor, entry, PUS_FAILURE_LOST);
         return false;
     }
     const bool has_plan = supervisor_plan_runner_of(&supervisor->plans, entry->mission->apid) != NULL;
     if (run->is_walking && (has_plan || (entry->state == STATE_ERROR_OPERATIONAL))) {
-        tell_end(supervisor, entry, PUS_FAILURE_STATE); // The member failed again.
+        report_end(supervisor, entry, PUS_FAILURE_STATE); // The member failed again.
         return false;
     }
     if (!supervisor_registry_is_there(entry) || has_plan) {
@@ -202,7 +202,7 @@ static void step_member(supervisor_t* const supervisor, registry_entry_t* const 
     if ((entry->state != run->seen) || (entry->phase != run->seen_phase)) {
         const bool is_back = run->is_walking && (run->seen != STATE_COUNT) && (entry->state < run->seen);
         if (is_back) {
-            tell_end(supervisor, entry, PUS_FAILURE_STATE); // Another cause orders it to a lower state.
+            report_end(supervisor, entry, PUS_FAILURE_STATE); // Another cause orders it to a lower state.
             return;
         }
         run->seen       = entry->state;
@@ -211,7 +211,7 @@ static void step_member(supervisor_t* const supervisor, registry_entry_t* const 
         run->since_ns   = supervisor->now_ns;
     }
     if ((supervisor->now_ns - run->since_ns) > RECOMMISSION_STEP_NS) {
-        tell_end(supervisor, entry, PUS_FAILURE_TIMEOUT);
+        report_end(supervisor, entry, PUS_FAILURE_TIMEOUT);
         return;
     }
     walk(supervisor, entry);

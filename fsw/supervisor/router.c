@@ -11,7 +11,7 @@
 #define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
 /// Report once that the ring replaces the selected strategy, and once that it no longer does.
-static void tell_log(supervisor_t* const supervisor)
+static void report_log(supervisor_t* const supervisor)
 {
     const packet_log_t* const log         = &supervisor->log;
     const bool has_failed                 = (log->strategy != log->wanted);
@@ -20,10 +20,10 @@ static void tell_log(supervisor_t* const supervisor)
                                              .strategy     = (uint8_t)log->strategy,
                                              .first_record = log->first_number,
                                              .code         = has_failed ? PUS_FAILURE_IO : PUS_FAILURE_NONE};
-    if (has_failed == supervisor->is_log_failure_told) {
+    if (has_failed == supervisor->is_log_failure_reported) {
         return;
     }
-    supervisor->is_log_failure_told = has_failed;
+    supervisor->is_log_failure_reported = has_failed;
     if (has_failed) {
         (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_LOG_FAILED, &wanted, 1U);
     }
@@ -43,7 +43,7 @@ void supervisor_router_log(supervisor_t* const supervisor, const uint8_t* const 
 void supervisor_router_flush_log(supervisor_t* const supervisor)
 {
     supervisor_packet_log_step(&supervisor->log, supervisor->now_ns);
-    tell_log(supervisor);
+    report_log(supervisor);
 }
 
 /// Send a packet that may be lost; the endpoint counts losses.

@@ -200,16 +200,16 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     (void)supervisor_output_commit_perform(supervisor); // Outputs of the step before, or of the life before.
     if (!supervisor->has_begun) {
         supervisor_adoption_reopen(supervisor);
-        spacecraft_tell_damage(supervisor);
+        spacecraft_report_damage(supervisor);
         supervisor_mode_begin(supervisor);
         supervisor->has_begun = true;
     }
     supervisor_ground_flush(supervisor);
     supervisor_router_take_in(supervisor);
     supervisor_link_manager_settle(supervisor);
-    supervisor_adoption_tell(supervisor);
+    supervisor_adoption_report(supervisor);
     supervisor_ground_flush(supervisor);
-    supervisor_ground_tell(supervisor);
+    supervisor_ground_report(supervisor);
     const uint64_t component_wake_ns = subsystem_step(&supervisor->subsystem, now_ns);
     if (now_ns >= supervisor->next_tick_ns) {
         tick(supervisor);

@@ -163,7 +163,7 @@ typedef struct supervisor { // All fields are private.
     bool is_cut_off; // The previous flight ended without a shutdown, in the mode of this record:
     uint8_t cut_off[SUPERVISOR_MODE_RECORD];
     registry_entry_t registry[MISSION_SUBSYSTEMS_MAX];
-    bool is_log_failure_told;
+    bool is_log_failure_reported;
     pending_table_t pending;
     pending_table_t own;  // Requests to the supervisor itself.
     pending_table_t left; // Of these, requests of the previous supervisor that cannot continue.

@@ -68,7 +68,7 @@ bool supervisor_ground_takes_requests(const supervisor_t* supervisor);
 void supervisor_ground_keep(supervisor_t* supervisor);
 void supervisor_ground_resume(supervisor_t* supervisor);
 /// Raise GROUND_BEHIND, once whenever reports begin to wait for the ground.
-void supervisor_ground_tell(supervisor_t* supervisor);
+void supervisor_ground_report(supervisor_t* supervisor);
 /// Update the published state of the link to ground.
 void supervisor_ground_update(supervisor_t* supervisor);
 
@@ -102,7 +102,7 @@ void supervisor_adoption_begin(supervisor_t* supervisor);
 void supervisor_adoption_reopen(supervisor_t* supervisor);
 /// In the first step, after the packets of the previous supervisor are processed: report the losses,
 /// and request the status of all subsystems.
-void supervisor_adoption_tell(supervisor_t* supervisor);
+void supervisor_adoption_report(supervisor_t* supervisor);
 /// A member reports its state: compare it once with the state that was taken over.
 void supervisor_adoption_compare(supervisor_t* supervisor, registry_entry_t* entry, uint8_t state,
                                  uint16_t configuration);

@@ -110,7 +110,7 @@ def _print(arguments, entry):
     print(text, flush=True)
 
 
-def _tell(line):
+def _report(line):
     print(line, flush=True)
 
 
@@ -144,7 +144,7 @@ class _Console:
         if not self.key:
             raise UsageError("gateway: telecommands of this run need no key; connect to its ground port, or give --key FILE")
         sdls.read_key(self.key)
-        gateway.serve(self.arguments.listen or gateway.PORT, (self.arguments.host, self.port), lambda: sdls.Sender(self.key), _tell)
+        gateway.serve(self.arguments.listen or gateway.PORT, (self.arguments.host, self.port), lambda: sdls.Sender(self.key), _report)
         return SUCCESS
 
     def command(self):

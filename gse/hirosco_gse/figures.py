@@ -397,10 +397,10 @@ def unplug(run):
         worst = max(worst, (max(left) - cut) / 1e6)
     if not count:
         raise Missing("nothing was unplugged while a drive was enabled")
-    return {"unplug_reaction_s": worst, "unplugs": count, "unplug_members_told": _members_told(run)}
+    return {"unplug_reaction_s": worst, "unplugs": count, "unplug_members_reported": _members_reported(run)}
 
 
-def _members_told(run):
+def _members_reported(run):
     """Every member went to ERROR_OPERATIONAL within 0.1 s of each unplug, according to TM[129,2]."""
     cuts = [fault["time_us"] for fault in run.truth["FAULT"] if fault["kind"] == "unplug" and fault["active"]]
     members = {packet.apid for _, packet, _ in run.reports_of("link transition")}

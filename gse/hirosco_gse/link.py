@@ -52,7 +52,7 @@ def _send(stream, outbox):
     return len(octets)
 
 
-def _telling(run, procedure):
+def _reporting(run, procedure):
     """Run; a lost link raises an exception in the procedure, which may have expected it."""
     try:
         return run(procedure)
@@ -88,7 +88,7 @@ class RealDriver:
 
     def run(self, procedure):
         """Run to the end. Returns the value of the procedure."""
-        return _telling(self._run, procedure)
+        return _reporting(self._run, procedure)
 
     def _run(self, procedure):
         session = self._session
@@ -181,7 +181,7 @@ class StepDriver:
     def __init__(self, stream, session, clock, reconnect=None, tell=lambda text: None):
         """reconnect(): opens another connection; None: a lost connection ends the procedure. tell(text): reports changes of the connection."""
         self._stream, self._session, self._clock = stream, session, clock
-        self._reconnect, self._tell = reconnect, tell
+        self._reconnect, self._report = reconnect, tell
         self._is_served = self._was_lost = False
 
     def _receive(self, octets):
@@ -202,7 +202,7 @@ class StepDriver:
         lost = self._session.link_lost()
         if self._reconnect is None:
             raise LinkLost("the spacecraft closed the link")
-        self._tell(f"the link is lost; {lost} {'request has' if lost == 1 else 'requests have'} no end of verification")
+        self._report(f"the link is lost; {lost} {'request has' if lost == 1 else 'requests have'} no end of verification")
         self._stream = self._reconnect()
         self._clock.moved(self._stream.getsockname()[1])
 
@@ -210,7 +210,7 @@ class StepDriver:
         if self._is_served and not is_served:
             self._lose()
         if is_served and not self._is_served and self._was_lost:
-            self._tell("the link is open again")
+            self._report("the link is open again")
         self._is_served = is_served
 
     def _send(self):
@@ -225,7 +225,7 @@ class StepDriver:
 
     def run(self, procedure):
         """Run to the end, then close the connection and leave. Returns the value of the procedure."""
-        return _telling(self._run, procedure)
+        return _reporting(self._run, procedure)
 
     def _run(self, procedure):
         session = self._session

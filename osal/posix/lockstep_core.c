@@ -46,12 +46,12 @@ static void admit_new(osal_lockstep_t* const scheduler)
 
 void lockstep_rouse(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
-    participant_t* const one = &scheduler->participants[participant];
-    const uint64_t told_ns   = lockstep_is_turn_to_come(scheduler, participant)
-                                   ? scheduler->now_ns
-                                   : lockstep_next_slot_ns(scheduler);
-    one->wake_ns             = lockstep_not_before_begin(
-                    one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, participant), told_ns));
+    participant_t* const one   = &scheduler->participants[participant];
+    const uint64_t reported_ns = lockstep_is_turn_to_come(scheduler, participant)
+                                     ? scheduler->now_ns
+                                     : lockstep_next_slot_ns(scheduler);
+    one->wake_ns               = lockstep_not_before_begin(
+                      one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, participant), reported_ns));
 }
 
 void lockstep_cut_stream(osal_lockstep_t* const scheduler, const uint32_t participant)

@@ -355,9 +355,9 @@ void osal_lockstep_deliver(osal_lockstep_t* const scheduler, const unsigned send
         const bool is_still_now = (receiver > sender) && lockstep_is_turn_to_come(scheduler, receiver);
         lockstep_add_saturating(&one->messages, messages);
         lockstep_add_saturating(&one->octets, octets);
-        const uint64_t told_ns = is_still_now ? scheduler->now_ns : lockstep_next_slot_ns(scheduler);
-        one->wake_ns           = lockstep_not_before_begin(
-                      one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, receiver), told_ns));
+        const uint64_t reported_ns = is_still_now ? scheduler->now_ns : lockstep_next_slot_ns(scheduler);
+        one->wake_ns               = lockstep_not_before_begin(
+                          one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, receiver), reported_ns));
     }
     // Needed if all participants were waiting for a delivery and this one came from outside of a grant.
     unlock_and_pass_on(scheduler);

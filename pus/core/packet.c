@@ -21,7 +21,7 @@ void packet_header_read(octet_reader_t* const reader, packet_header_t* const out
 }
 
 /// Size of a packet by its length field.
-static size_t size_told(const uint8_t* const octets)
+static size_t size_reported(const uint8_t* const octets)
 {
     return (size_t)octets_u16_at(&octets[PACKET_LENGTH_FIELD]) + PACKET_LENGTH_OFFSET;
 }
@@ -33,7 +33,7 @@ status_t pus_packet_frame(const uint8_t* const octets, const size_t size, size_t
     if (size < PUS_PRIMARY_HEADER_SIZE) {
         return STATUS_TRUNCATED;
     }
-    *out_size = size_told(octets);
+    *out_size = size_reported(octets);
     if (*out_size > PUS_PACKET_MAX) {
         return STATUS_TOO_LARGE;
     }
@@ -77,7 +77,7 @@ static status_t check_frame(const uint8_t* const octets, const size_t size, cons
     if (size > most) {
         return STATUS_TOO_LARGE;
     }
-    if (size_told(octets) != size) {
+    if (size_reported(octets) != size) {
         return STATUS_INVALID;
     }
     if (crc16_ccitt(octets, size) != 0U) {

@@ -358,7 +358,7 @@ status_t pus_schedule_restore(pus_schedule_t* const schedule, const uint32_t key
 
 // Release.
 
-static void tell_lost(pus_schedule_t* const schedule)
+static void report_lost(pus_schedule_t* const schedule)
 {
     for (uint16_t i = 0U; i < schedule->lost_count; i++) {
         schedule->counters.lost++;
@@ -453,7 +453,7 @@ void pus_schedule_step(pus_schedule_t* const schedule, const uint64_t now_ns)
 {
     FSW_ASSERT(schedule != NULL);
     if (schedule->lost_count > 0U) {
-        tell_lost(schedule);
+        report_lost(schedule);
     }
     if (schedule->releasing != NO_SLOT) {
         release(schedule);

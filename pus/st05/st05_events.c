@@ -78,7 +78,7 @@ static bool passes(const pus_events_t* const events, const pus_event_definition_
     return true;
 }
 
-void pus_events_tell_by(pus_events_t* const events, const uint16_t event_id)
+void pus_events_report_suppressed_by(pus_events_t* const events, const uint16_t event_id)
 {
     FSW_ASSERT(events != NULL);
     events->teller = event_id;
@@ -100,7 +100,7 @@ bool pus_events_step(pus_events_t* const events, const uint64_t now_ns)
     if ((events->teller == 0U) || (events->untold == 0U)) {
         return false;
     }
-    if (now_ns < events->next_tell_ns) {
+    if (now_ns < events->next_report_ns) {
         return true;
     }
     const uint16_t index           = next_suppressed(events);
@@ -113,7 +113,7 @@ bool pus_events_step(pus_events_t* const events, const uint64_t now_ns)
         events->told      = index;
         events->untold--;
     }
-    events->next_tell_ns = now_ns + PUS_SUPPRESSED_TELL_NS;
+    events->next_report_ns = now_ns + PUS_SUPPRESSED_REPORT_NS;
     return events->untold > 0U;
 }
 

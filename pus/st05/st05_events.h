@@ -39,7 +39,7 @@ typedef struct {
 
 #define PUS_EVENT_BURST 20U        ///< Default: reports of an event at once.
 #define PUS_EVENT_INTERVAL_MS 100U ///< Default: time between further reports.
-#define PUS_SUPPRESSED_TELL_NS 1000000000ULL
+#define PUS_SUPPRESSED_REPORT_NS 1000000000ULL
 #define PUS_SUPPRESSED_AUX 6U ///< Auxiliary data of the event that reports them: event u16, count u32.
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
@@ -50,7 +50,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint16_t told;   // Index of the event whose suppressed occurrences were reported last.
     uint16_t untold; // Events with suppressed occurrences that were not reported yet.
     uint16_t teller; // Event that reports them; 0: there is none.
-    uint64_t next_tell_ns;
+    uint64_t next_report_ns;
     struct {
         uint32_t suppressed; ///< Occurrences that the limiter did not let pass.
         uint32_t reported;   ///< TM[5,1..4] sent or kept.
@@ -64,7 +64,7 @@ void pus_events_init(pus_events_t* events, pus_app_process_t* process,
                      const pus_event_definition_t* definitions, pus_event_state_t* states, uint16_t count);
 pus_service_t pus_events_service(pus_events_t* events);
 /// The event that reports suppressed occurrences, with PUS_SUPPRESSED_AUX octets of auxiliary data; 0: none.
-void pus_events_tell_by(pus_events_t* events, uint16_t event_id);
+void pus_events_report_suppressed_by(pus_events_t* events, uint16_t event_id);
 /// Report suppressed occurrences if it is time; call once per step. True if more are to be reported later.
 bool pus_events_step(pus_events_t* events, uint64_t now_ns);
 /// Raise an event. STATUS_OK (reported, or disabled and noticed, or suppressed and counted),

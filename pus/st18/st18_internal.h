@@ -27,7 +27,7 @@ pus_procedure_run_t* procedures_run_of(const pus_procedures_t* self, const pus_p
 /// End an active procedure; `what` is PUS_OBSERVED_STOPPED or _ABORTED.
 void procedures_end(pus_procedures_t* self, pus_procedure_t* procedure, pus_observation_t what);
 /// Raise the observation event if the procedure's level is at least this one.
-void procedures_tell(const pus_procedures_t* self, const pus_procedure_t* procedure,
-                     pus_observability_t level, pus_observation_t what, uint32_t detail);
+void procedures_report(const pus_procedures_t* self, const pus_procedure_t* procedure,
+                       pus_observability_t level, pus_observation_t what, uint32_t detail);
 
 #endif // PUS_ST18_ST18_INTERNAL_H

@@ -213,7 +213,7 @@ static pus_reply_t go_on(pus_procedures_t* const self, pus_request_t* const requ
         self->now_ns                   = request->now_ns;
         run->is_held                   = false;
         run->suspension                = (pus_hold_t){.is_wanted = for_one_step};
-        procedures_tell(self, procedure, PUS_OBSERVE_PROCEDURE, PUS_OBSERVED_RESUMED, 0U);
+        procedures_report(self, procedure, PUS_OBSERVE_PROCEDURE, PUS_OBSERVED_RESUMED, 0U);
     }
     return reply_of(self, failure);
 }

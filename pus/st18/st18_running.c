@@ -37,8 +37,8 @@ static void raise_event(const pus_procedures_t* const self, const pus_procedure_
     self->config.events.raise(self->config.events.context, event, octets, sizeof octets, self->now_ns);
 }
 
-void procedures_tell(const pus_procedures_t* const self, const pus_procedure_t* const procedure,
-                     const pus_observability_t level, const pus_observation_t what, const uint32_t detail)
+void procedures_report(const pus_procedures_t* const self, const pus_procedure_t* const procedure,
+                       const pus_observability_t level, const pus_observation_t what, const uint32_t detail)
 {
     if (procedure->level >= (uint8_t)level) {
         raise_event(self, procedure, self->config.observation_event, what, detail, "");
@@ -98,7 +98,7 @@ pus_reply_t procedures_activate(pus_procedures_t* const self, const pus_request_
     run->communicated = 0U;
     procedure->slot   = slot;
     self->counters.started++;
-    procedures_tell(self, procedure, PUS_OBSERVE_PROCEDURE, PUS_OBSERVED_STARTED, 0U);
+    procedures_report(self, procedure, PUS_OBSERVE_PROCEDURE, PUS_OBSERVED_STARTED, 0U);
     return pus_later();
 }
 
@@ -119,7 +119,7 @@ void procedures_end(pus_procedures_t* const self, pus_procedure_t* const procedu
     const bool unloads                       = procedures_run_of(self, procedure)->unloads;
     engine->kill(engine->context, procedure->slot);
     self->counters.aborted++;
-    procedures_tell(self, procedure, PUS_OBSERVE_PROCEDURE, what, 0U);
+    procedures_report(self, procedure, PUS_OBSERVE_PROCEDURE, what, 0U);
     release(self, procedure, pus_failure(PUS_FAILURE_ABORTED, 0U));
     if (unloads) {
         (void)procedures_unload(self, procedure); // A failed erasure is counted; it stays loaded.
@@ -129,7 +129,7 @@ void procedures_end(pus_procedures_t* const self, pus_procedure_t* const procedu
 static void complete(pus_procedures_t* const self, pus_procedure_t* const procedure)
 {
     self->counters.ended++;
-    procedures_tell(self, procedure, PUS_OBSERVE_PROCEDURE, PUS_OBSERVED_ENDED, 0U);
+    procedures_report(self, procedure, PUS_OBSERVE_PROCEDURE, PUS_OBSERVED_ENDED, 0U);
     release(self, procedure, pus_failure(PUS_FAILURE_NONE, 0U));
 }
 
@@ -157,7 +157,7 @@ static bool begin_step(pus_procedures_t* const self, pus_procedure_t* const proc
                        pus_procedure_run_t* const run)
 {
     run->step = (uint16_t)run->call.number;
-    procedures_tell(self, procedure, PUS_OBSERVE_STEPS, PUS_OBSERVED_STEP, run->step);
+    procedures_report(self, procedure, PUS_OBSERVE_STEPS, PUS_OBSERVED_STEP, run->step);
     if (matches(&run->stop, run->step)) {
         procedures_end(self, procedure, PUS_OBSERVED_STOPPED);
         return false;
@@ -166,7 +166,7 @@ static bool begin_step(pus_procedures_t* const self, pus_procedure_t* const proc
     if (matches(&run->suspension, run->step)) {
         run->suspension = (pus_hold_t){0};
         run->is_held    = true;
-        procedures_tell(self, procedure, PUS_OBSERVE_PROCEDURE, PUS_OBSERVED_HELD, run->step);
+        procedures_report(self, procedure, PUS_OBSERVE_PROCEDURE, PUS_OBSERVED_HELD, run->step);
     }
     return !run->is_held;
 }
@@ -203,8 +203,8 @@ static bool send(pus_procedures_t* const self, const pus_procedure_t* const proc
         return true;
     }
     self->counters.sent++;
-    procedures_tell(self, procedure, PUS_OBSERVE_ALL, PUS_OBSERVED_SENT,
-                    ((uint32_t)call->service << 8U) | call->subtype);
+    procedures_report(self, procedure, PUS_OBSERVE_ALL, PUS_OBSERVED_SENT,
+                      ((uint32_t)call->service << 8U) | call->subtype);
     judge(run, PUS_FAILURE_NONE, 0U);
     if (call->does_wait) {
         run->waiting    = PUS_WAITS_VERIFICATION;
@@ -253,7 +253,7 @@ static bool take_parameters(const pus_procedures_t* const self, const pus_proced
     run->answer = (pus_answer_t){.kind = PUS_ANSWER_VALUES, .octets = run->taken, .size = run->communicated};
     run->communicated = 0U;
     run->waiting      = PUS_WAITS_NOT;
-    procedures_tell(self, procedure, PUS_OBSERVE_ALL, PUS_OBSERVED_RECEIVED, 0U);
+    procedures_report(self, procedure, PUS_OBSERVE_ALL, PUS_OBSERVED_RECEIVED, 0U);
     return true;
 }
 

@@ -49,7 +49,8 @@ static void look(void* const context, drive_truth_t* const out_truth)
     out_truth->joint_torque_nm      = item->bench.output_torque_nm;
 }
 
-static void tell(const item_t* const item, const uint64_t now_ns, const uint16_t statusword, const bool brake)
+static void record(const item_t* const item, const uint64_t now_ns, const uint16_t statusword,
+                   const bool brake)
 {
     const bench_devices_config_t* config = &item->bench_devices->config;
     const truth_drive_t drive            = {.bus           = config->segments[item->segment].name,
@@ -65,7 +66,7 @@ static void on_axis(void* const context, const uint8_t node, const unsigned axis
 {
     (void)node;
     (void)axis;
-    tell(context, now_ns, statusword, brake);
+    record(context, now_ns, statusword, brake);
 }
 
 // ---- The file ----
@@ -249,11 +250,11 @@ void bench_devices_power_on(bench_devices_t* const bench_devices)
     }
 }
 
-void bench_devices_tell(bench_devices_t* const bench_devices, const uint64_t now_ns)
+void bench_devices_report(bench_devices_t* const bench_devices, const uint64_t now_ns)
 {
     for (size_t i = 0U; (bench_devices != NULL) && (i < bench_devices->count); i++) {
         const item_t* item = &bench_devices->item[i];
-        tell(item, now_ns, drive_statusword(item->drive), drive_brake_is_engaged(item->drive));
+        record(item, now_ns, drive_statusword(item->drive), drive_brake_is_engaged(item->drive));
     }
 }
 

@@ -41,7 +41,7 @@ void bench_devices_close(bench_devices_t* bench_devices);
 /// Power on all devices. Null is allowed, as below.
 void bench_devices_power_on(bench_devices_t* bench_devices);
 /// Report the state of every device to the listener.
-void bench_devices_tell(bench_devices_t* bench_devices, uint64_t now_ns);
+void bench_devices_report(bench_devices_t* bench_devices, uint64_t now_ns);
 /// Advance all benches from `now_ns` to `end_ns`.
 void bench_devices_move(bench_devices_t* bench_devices, uint64_t now_ns, uint64_t end_ns);
 

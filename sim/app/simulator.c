@@ -113,7 +113,7 @@ static void log_devices(simulator_t* const simulator, const uint64_t now_ns)
         log_drive(simulator, now_ns, STICK_ID, i, joystick_statusword(simulator->joystick, i), false,
                   node_is_plugged(joystick_node(simulator->joystick)));
     }
-    bench_devices_tell(simulator->bench_devices, now_ns);
+    bench_devices_report(simulator->bench_devices, now_ns);
 }
 
 static void log_arm(simulator_t* const simulator, const uint64_t now_ns)

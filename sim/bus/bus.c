@@ -190,8 +190,8 @@ void bus_report(bus_t* const bus, const unsigned index, osal_can_frame_t* const 
 }
 
 /// Report an event that does not change the controller's state.
-static void tell(bus_t* const bus, const unsigned index, const uint32_t class, const uint8_t place,
-                 const uint8_t detail)
+static void report_event(bus_t* const bus, const unsigned index, const uint32_t class, const uint8_t place,
+                         const uint8_t detail)
 {
     osal_can_frame_t report = controller_report(&bus->node[index].controller, class);
     report.data[0]          = place;
@@ -297,7 +297,7 @@ static bool has_receiver(const bus_t* const bus)
 }
 
 /// Nodes that had a frame ready and stopped at the first bit that differs from the winner's.
-static void tell_losers(bus_t* const bus, const uint64_t start_ns, const uint32_t winning_key)
+static void report_lost_arbitration(bus_t* const bus, const uint64_t start_ns, const uint32_t winning_key)
 {
     for (unsigned i = 0U; i < bus->node_count; i++) {
         const bus_node_t* node = &bus->node[i];
@@ -308,7 +308,7 @@ static void tell_losers(bus_t* const bus, const uint64_t start_ns, const uint32_
             while ((bit < 31U) && ((difference & (0x80000000U >> bit)) == 0U)) {
                 bit++;
             }
-            tell(bus, i, OSAL_CAN_ERROR_LOST_ARBITRATION, bit, 0U);
+            report_event(bus, i, OSAL_CAN_ERROR_LOST_ARBITRATION, bit, 0U);
         }
     }
 }
@@ -318,7 +318,7 @@ static void start_frame(bus_t* const bus, const uint64_t start_ns)
     const bus_node_t* winner     = arbitrate(bus, start_ns);
     const osal_can_frame_t* head = head_frame(winner);
     copy_frame(&bus->wire, head);
-    tell_losers(bus, start_ns, arbitration_key(head));
+    report_lost_arbitration(bus, start_ns, arbitration_key(head));
     if ((winner->controller.state == CONTROLLER_STATE_PASSIVE) && ((head->flags & OSAL_CAN_FLAG_FD) != 0U)) {
         bus->wire.flags |= OSAL_CAN_FLAG_ESI;
     }
@@ -375,7 +375,7 @@ static void deliver(bus_t* const bus, const unsigned index)
     }
     if (node->overflows != 0U) { // Acknowledged on the wire, but there was no room.
         node->overflows--;
-        tell(bus, index, OSAL_CAN_ERROR_CONTROLLER, 0U, REPORT_RECEIVE_OVERFLOW);
+        report_event(bus, index, OSAL_CAN_ERROR_CONTROLLER, 0U, REPORT_RECEIVE_OVERFLOW);
         return;
     }
     if (node->callbacks.on_frame != NULL) {
@@ -442,7 +442,7 @@ static void watch_queue(bus_t* const bus, const unsigned index, const uint64_t n
     if (limit_ns > now_ns) {
         node->watch_ns = limit_ns;
     } else { // The next submitted frame is watched again.
-        tell(bus, index, OSAL_CAN_ERROR_TX_TIMEOUT, 0U, 0U);
+        report_event(bus, index, OSAL_CAN_ERROR_TX_TIMEOUT, 0U, 0U);
     }
 }
 

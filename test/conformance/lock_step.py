@@ -31,7 +31,7 @@ class LockStepBus(can.BusABC):
         self._socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._input = b""
-        self._told = None  # Time of the step to be acknowledged.
+        self._reported = None  # Time of the step to be acknowledged.
         self._say_lock = threading.Lock()
         super().__init__(channel=bus)
         self._expect("hi")
@@ -63,14 +63,14 @@ class LockStepBus(can.BusABC):
     def _recv_internal(self, timeout):
         """The next frame. A step ends when all its frames have been delivered, which is when this is called again."""
         while True:
-            if self._told is not None:
+            if self._reported is not None:
                 frame = self._frames.recv(0) if self._frames else None
                 if frame:
                     return frame, False
                 for listener in self.on_step:
-                    listener(self._told)
+                    listener(self._reported)
                 self.steps += self.every
-                self._told = None
+                self._reported = None
                 self._say(f"step {self.every}")
             match = MESSAGE.search(self._input)
             if match is None:
@@ -86,7 +86,7 @@ class LockStepBus(can.BusABC):
             self._input = self._input[match.end():]
             words = match[1].decode().split(" ")
             if words[0] == "step":
-                self._told = float(words[1])
+                self._reported = float(words[1])
             elif words[0] == "frame":
                 data = bytes.fromhex(words[3]) if len(words) > 3 else b""
                 identifier = int(words[1], 16)

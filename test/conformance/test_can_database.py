@@ -166,7 +166,7 @@ def test_positions_and_torques_are_those_of_the_truth(flight, decoded, joint):
     assert np.abs(torques - felt).mean() < 0.5  # Offset and noise of the sensor.
 
 
-def test_telemetry_tells_the_same_positions(flight, decoded):
+def test_telemetry_reports_the_same_positions(flight, decoded):
     """Housekeeping reports the joints as in the frames of the last cycle."""
     times, positions = series(decoded, "robot", "JOINT1_TPDO1", "PositionActualValue")
     reports = runs.load(flight.folder).reports_of("housekeeping")

@@ -418,7 +418,7 @@ def test_devices_and_their_settings_are_known_to_their_data_sheets(content):
                     assert section in sheet, f"{device['name']}: {setting['object']}"
 
 
-def test_report_structures_of_one_id_are_told_apart_by_their_configuration(content):
+def test_report_structures_of_one_id_are_distinguished_by_their_configuration(content):
     for subsystem in content["subsystems"]:
         for configuration in subsystem["configurations"]:
             ids = [structure["id"] for structure in configuration["housekeeping"]]

@@ -39,7 +39,7 @@ static void begin(void)
                                                                      .sdo_timeout_ns       = 5000000U},
                                              .lost_after_syncs    = 3U,
                                              .boot_retry_ns       = 30000000U,
-                                             .silence_told_ns     = 10000000U,
+                                             .silence_reported_ns = 10000000U,
                                              .quick_stop_limit_ns = 200000000U};
     scripted_bus_open(&bus, "shm:fuzz");
     joints[0] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);

@@ -25,7 +25,7 @@ THERE_S = 6000
 APIDS = {"joystick": 17, "manipulator": 16}
 OWNER = {"robot": 16, "joystick": 17}
 REACTION_US = 5_000
-TOLD_US = 10_000
+REPORTED_US = 10_000
 SUPERVISOR_LOST_US = 3_000_000
 ENABLED, ENABLED_MASK = 0x27, 0x6F
 ERROR_OPERATIONAL, OFFLINE = 6, 0
@@ -156,7 +156,7 @@ def judge_others(case, drives, packets, facts):
     if case.victim in APIDS and len(in_operation) == DRIVES:
         assert max(left.values()) <= REACTION_US, left
         other = next(apid for name, apid in APIDS.items() if name != case.victim)
-        judge_told(case, packets, [other])
+        judge_reported(case, packets, [other])
     elif case.victim == "supervisor" and in_operation:
         assert max(left.values()) <= SUPERVISOR_LOST_US + REACTION_US, left
     elif case.victim in ("communication", "operator", "packet-archive-sqlite"):
@@ -166,12 +166,12 @@ def judge_others(case, drives, packets, facts):
         assert all(entry.get("exit_code") == 0 for entry in others), others
 
 
-def judge_told(case, packets, apids):
+def judge_reported(case, packets, apids):
     """TM[129,2] to ERROR_OPERATIONAL of each."""
     for apid in apids:
         told = [(time_us - case.time_us, raw[22]) for time_us, source, raw in reports(packets, 129, 2)
                 if source == apid and time_us >= case.time_us and raw[21] != raw[22]]
-        assert told and told[0][1] == ERROR_OPERATIONAL and told[0][0] <= TOLD_US, f"APID {apid}: {told}"
+        assert told and told[0][1] == ERROR_OPERATIONAL and told[0][0] <= REPORTED_US, f"APID {apid}: {told}"
 
 
 def judge_pull(case, end, facts, drives, packets):
@@ -185,9 +185,9 @@ def judge_pull(case, end, facts, drives, packets):
     if len(in_operation) == DRIVES:
         left = {drive: left_after(drives, drive, case.time_us) for drive in in_operation}
         assert max(left.values()) <= REACTION_US, left
-        judge_told(case, packets, APIDS.values())
+        judge_reported(case, packets, APIDS.values())
         high = [(time_us - case.time_us, apid) for time_us, apid, _ in reports(packets, 5, 4) if time_us >= case.time_us]
-        assert high and high[0][1] == OWNER[case.fault.split()[1]] and high[0][0] <= TOLD_US, high
+        assert high and high[0][1] == OWNER[case.fault.split()[1]] and high[0][0] <= REPORTED_US, high
         assert end.code == 1, "the operator's next command was refused"
 
 

@@ -104,14 +104,14 @@ class Seen:
 
         return self.of("transitions", found)
 
-    def told_state(self, apid, at_ns):
+    def reported_state(self, apid, at_ns):
         """(time, state) of a member's last report before a time; (-1, 0): none."""
         found = [(time_ns, state) for time_ns, of, _, state in self.transitions() if of == apid and time_ns < at_ns]
         return found[-1] if found else (-1, 0)
 
     def state_at(self, apid, at_ns, until_ns):
         """State of a member that is alive until a time; 0: it dies before, or has reported none."""
-        last, state = self.told_state(apid, at_ns)
+        last, state = self.reported_state(apid, at_ns)
         return 0 if any(of == apid and last <= time_ns <= until_ns for time_ns, of in self.ends_of_lives()) else state
 
     def is_secured(self, apid, from_ns, until_ns):
@@ -253,7 +253,7 @@ def failure_on_the_bus_is_seen(seen):
     for time_ns, apid in seen.ends_of_lives():
         if apid not in PARTNER or seen.has_cut:
             continue
-        is_operating = seen.told_state(apid, time_ns)[1] == seen.state_at(PARTNER[apid], time_ns, time_ns + SILENCE_NS) == OPERATIONAL
+        is_operating = seen.reported_state(apid, time_ns)[1] == seen.state_at(PARTNER[apid], time_ns, time_ns + SILENCE_NS) == OPERATIONAL
         if not is_operating:
             continue
         bus = next(name for name, of in DEVICE_BUS.items() if of == apid)

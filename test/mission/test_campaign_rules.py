@@ -62,7 +62,7 @@ def _tm(time_s, apid, message, data, destination=USER, logged_s=None):
     return _at(time_s if logged_s is None else logged_s), "TM", raw + bytes(2)
 
 
-def _told(time_s, request, message=ENDED, **how):
+def _reported(time_s, request, message=ENDED, **how):
     return _tm(time_s, int.from_bytes(request[2][:2], "big") & 0x7FF, message, request[2][:4], **how)
 
 
@@ -118,26 +118,26 @@ REACTED = _became(DEATH_S + 0.003, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)
 
 
 def test_a_flight_as_it_should_be():
-    assert _violations([PING, _told(2.1, PING), REACTED], [DEATH], bus=ON_BUS) == []
+    assert _violations([PING, _reported(2.1, PING), REACTED], [DEATH], bus=ON_BUS) == []
 
 
 @pytest.mark.parametrize("ends", [[], [ENDED, ENDED], [ENDED, (1, 8)], [(1, 10), (1, 2)], PROGRESS])
 def test_a_request_that_does_not_end_once(ends):
-    found = _violations([PING, *(_told(2.1, PING, message) for message in ends)])
+    found = _violations([PING, *(_reported(2.1, PING, message) for message in ends)])
     assert len(found) == 1
     assert found[0].startswith("request (16, 7) of [2.0] s ended by")
 
 
 @pytest.mark.parametrize("end", sorted(rules.TERMINAL))
 def test_each_kind_of_end_is_one(end):
-    assert _violations([PING, _told(2.1, PING, (1, end))]) == []
+    assert _violations([PING, _reported(2.1, PING, (1, end))]) == []
 
 
 def test_an_end_for_another_is_none():
     """Neither the report of another request counts, nor one to a user on board."""
     other = _tc(2.0, MANIPULATOR, 8)
-    assert len(_violations([PING, _told(2.1, other)])) == 2
-    assert len(_violations([PING, _told(2.1, PING, destination=rules.ON_BOARD | 1)])) == 1
+    assert len(_violations([PING, _reported(2.1, other)])) == 2
+    assert len(_violations([PING, _reported(2.1, PING, destination=rules.ON_BOARD | 1)])) == 1
     assert _violations([_tc(2.0, MANIPULATOR, 8, source=rules.ON_BOARD | 1)]) == []
 
 
@@ -146,7 +146,7 @@ def test_only_a_request_at_the_very_end_may_stay_unanswered():
     assert _violations([_tc(last, MANIPULATOR, 8)]) == []
     assert len(_violations([_tc(last - 0.001, MANIPULATOR, 8)])) == 1
     late = _tc(last, MANIPULATOR, 8)
-    assert len(_violations([late, _told(last, late), _told(last, late)])) == 1
+    assert len(_violations([late, _reported(last, late), _reported(last, late)])) == 1
 
 
 # ---- Between the operator and the packet log ----
@@ -170,7 +170,7 @@ LOST, OPEN = "the link is lost; 1 request has no end of verification", "the link
     ],
 )
 def test_a_request_is_followed_from_the_operator_to_the_packet_log(operator, problems):
-    assert len(_violations([PING, _told(2.1, PING)], operator=operator)) == problems
+    assert len(_violations([PING, _reported(2.1, PING)], operator=operator)) == problems
 
 
 # ---- A member fails ----

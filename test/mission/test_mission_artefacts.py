@@ -71,7 +71,7 @@ def test_summary_has_every_fact(flight):
         assert re.fullmatch(r"0x[0-9A-Fa-f]{16}", facts[name])
 
 
-def test_summary_tells_the_true_hashes_of_the_logs(flight):
+def test_summary_reports_the_true_hashes_of_the_logs(flight):
     hashes = flight.facts["sha256"]
     assert set(hashes) >= {"packets.log", "can-robot.log", "can-joystick.log", "truth.lcm"}
     for name, wanted in hashes.items():

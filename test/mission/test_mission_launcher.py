@@ -108,7 +108,7 @@ PROGRAMS = sorted(path.name for path in flying.BIN.glob("*")) or ["hirosco"]
 
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("words", [(), ("--help",), ("--no-such-option",), ("--run",), ("--run", "/hirosco-0.run", "--component", "0")])
-def test_program_called_by_hand_tells_its_usage(name, words):
+def test_program_called_by_hand_prints_its_usage(name, words):
     """No program of the project crashes or waits without end, whatever its arguments."""
     done = subprocess.run([flying.BIN / name, *words], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
     assert done.returncode in (0, 1, USAGE), f"{name} {words} ended with {done.returncode}"
@@ -199,7 +199,7 @@ def test_storage_of_another_mission_is_refused_and_left_as_it_is(folder, tmp_pat
     assert (storage / "mission").read_bytes() == b"rokviss"
 
 
-def test_folders_that_cannot_be_written_are_told_apart(folder, tmp_path):
+def test_folders_that_cannot_be_written_are_distinguished(folder, tmp_path):
     """A folder in the place of the first file that is written there has the effect of a read-only disk."""
     storage = tmp_path / "storage"
     (storage / "mission").mkdir(parents=True)

@@ -122,7 +122,7 @@ def test_a_limit_below_the_program_itself_is_refused(folder):
     assert not flight.folder.exists()
 
 
-def test_without_a_limit_one_is_derived_and_told(folder):
+def test_without_a_limit_one_is_derived_and_reported(folder):
     root = _copy(folder, 'memoryKiB="12288"', "")
     flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
     assert flight.code == 0, flight.told()

@@ -225,7 +225,7 @@ def test_transitions_are_a_walk_of_the_table(packets, name):
 
 
 @pytest.mark.parametrize("name", ["MANIPULATOR", "JOYSTICK"])
-def test_status_tells_the_state_of_the_last_transition(packets, name):
+def test_status_reports_the_state_of_the_last_transition(packets, name):
     """TM[129,5] comes every second and never contradicts the reported transitions."""
     apid, state, times = SUBSYSTEMS[name], 0, []
     for packet in packets:
@@ -367,7 +367,7 @@ def test_links_lose_nothing_by_the_counts_of_both_ends(packets):
     assert set(rows[MANIPULATOR]) == {1, 2}
 
 
-def test_processes_tell_their_interface(flight, packets):
+def test_processes_report_their_interface(flight, packets):
     """The hash in TM[129,5] of each subsystem is that of the dictionary on ground."""
     dictionary = json.loads((flying.ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
     wanted = {item["apid"]: int(str(item["interface_hash"]), 0) for item in dictionary["subsystems"]}

@@ -24,7 +24,7 @@ def mission(folder):
     flight.abandon()
 
 
-def _told(flight, *words):
+def _reported(flight, *words):
     done = flying.gse(flight, *words)
     assert done.returncode == SUCCESS, (words, done)
     return done.stdout
@@ -32,7 +32,7 @@ def _told(flight, *words):
 
 def _status(flight):
     """Dict subsystem -> state, as `gse status` shows it."""
-    return {line.split()[0]: line.split()[2] for line in _told(flight, "status").splitlines()}
+    return {line.split()[0]: line.split()[2] for line in _reported(flight, "status").splitlines()}
 
 
 def _last_states(flight):
@@ -46,11 +46,11 @@ def _last_states(flight):
 
 def test_a_person_commands_the_mission(mission):
     """Ping, show, bring up, move, be refused, stop, shut down: each answered in words and by the exit code."""
-    assert {line.split()[0] for line in _told(mission, "ping", "all").splitlines()} == set(SUBSYSTEMS)
+    assert {line.split()[0] for line in _reported(mission, "ping", "all").splitlines()} == set(SUBSYSTEMS)
     assert _status(mission) == {"JOYSTICK": "OFFLINE", "MANIPULATOR": "OFFLINE", "SUPERVISOR": "OPERATIONAL", "COMMUNICATION": "OPERATIONAL"}
 
     for name in ("MANIPULATOR", "JOYSTICK"):
-        assert "completed" in _told(mission, "state", name, "PRE_OPERATIONAL")
+        assert "completed" in _reported(mission, "state", name, "PRE_OPERATIONAL")
     refused = flying.gse(mission, "cmd", "MANIPULATOR.MOVE_TO", "POSITION=0.9,-1.3", "DURATION=1")
     assert refused.returncode == FAILED
     assert "not permitted in mode NOMINAL while in state PRE_OPERATIONAL" in refused.stderr
@@ -58,19 +58,19 @@ def test_a_person_commands_the_mission(mission):
     assert refused.returncode == FAILED, "no configuration has been selected"
     assert "refused" in refused.stderr
 
-    _told(mission, "config", "MANIPULATOR", "STAND_ALONE")
+    _reported(mission, "config", "MANIPULATOR", "STAND_ALONE")
     # Structure 4711 is reported four times a second; the command waits for two reports.
-    flying.wait_until(lambda: _told(mission, "hk", "MANIPULATOR").count("DES_POSITION") >= 4, "housekeeping")
+    flying.wait_until(lambda: _reported(mission, "hk", "MANIPULATOR").count("DES_POSITION") >= 4, "housekeeping")
     for state in ("SAFE_OPERATIONAL", "OPERATIONAL"):
-        _told(mission, "state", "MANIPULATOR", state)
-    assert "completed" in _told(mission, "cmd", "MANIPULATOR.MOVE_TO", "POSITION=0.95,-1.4", "DURATION=1")
-    position = json.loads(_told(mission, "get", "MANIPULATOR.CUR_VALUES", "--json").splitlines()[-1])
+        _reported(mission, "state", "MANIPULATOR", state)
+    assert "completed" in _reported(mission, "cmd", "MANIPULATOR.MOVE_TO", "POSITION=0.95,-1.4", "DURATION=1")
+    position = json.loads(_reported(mission, "get", "MANIPULATOR.CUR_VALUES", "--json").splitlines()[-1])
     assert "0.95" in json.dumps(position) or "0.949" in json.dumps(position)
 
-    assert _told(mission, "stop")
+    assert _reported(mission, "stop")
     after = _status(mission)
     assert after["MANIPULATOR"] == "ERROR_OPERATIONAL"
-    assert _told(mission, "shutdown")
+    assert _reported(mission, "shutdown")
     mission.wait()
     assert mission.code == 0, mission.told()
     assert mission.facts["time"] == "real"
@@ -126,10 +126,10 @@ def test_no_link_has_its_own_exit_code():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupt_brings_every_subsystem_to_offline(mission, number):
     for name in ("MANIPULATOR", "JOYSTICK"):
-        _told(mission, "state", name, "PRE_OPERATIONAL")
-        _told(mission, "config", name, "STAND_ALONE")
-        _told(mission, "state", name, "SAFE_OPERATIONAL")
-    _told(mission, "state", "MANIPULATOR", "OPERATIONAL")
+        _reported(mission, "state", name, "PRE_OPERATIONAL")
+        _reported(mission, "config", name, "STAND_ALONE")
+        _reported(mission, "state", name, "SAFE_OPERATIONAL")
+    _reported(mission, "state", "MANIPULATOR", "OPERATIONAL")
     os.kill(mission.process.pid, number)
     mission.wait()
     assert mission.code == 0, mission.told()
@@ -142,7 +142,7 @@ def test_interrupt_brings_every_subsystem_to_offline(mission, number):
 
 def test_ctrl_c_of_a_terminal_reaches_all_and_still_ends_in_order(mission):
     """The terminal sends the signal to the whole process group, children and all."""
-    _told(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
+    _reported(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
     os.killpg(mission.process.pid, signal.SIGINT)
     mission.wait()
     assert mission.code == 0, mission.told()
@@ -152,8 +152,8 @@ def test_ctrl_c_of_a_terminal_reaches_all_and_still_ends_in_order(mission):
 
 def test_following_ends_with_an_interrupt(mission):
     """`gse hk -f` runs until Ctrl-C and then ends with success."""
-    _told(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
-    _told(mission, "config", "MANIPULATOR", "STAND_ALONE")
+    _reported(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
+    _reported(mission, "config", "MANIPULATOR", "STAND_ALONE")
     words = [sys.executable, str(flying.ROOT / "gse" / "gse"), "--port", str(mission.port()), "hk", "-f", "MANIPULATOR"]
     follower = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     heard = 0
@@ -165,7 +165,7 @@ def test_following_ends_with_an_interrupt(mission):
     _, errors = follower.communicate(timeout=flying.MOMENT_S)
     assert follower.returncode == SUCCESS, errors
     assert errors == ""
-    _told(mission, "shutdown")
+    _reported(mission, "shutdown")
     mission.wait()
 
 

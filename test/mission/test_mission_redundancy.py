@@ -9,7 +9,7 @@ from hirosco_gse import logs
 from hirosco_gse import run as runs
 
 REACTION_US = 5000
-TOLD_US = 10_000
+REPORTED_US = 10_000
 TOGGLE_US = 2 * 60_000  # Ttoggle x consumer heartbeat time of the data sheets
 MASTER, SYNC = 0x701, 0x080
 NODES = {"robot": (0x11, 0x12), "joystick": (0x21,)}
@@ -91,7 +91,7 @@ def test_cut_is_met_like_an_unplug(flights, run):
         for apid in (16, 17):
             states = [(t - cut, state) for t, state in _transitions(flights["image"], apid) if cut <= t < cut + 1_000_000]
             assert states[0][1] == 6
-            assert states[0][0] <= TOLD_US
+            assert states[0][0] <= REPORTED_US
             assert [state for _, state in states] == [6, 7, 8, 9, 0]
 
 

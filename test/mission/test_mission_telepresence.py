@@ -35,7 +35,7 @@ class TestFlight:
     def test_all_members_react_to_each_unplug(self, fleet, form, seed):
         found, _ = fleet.computed(form=form, seed=seed)
         assert found["unplugs"] == 2
-        assert found["unplug_members_told"] is True
+        assert found["unplug_members_reported"] is True
 
     def test_figures_rest_on_enough(self, fleet, form, seed):
         found, _ = fleet.computed(form=form, seed=seed)

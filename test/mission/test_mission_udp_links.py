@@ -30,7 +30,7 @@ def test_hand_and_robot_do_not_know_the_difference(fleet):
         assert one.octets(name) == other.octets(name), name
 
 
-def test_the_method_is_agreed_and_told(fleet):
+def test_the_method_is_agreed_and_reported(fleet):
     """TM[130,4] of each link names UDP, and its end node is a logical name."""
     flight = fleet.flight(**UDP)
     accepted = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x04"]

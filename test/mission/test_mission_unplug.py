@@ -122,5 +122,5 @@ def test_figures_agree(unplugged):
     _, _, run = unplugged
     found = figures.unplug(run)
     assert found["unplugs"] == PHASES
-    assert found["unplug_members_told"]
+    assert found["unplug_members_reported"]
     assert figures.holds("unplug_reaction_s", found["unplug_reaction_s"])

@@ -13,7 +13,7 @@ void descriptor_source_say(source_t* const source, const char* const pattern, co
                            const char* const other, const uint32_t number)
 {
     const char* next = one;
-    for (const char* at = pattern; source->is_telling && (*at != '\0'); at++) {
+    for (const char* at = pattern; source->is_reporting && (*at != '\0'); at++) {
         if (*at == '%') {
             text_add(source->error, next);
             next = other;
@@ -28,8 +28,8 @@ void descriptor_source_say(source_t* const source, const char* const pattern, co
 void descriptor_source_refuse(source_t* const source, const uint32_t line, const char* const pattern,
                               const char* const one, const char* const other, const uint32_t number)
 {
-    source->is_telling = (source->status == STATUS_OK);
-    if (source->is_telling) {
+    source->is_reporting = (source->status == STATUS_OK);
+    if (source->is_reporting) {
         source->status = STATUS_INVALID;
     }
     descriptor_source_say(source, "%:#: ", source->path, NULL, line);
@@ -45,7 +45,7 @@ void descriptor_source_fail_as(source_t* const source, const uint32_t line, cons
                                const char* const message)
 {
     descriptor_source_fail(source, line, message);
-    if (source->is_telling) {
+    if (source->is_reporting) {
         source->status = status;
     }
 }

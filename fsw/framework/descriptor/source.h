@@ -129,7 +129,7 @@ struct source {
     const char* path;
     text_t* error;
     status_t status;
-    bool is_telling; ///< The error begun last is the first one.
+    bool is_reporting; ///< The error begun last is the first one.
     const source_row_t* rows;
     size_t row_count;
     const xml_element_t* element; ///< Only inside `start`.

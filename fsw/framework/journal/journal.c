@@ -420,8 +420,8 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
     return status;
 }
 
-bool journal_tell_damage(const journal_t* const journal, const uint32_t refused,
-                         uint8_t octets[JOURNAL_DAMAGE_SIZE])
+bool journal_report_damage(const journal_t* const journal, const uint32_t refused,
+                           uint8_t octets[JOURNAL_DAMAGE_SIZE])
 {
     FSW_ASSERT((journal != NULL) && (octets != NULL));
     const journal_damage_t* const damage = &journal->damage;

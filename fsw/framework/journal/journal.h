@@ -102,7 +102,7 @@ MUST_USE status_t journal_open(journal_t* journal, const journal_configuration_t
 #define JOURNAL_DAMAGE_SIZE 9U ///< Event data: octets u32 (saturates), records u32, is kept u8.
 /// Write the damage, and `refused` records that no service restored, as the data of an event. False: there is
 /// nothing to report.
-bool journal_tell_damage(const journal_t* journal, uint32_t refused, uint8_t octets[JOURNAL_DAMAGE_SIZE]);
+bool journal_report_damage(const journal_t* journal, uint32_t refused, uint8_t octets[JOURNAL_DAMAGE_SIZE]);
 
 /// Takes a record back. It may not call the journal; `octets` live during the call only.
 typedef void (*journal_take_t)(void* context, uint8_t table, uint32_t key, const uint8_t* octets,

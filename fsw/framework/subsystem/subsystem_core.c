@@ -202,7 +202,7 @@ static uint64_t next_on_grid(const uint64_t now_ns, const uint64_t period_ns)
     return ((now_ns / period_ns) + 1U) * period_ns;
 }
 
-void subsystem_tell_time(subsystem_t* const subsystem, const uint64_t now_ns)
+void subsystem_set_time(subsystem_t* const subsystem, const uint64_t now_ns)
 {
     FSW_ASSERT(subsystem != NULL);
     subsystem->now_ns = now_ns;

@@ -130,7 +130,7 @@ typedef struct { // Private: one end of a real-time link.
     rtlink_terms_t terms;
     uint64_t accepted_ns;
     uint64_t opened_ns;
-    bool is_stale_told;
+    bool is_stale_reported;
     rtlink_producer_t producer;
     rtlink_consumer_t consumer;
 } subsystem_link_t;
@@ -223,7 +223,7 @@ void subsystem_accept(subsystem_t* subsystem, const uint8_t* packet, size_t size
 /// Take in one request that may be longer than a packet, as ST[13] has put it together.
 void subsystem_accept_large(subsystem_t* subsystem, const uint8_t* packet, size_t size, uint64_t now_ns);
 /// The time, for a program that lets callbacks of its own raise events between two steps.
-void subsystem_tell_time(subsystem_t* subsystem, uint64_t now_ns);
+void subsystem_set_time(subsystem_t* subsystem, uint64_t now_ns);
 /// Run the work that is due. Returns the time of the next wake [ns of the run].
 uint64_t subsystem_step(subsystem_t* subsystem, uint64_t now_ns);
 /// Priority of the loop that runs subsystem_step, 1..99: that of the applied configuration; before one is

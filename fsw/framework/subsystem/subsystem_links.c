@@ -308,7 +308,7 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
 }
 
 /// docs/states.md: a required link lost or stale is an error in OPERATIONAL and a note in the states below.
-static void tell_lost(subsystem_t* const subsystem, const descriptor_port_t* const port)
+static void report_lost(subsystem_t* const subsystem, const descriptor_port_t* const port)
 {
     const state_t state = subsystem->machine.state;
     if ((state == STATE_OPERATIONAL) && port->is_required) {
@@ -334,7 +334,7 @@ static pus_reply_t close_requested(void* const context, const pus_link_close_t* 
     const bool was_needed               = !link->is_producer && port->is_required;
     close_link(subsystem, link, close->reason);
     if (was_needed) {
-        tell_lost(subsystem, port);
+        report_lost(subsystem, port);
     }
     return pus_done();
 }
@@ -372,12 +372,12 @@ pus_rtlink_port_t subsystem_link_port(subsystem_t* const subsystem)
 
 // ---- Monitoring ----
 
-static void tell_stale(subsystem_t* const subsystem, subsystem_link_t* const link)
+static void report_stale(subsystem_t* const subsystem, subsystem_link_t* const link)
 {
-    if (!link->is_stale_told) {
-        link->is_stale_told = true;
+    if (!link->is_stale_reported) {
+        link->is_stale_reported = true;
         change_state(subsystem, link, LINK_STALE, PUS_LINK_REASON_STALE);
-        tell_lost(subsystem, link->port);
+        report_lost(subsystem, link->port);
     }
 }
 
@@ -391,9 +391,9 @@ static void watch_consumer(subsystem_t* const subsystem, subsystem_link_t* const
 {
     const status_t status = rtlink_consumer_read(&link->consumer, subsystem->now_ns);
     if ((status == STATUS_STALE) || ((status == STATUS_EMPTY) && is_overdue(subsystem, link))) {
-        tell_stale(subsystem, link);
-    } else if ((status == STATUS_OK) && link->is_stale_told) {
-        link->is_stale_told = false;
+        report_stale(subsystem, link);
+    } else if ((status == STATUS_OK) && link->is_stale_reported) {
+        link->is_stale_reported = false;
         change_state(subsystem, link, LINK_OPEN, PUS_LINK_REASON_NONE);
     } else {
         // Still fresh, or the first sample is not overdue yet.

@@ -374,8 +374,8 @@ static void init_tabulated(subsystem_t* const subsystem)
                     subsystem->event_states, subsystem->descriptor->event_count);
     const descriptor_event_t* const teller =
         descriptor_find_event_name(subsystem->descriptor, "EVENTS_SUPPRESSED");
-    pus_events_tell_by(&subsystem->events,
-                       ((teller != NULL) && (teller->octets == PUS_SUPPRESSED_AUX)) ? teller->id : 0U);
+    pus_events_report_suppressed_by(
+        &subsystem->events, ((teller != NULL) && (teller->octets == PUS_SUPPRESSED_AUX)) ? teller->id : 0U);
     pus_functions_init(&subsystem->functions, subsystem->function_table,
                        subsystem->descriptor->function_count, &functions, subsystem->argument_area,
                        sizeof subsystem->argument_area);

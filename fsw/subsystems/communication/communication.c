@@ -284,8 +284,8 @@ static void queue_for(communication_t* const self, const unsigned client, const 
         // The client reads nothing at all: end the connection instead of dropping reports.
         const flow_tcp_user_t user = user_of(self);
         flow_tcp_end(&self->flow, &user, client);
-    } else if ((self->queues[client].dropped != dropped_before) && !self->is_drop_told) {
-        self->is_drop_told = true;
+    } else if ((self->queues[client].dropped != dropped_before) && !self->is_drop_reported) {
+        self->is_drop_reported = true;
         (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_TM_DROPPED, NULL, 0U);
     } else {
         // The report is queued.
@@ -372,14 +372,14 @@ static status_t listen(void* const context, const descriptor_configuration_t* co
 }
 
 /// Events of refused or ended connections; their rate is limited, whatever clients do.
-static void tell_misuse(communication_t* const self)
+static void report_misuse(communication_t* const self)
 {
     const communication_clients_t* const misuse = &self->parameters.clients;
     const uint32_t sum    = misuse->refused + misuse->evicted + misuse->malformed + misuse->no_telecommand;
     const uint64_t now_ns = subsystem_now_ns(self->generic);
-    if ((sum != self->misuse_told) && ((now_ns - self->misuse_told_ns) >= COMMUNICATION_TELL_NS)) {
-        self->misuse_told    = sum;
-        self->misuse_told_ns = now_ns;
+    if ((sum != self->misuse_reported) && ((now_ns - self->misuse_reported_ns) >= COMMUNICATION_REPORT_NS)) {
+        self->misuse_reported    = sum;
+        self->misuse_reported_ns = now_ns;
         (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_MISUSED, NULL, 0U);
     }
 }
@@ -417,9 +417,9 @@ static void update_status(void* const context)
     communication_ground_security_publish(&self->security, &self->parameters.security);
     self->parameters.status.queued = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
     parameter_unlock(dictionary);
-    self->is_drop_told = self->is_drop_told && (queued > 0U);
-    communication_ground_security_tell(&self->security, self->generic);
-    tell_misuse(self);
+    self->is_drop_reported = self->is_drop_reported && (queued > 0U);
+    communication_ground_security_report(&self->security, self->generic);
+    report_misuse(self);
 }
 
 /// As at the end of the process: end every connection without notice on board; the listening socket belongs

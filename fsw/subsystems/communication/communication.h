@@ -31,7 +31,7 @@ CAPACITY_CHECK(buffer_holds_a_frame, COMMUNICATION_BUFFER >= SDLS_FRAME_MAX);
 /// longest connected first.
 #define COMMUNICATION_HOLD_NS 30000000000ULL
 CAPACITY_CHECK(silence_is_found_first, COMMUNICATION_IDLE_NS < COMMUNICATION_HOLD_NS);
-#define COMMUNICATION_TELL_NS 1000000000ULL ///< Shortest time between two events GROUND_MISUSED.
+#define COMMUNICATION_REPORT_NS 1000000000ULL ///< Shortest time between two events GROUND_MISUSED.
 
 typedef struct {
     void* context;
@@ -63,11 +63,11 @@ typedef struct { // Private.
     uint16_t participant;
     uint32_t owed;       // Octets of the participant that are announced and not received yet.
     bool is_uplink_full; // A request could not go up in this step.
-    bool is_drop_told;
+    bool is_drop_reported;
     uint64_t connected_ns[COMMUNICATION_CLIENTS];
     uint64_t heard_ns[COMMUNICATION_CLIENTS]; // Connection, or last valid telecommand.
-    uint32_t misuse_told;                     // Sum of the counters in the last event.
-    uint64_t misuse_told_ns;
+    uint32_t misuse_reported;                 // Sum of the counters in the last event.
+    uint64_t misuse_reported_ns;
     uint32_t not_requests;                 // Packets of the ground that are no telecommands [wraps].
     communication_parameters_t parameters; // Published.
     communication_ground_security_t security;

@@ -115,8 +115,8 @@ void communication_ground_security_publish(const communication_ground_security_t
     out_parameter->not_kept    = receiver->refused[SDLS_REFUSED_NOT_KEPT];
 }
 
-void communication_ground_security_tell(communication_ground_security_t* const self,
-                                        subsystem_t* const generic)
+void communication_ground_security_report(communication_ground_security_t* const self,
+                                          subsystem_t* const generic)
 {
     FSW_ASSERT((self != NULL) && (generic != NULL));
     self->cycle++;

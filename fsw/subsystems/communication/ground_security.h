@@ -52,6 +52,6 @@ void communication_ground_security_accept(communication_ground_security_t* secur
 void communication_ground_security_publish(const communication_ground_security_t* security,
                                            communication_security_t* out_parameter);
 /// Once a cycle: raise events for the frames refused since the last events.
-void communication_ground_security_tell(communication_ground_security_t* security, subsystem_t* generic);
+void communication_ground_security_report(communication_ground_security_t* security, subsystem_t* generic);
 
 #endif // FSW_SUBSYSTEMS_COMMUNICATION_GROUND_SECURITY_H

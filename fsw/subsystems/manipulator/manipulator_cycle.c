@@ -116,7 +116,7 @@ static void command(manipulator_t* const manipulator, const manipulator_arm_setu
     }
 }
 
-static void tell_link(manipulator_t* const manipulator)
+static void write_link(manipulator_t* const manipulator)
 {
     const manipulator_arm_control_t* const control  = &manipulator->control;
     const manipulator_robot_state_payload_t payload = {
@@ -156,6 +156,6 @@ void manipulator_control(void* const self)
         const manipulator_arm_setup_t setup = manipulator_setup(manipulator);
         command(manipulator, &setup);
     }
-    tell_link(manipulator);
+    write_link(manipulator);
     publish(manipulator);
 }

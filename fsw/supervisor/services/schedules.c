@@ -23,7 +23,7 @@ static pus_block_chains_t* chains_of(supervisor_t* const supervisor)
 }
 
 /// A restart found the request under release: it is unknown whether it was released.
-static void tell_lost(void* const context, const pus_activity_id_t* const id)
+static void report_lost(void* const context, const pus_activity_id_t* const id)
 {
     supervisor_t* const supervisor = (supervisor_t*)context;
     uint8_t octets[6];
@@ -44,7 +44,7 @@ static pus_schedule_config_t common_config(supervisor_t* const supervisor)
                                    .sub_schedule_count = SPACECRAFT_SUB_SCHEDULES,
                                    .group_count        = SPACECRAFT_GROUPS,
                                    .context            = supervisor,
-                                   .lost               = tell_lost};
+                                   .lost               = report_lost};
 }
 
 // ---- ST[11] ----

@@ -81,8 +81,8 @@ const pus_persistence_t* spacecraft_persistence(struct supervisor* const supervi
     return (journal != NULL) ? &supervisor->spacecraft.persistence : NULL;
 }
 
-void spacecraft_tell_refused(struct supervisor* const supervisor, const uint8_t table, const uint32_t key,
-                             const status_t status)
+void spacecraft_report_refused(struct supervisor* const supervisor, const uint8_t table, const uint32_t key,
+                               const status_t status)
 {
     uint8_t octets[6];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -111,7 +111,7 @@ static void take_back(void* const context, const uint8_t table, const uint32_t k
         status = subsystem_restore(&supervisor->subsystem, table, key, octets, size);
     }
     if (status != STATUS_OK) {
-        spacecraft_tell_refused(supervisor, table, key, status);
+        spacecraft_report_refused(supervisor, table, key, status);
     }
 }
 
@@ -120,22 +120,22 @@ void spacecraft_restore(struct supervisor* const supervisor)
     if (supervisor->config.journal != NULL) {
         const status_t status = journal_replay(supervisor->config.journal, take_back, supervisor);
         if (status != STATUS_OK) {
-            spacecraft_tell_refused(supervisor, 0U, 0U, status);
+            spacecraft_report_refused(supervisor, 0U, 0U, status);
         }
     }
     for (size_t i = 0U; i < BINDINGS; i++) {
         const status_t status = (bindings[i]->start != NULL) ? bindings[i]->start(supervisor) : STATUS_OK;
         if (status != STATUS_OK) {
-            spacecraft_tell_refused(supervisor, bindings[i]->type, 0U, status);
+            spacecraft_report_refused(supervisor, bindings[i]->type, 0U, status);
         }
     }
 }
 
-void spacecraft_tell_damage(struct supervisor* const supervisor)
+void spacecraft_report_damage(struct supervisor* const supervisor)
 {
     uint8_t octets[JOURNAL_DAMAGE_SIZE];
     const journal_t* const journal = supervisor->config.journal;
-    if ((journal != NULL) && journal_tell_damage(journal, 0U, octets)) {
+    if ((journal != NULL) && journal_report_damage(journal, 0U, octets)) {
         (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_JOURNAL_DAMAGED, octets,
                               sizeof octets);
         supervisor_mode_fall_back(supervisor);

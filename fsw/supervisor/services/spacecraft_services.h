@@ -123,9 +123,9 @@ size_t spacecraft_open(struct supervisor* supervisor, pus_service_t* services);
 /// reported by the event RECORD_REFUSED.
 void spacecraft_restore(struct supervisor* supervisor);
 /// Raise an event: a lasting record was not restored, or not written.
-void spacecraft_tell_refused(struct supervisor* supervisor, uint8_t table, uint32_t key, status_t status);
+void spacecraft_report_refused(struct supervisor* supervisor, uint8_t table, uint32_t key, status_t status);
 /// In the first step: raise JOURNAL_DAMAGED and enter the fallback mode if lasting records were lost.
-void spacecraft_tell_damage(struct supervisor* supervisor);
+void spacecraft_report_damage(struct supervisor* supervisor);
 /// Step all services, then route the requests that they have released. Returns the time of the next wake.
 uint64_t spacecraft_step(struct supervisor* supervisor, uint64_t now_ns);
 /// Pass a report to all services that observe reports.

@@ -49,7 +49,7 @@ static bool follow(@name@_t* const own)
     return was_under_way && !own->is_under_way;
 }
 
-static void tell_arrival(@name@_t* const own)
+static void report_arrival(@name@_t* const own)
 {
     uint8_t octets[@NAME@_EVENT_ARRIVED_OCTETS];
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -70,7 +70,7 @@ static void control(void* const self)
     own->parameters.cur_values.value  = own->value;
     parameter_unlock(subsystem_dictionary(own->generic));
     if (has_arrived) {
-        tell_arrival(own);
+        report_arrival(own);
     }
 }
 

@@ -43,7 +43,7 @@ static void fly(const unsigned cycles)
     }
 }
 
-static void test_the_value_follows_at_its_rate_and_tells_once_when_it_has_arrived(void)
+static void test_the_value_follows_at_its_rate_and_reports_once_when_it_has_arrived(void)
 {
     own.parameters.rate      = 0.5;
     own.parameters.des_value = 0.25;
@@ -83,7 +83,7 @@ int main(void)
     const status_t status =
         descriptor_load_subsystem(&loader, "descriptors/subsystems/@file@.xml", &descriptor);
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
-    RUN_TEST(test_the_value_follows_at_its_rate_and_tells_once_when_it_has_arrived);
+    RUN_TEST(test_the_value_follows_at_its_rate_and_reports_once_when_it_has_arrived);
     RUN_TEST(test_out_of_operation_nothing_moves);
     RUN_TEST(test_stop_holds_the_present_value);
     return UNITY_END();

@@ -7,7 +7,7 @@ def test_alive(station):
         assert station.ask(subsystem, 17, 1)["kind"] == "alive"
 
 
-def test_unknown_service_and_subtype_are_told(station):
+def test_unknown_service_and_subtype_are_reported(station):
     outcome = station.settle(station.send_data(16, 99, 1, b""))
     assert outcome.failure.code == 0x0110, "nothing permits it"
     outcome = station.settle(station.send_data(16, 3, 99, b""))

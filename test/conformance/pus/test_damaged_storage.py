@@ -54,7 +54,7 @@ def _names(ground):
 
 
 @pytest.mark.parametrize("damage", [_flip, _zero, _cut], ids=["a bit flipped", "zeros", "cut"])
-def test_a_damaged_journal_is_told(tmp_path, damage):
+def test_a_damaged_journal_is_reported(tmp_path, damage):
     storage, found = tmp_path / "storage", []
     told, is_changed = _fly(tmp_path / "1", storage, _load)
     assert told == {1: [], 16: []} and not is_changed
@@ -69,7 +69,7 @@ def test_a_damaged_journal_is_told(tmp_path, damage):
     assert told == {1: [], 16: []} and not is_changed
 
 
-def test_a_subsystem_tells_of_its_own_journal(tmp_path):
+def test_a_subsystem_reports_damage_of_its_own_journal(tmp_path):
     storage = tmp_path / "storage"
     _fly(tmp_path / "1", storage, lambda ground: ground.do("MANIPULATOR", 12, 15))
     _zero(storage / "MANIPULATOR.journal.0")

@@ -16,14 +16,14 @@ SAFE, NOMINAL = 0, 1
 SUPERVISOR, MANIPULATOR = 1, 16
 
 
-def _supervisor_told(folder):
+def _console_of_supervisor(folder):
     """Reports of the supervisor, as pusdump writes them."""
     lines = subprocess.run([flying.ROOT / "build/bin/pusdump", folder / "packets.log"], check=True, capture_output=True, text=True).stdout
     return [line for line in lines.splitlines() if " TM 1 " in line]
 
 
 def _events(folder, number):
-    return [line for line in _supervisor_told(folder) if number in line.split()]
+    return [line for line in _console_of_supervisor(folder) if number in line.split()]
 
 
 def _set_mode(ground, mode):
@@ -84,7 +84,7 @@ def _flip_both_banks(identity):
         return memory[:]
 
 
-def test_a_damaged_checkpoint_is_told_kept_and_flown_past(tmp_path):
+def test_a_damaged_checkpoint_is_reported_and_kept_and_the_flight_continues(tmp_path):
     storage = tmp_path / "storage"
     flight, ground = _begin(tmp_path / "1", storage)
     ground.do("SUPERVISOR", 17, 1)

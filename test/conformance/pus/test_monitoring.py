@@ -70,7 +70,7 @@ def test_definitions_come_change_and_go(station, functions):
     station.refuse(0x0201, "MANIPULATOR", 12, 1, n=[9])
 
 
-def test_a_violation_is_told_and_raises_its_event(station, functions):
+def test_a_violation_is_reported_and_raises_its_event(station, functions):
     event = station.dictionary.subsystem("MANIPULATOR").events["OPERATOR_NOTE"].id
     station.do("MANIPULATOR", 12, 3, max_transition_reporting_delay=1)
     station.do("MANIPULATOR", 12, 5, n=[_limit(1, 5, 10, event)])

@@ -51,7 +51,8 @@ def _is_running(station, name="LOOK"):
 def _ended(station, sent):
     """Outcome of an activation whose procedure ends without error."""
     outcome = station.settle(sent)
-    assert outcome.is_completed, (outcome.failure.words(station.dictionary), *(told["TEXT"] for told in _told(station, 0, "PROCEDURE_FAILED")[-1:]))
+    texts = [report["TEXT"] for report in _reported(station, 0, "PROCEDURE_FAILED")]
+    assert outcome.is_completed, (outcome.failure.words(station.dictionary), *texts[-1:])
     station.notes.requests[(18, sent.request.subtype)].add(station.notes.test())
     return outcome
 
@@ -68,7 +69,7 @@ def _run(station, text, **fields):
     return _ended(station, _start(station, **fields))
 
 
-def _told(station, since, event="PROCEDURE_OBSERVED"):
+def _reported(station, since, event="PROCEDURE_OBSERVED"):
     """Values of an event's reports: texts and single numbers as such."""
     found = [told["values"] for _, told in station.reports[since:] if told.get("event") == event]
     return [{name: value[0] if len(value) == 1 else bytes(value).rstrip(b"\0").decode() for name, value in told.items()} for told in found]
@@ -76,7 +77,7 @@ def _told(station, since, event="PROCEDURE_OBSERVED"):
 
 def _observed(station, since):
     """(what, step, detail) of each observation."""
-    return [(told["WHAT"], told["STEP"], told["DETAIL"]) for told in _told(station, since)]
+    return [(told["WHAT"], told["STEP"], told["DETAIL"]) for told in _reported(station, since)]
 
 
 def test_a_procedure_runs_step_by_step(station):
@@ -89,7 +90,7 @@ def test_a_procedure_runs_step_by_step(station):
     outcome = _ended(station, _start(station, "step level"))
     assert [stage for stage in outcome.stages if stage != 1] == [3, 5, 5, 7]
     assert _observed(station, since) == [(STARTED, 0, 0), (STEP, 1, 1), (STEP, 2, 2), (ENDED, 2, 0)]
-    assert {told["PROCEDURE"] for told in _told(station, since)} == {"LOOK"}
+    assert {told["PROCEDURE"] for told in _reported(station, since)} == {"LOOK"}
     assert _status(station) == {"LOOK": "inactive"}
     since = len(station.reports)
     _ended(station, _start(station))
@@ -109,11 +110,11 @@ def test_a_procedure_has_arguments(station):
     ("text", "line", "says"),
     [("step(1)\nerror('no light')", 2, "no light"), ("wait(", 1, "near"), ("local t = {}\n\nt.a.b = 1", 3, "index"), ("send(1)", 1, "")],
 )
-def test_an_error_is_told_with_its_line(station, text, line, says):
+def test_an_error_is_reported_with_its_line(station, text, line, says):
     _load(station, text)
     since = len(station.reports)
     _failed(station, _start(station), PROCEDURE, line)
-    (told,) = _told(station, since, "PROCEDURE_FAILED")
+    (told,) = _reported(station, since, "PROCEDURE_FAILED")
     assert (told["PROCEDURE"], told["WHAT"], told["DETAIL"]) == ("LOOK", FAILED, line)
     assert says in told["TEXT"]
 
@@ -173,9 +174,9 @@ def test_procedures_raise_events_of_their_own_only(station):
         """,
     )
     for name in ("PROCEDURE_NOTE", "PROCEDURE_WARNING"):
-        ((told),) = _told(station, since, name)
+        ((told),) = _reported(station, since, name)
         assert (told["PROCEDURE"], told["STEP"]) == ("LOOK", 3)
-    assert not _told(station, since, "PROCESS_LOST")
+    assert not _reported(station, since, "PROCESS_LOST")
 
 
 def test_a_procedure_is_suspended_resumed_and_stopped(station):

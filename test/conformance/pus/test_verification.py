@@ -27,7 +27,7 @@ def _about(verification):
     return lambda told: told["request_sequence"] == sequence and told["request_apid"] == verification.request.apid
 
 
-def test_every_stage_is_told(station, hand):
+def test_every_stage_is_reported(station, hand):
     since = len(station.reports)
     good = station.send("JOYSTICK", 17, 1)
     station.settle(good)

@@ -245,7 +245,7 @@ static void test_an_interface_that_goes_down_closes_the_end_until_it_is_up(void)
     osal_can_close(&can);
 }
 
-static void test_a_receiver_is_told_that_its_interface_was_deleted(void)
+static void test_a_receiver_is_informed_that_its_interface_was_deleted(void)
 {
     osal_can_t can;
     osal_can_frame_t out;
@@ -457,7 +457,7 @@ int main(void)
         RUN_TEST(test_filters_hold_in_the_kernel_and_let_error_frames_through);
         RUN_TEST(test_a_mask_may_have_any_bit);
         RUN_TEST(test_an_interface_that_goes_down_closes_the_end_until_it_is_up);
-        RUN_TEST(test_a_receiver_is_told_that_its_interface_was_deleted);
+        RUN_TEST(test_a_receiver_is_informed_that_its_interface_was_deleted);
         RUN_TEST(test_overruns_are_counted);
         RUN_TEST(test_counted_ends_receive_all_announced_frames);
         RUN_TEST(test_a_counted_end_does_not_receive_frames_sent_before_it_opened);

@@ -66,7 +66,7 @@ static void test_messages_come_whole_and_in_order(void)
     TEST_ASSERT_EQUAL_UINT64(0U, size);
 }
 
-static void test_limits_are_reached_and_told(void)
+static void test_limits_are_reached_and_reported(void)
 {
     uint8_t octets[OCTETS + 1U] = {0U};
     size_t size                 = 0U;
@@ -115,7 +115,7 @@ static void test_names_that_exist_and_do_not(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_mqueue_create(&other, name, 1U, 0U));
 }
 
-static void test_a_sender_is_told_when_the_receiver_starts_again(void)
+static void test_a_sender_is_informed_when_the_receiver_starts_again(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, say("old"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_remove(name));
@@ -151,10 +151,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_messages_come_whole_and_in_order);
-    RUN_TEST(test_limits_are_reached_and_told);
+    RUN_TEST(test_limits_are_reached_and_reported);
     RUN_TEST(test_the_minimum_queue_is_always_granted_and_an_excessive_one_never);
     RUN_TEST(test_names_that_exist_and_do_not);
-    RUN_TEST(test_a_sender_is_told_when_the_receiver_starts_again);
+    RUN_TEST(test_a_sender_is_informed_when_the_receiver_starts_again);
     RUN_TEST(test_messages_of_a_dead_process_are_received);
     return UNITY_END();
 }

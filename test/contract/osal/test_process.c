@@ -302,7 +302,7 @@ static void test_descriptors_are_limited(void)
     TEST_ASSERT_EQUAL(1, result_of(&process).code);
 }
 
-static void test_end_tells_the_memory_that_was_needed(void)
+static void test_end_reports_the_memory_that_was_needed(void)
 {
     osal_process_t process = start_role("exit", "0", &plain);
     const uint64_t least   = result_of(&process).memory_high_kib;
@@ -552,7 +552,7 @@ int main(int count, char** arguments)
     RUN_TEST(test_child_keeps_only_the_named_descriptors);
     RUN_TEST(test_memory_limit_holds_for_the_child_only);
     RUN_TEST(test_descriptors_are_limited);
-    RUN_TEST(test_end_tells_the_memory_that_was_needed);
+    RUN_TEST(test_end_reports_the_memory_that_was_needed);
     RUN_TEST(test_the_size_of_a_program_is_its_size_when_loaded);
     RUN_TEST(test_child_is_pinned_to_one_of_our_processors);
     RUN_TEST(test_output_goes_to_the_file_and_is_appended);

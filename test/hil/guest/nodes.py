@@ -229,7 +229,7 @@ def set_veth(flight, state):
     subprocess.run(["ip", "-n", f"{flight.identity}.node1", "link", "set", "node1", state], check=True)
 
 
-def states_told(flight, apid):
+def states_reported(flight, apid):
     """(time [ns], state) of every report of the subsystem's own that names its state."""
     found = []
     for time_ns, direction, raw in flight.packets:
@@ -276,7 +276,7 @@ def cut_and_mend(name, root):
 
 def after_operation(flight, apid):
     """The reported states from the first OPERATIONAL on, without repetitions."""
-    states = [state for _, state in states_told(flight, apid)]
+    states = [state for _, state in states_reported(flight, apid)]
     after = states[states.index(OPERATIONAL):]
     return [state for index, state in enumerate(after) if index == 0 or after[index - 1] != state]
 

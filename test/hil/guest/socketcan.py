@@ -146,7 +146,7 @@ def case_contract_holds_on_this_kernel():
 
 # --- what is refused ------------------------------------------------------------------------------------------------
 
-def do_as_told(said):
+def obey(said):
     """The command that a refusal tells the user to type as root."""
     subprocess.run(["sh", "-ec", said.rpartition("as root: ")[2]], check=True, timeout=BOUND_S)
 
@@ -186,7 +186,7 @@ def case_bad_interfaces_are_refused_with_the_next_step():
     said = refused("--bus", "vcan")
     assert "carries classic frames only (mtu 16), and the mission's bus is CAN FD" in said, said
     for options, said in ((["--bus", "vcan"], said), (["--mission", "classic", "--bus", "can", "--interface", "robot=can0"], wrong_rate)):
-        do_as_told(said)
+        obey(said)
         assert "cannot make the output folder" in refused(*options, "--out", "/dev/null/none"), "the printed command did not help"
     ip("link", "delete", "vcan-robot")
     ip("link", "set", "can0", "down")

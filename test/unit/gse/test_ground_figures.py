@@ -39,7 +39,7 @@ def test_known_answers(flown):
     assert found["reflection_error_contour"] == pytest.approx(synthetic.REFLECTION_ERROR_CONTOUR, rel=0.1)
     assert found["contact_force_max_n"] == pytest.approx(15.0)
     assert found["unplug_reaction_s"] == pytest.approx(synthetic.UNPLUG_REACTION_US / 1e6)
-    assert found["unplug_members_told"] is True
+    assert found["unplug_members_reported"] is True
     assert found["torque_limit_reaction_cycles"] == synthetic.LIMIT_REACTION
     assert found["brake_engagements"] == 4
     assert found["engagements"] == 4
@@ -185,7 +185,7 @@ def test_a_member_that_did_not_react_is_found(run):
     run.reports = [
         r for r in run.reports if not (r[2].get("state") == "ERROR_OPERATIONAL" and r[1].apid == 16)
     ]
-    assert value(run, "unplug_members_told") is False
+    assert value(run, "unplug_members_reported") is False
 
 
 def test_a_slow_answer_to_the_limit_is_seen(run):

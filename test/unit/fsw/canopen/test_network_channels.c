@@ -42,7 +42,7 @@ static const canopen_network_config_t config = {.master              = {.node_id
                                                 .lost_after_syncs    = 3U,
                                                 .call_ns             = 160000000U,
                                                 .boot_retry_ns       = 300000000U,
-                                                .silence_told_ns     = 300000000U,
+                                                .silence_reported_ns = 300000000U,
                                                 .quick_stop_limit_ns = 200000000U};
 
 /// Both devices are on one channel, or on none.

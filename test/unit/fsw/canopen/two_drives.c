@@ -31,7 +31,7 @@ const canopen_network_config_t config = {.master              = {.node_id       
                                                                  .sdo_timeout_ns       = 50000000U},
                                          .lost_after_syncs    = 3U,
                                          .boot_retry_ns       = 300000000U,
-                                         .silence_told_ns     = 100000000U,
+                                         .silence_reported_ns = 100000000U,
                                          .quick_stop_limit_ns = 200000000U};
 
 void two_drives_open(void)

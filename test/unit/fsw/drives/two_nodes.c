@@ -13,7 +13,7 @@ void two_nodes_run(drives_t* drives)
                                                                             .sdo_timeout_ns       = 1000U},
                                                     .lost_after_syncs    = 3U,
                                                     .boot_retry_ns       = 1U,
-                                                    .silence_told_ns     = 1U,
+                                                    .silence_reported_ns = 1U,
                                                     .call_ns             = 1U,
                                                     .quick_stop_limit_ns = 1U};
     memset(drives, 0, sizeof *drives);

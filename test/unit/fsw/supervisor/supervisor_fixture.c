@@ -131,7 +131,7 @@ void fixture_report(unsigned index, uint8_t service, uint8_t subtype, const void
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_send(&member->process, &writer));
 }
 
-static void tell_state(fixture_member_t* member, state_t previous)
+static void report_state(fixture_member_t* member, state_t previous)
 {
     const pus_transition_t made = {.previous      = (uint8_t)previous,
                                    .state         = (uint8_t)member->state,
@@ -167,7 +167,7 @@ static void enter(fixture_member_t* member, state_t state)
         member->phase         = PHASE_IDLE;
         member->configuration = (state == STATE_OFFLINE) ? 0U : member->configuration;
     }
-    tell_state(member, previous);
+    report_state(member, previous);
 }
 
 void fixture_place(unsigned index, state_t state)
@@ -205,7 +205,7 @@ static uint32_t bit_of(uint16_t link)
 }
 
 /// TM[130,9] of the links that it believes to be open.
-static void tell_links(fixture_member_t* member)
+static void report_links(fixture_member_t* member)
 {
     uint16_t count        = 0U;
     octet_writer_t writer = pus_tm_begin(&member->process, PUS_SERVICE_RTLINK, PUS_LINK_STATUS,
@@ -241,7 +241,7 @@ static void answer_link(fixture_member_t* member, const pus_tc_t* tc, octet_read
         member->open_links &= ~bit_of(link);
         fixture_link_changed(index, link, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
     } else if (tc->subtype == PUS_LINK_REPORT_STATUS) {
-        tell_links(member);
+        report_links(member);
     } else {
         // A fake member does not answer these.
     }
@@ -259,7 +259,7 @@ static void answer(fixture_member_t* member, const pus_tc_t* tc)
     } else if ((tc->service == PUS_SERVICE_MANAGEMENT) && (tc->subtype == PUS_MANAGEMENT_SELECT)) {
         member->configuration = octet_read_u16(&reader);
         member->phase         = PHASE_CONFIGURED;
-        tell_state(member, member->state);
+        report_state(member, member->state);
     } else if ((tc->service == PUS_SERVICE_MANAGEMENT) && (tc->subtype == PUS_MANAGEMENT_REPORT_STATUS)) {
         send_status(member);
     } else if (tc->service == PUS_SERVICE_RTLINK) {

@@ -261,7 +261,7 @@ static void a_head_that_cannot_be_is_refused(void)
     REFUSED(CHECKPOINT_LOG, log_number, 0U);
     REFUSED(CHECKPOINT_LOG, log_written, 77U);
     REFUSED(CHECKPOINT_LOG, log_strategy, 4U);
-    NO_TRUTH_REFUSED(CHECKPOINT_LOG, is_log_failure_told);
+    NO_TRUTH_REFUSED(CHECKPOINT_LOG, is_log_failure_reported);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_step, 6U);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_ns, NOW);
     REFUSED(CHECKPOINT_SHUTDOWN, path.since_ns, NOW);

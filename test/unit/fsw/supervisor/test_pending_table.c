@@ -76,7 +76,7 @@ static void a_refused_instruction_is_not_the_end(void)
 
 // All instructions were refused, and that was reported: the later loss of the subsystem is not reported for
 // it.
-static void a_request_of_which_only_refusals_are_known_is_not_told_lost(void)
+static void a_request_of_which_only_refusals_are_known_is_not_reported_as_lost(void)
 {
     pus_token_t taken;
     supervisor_pending_init(&table);
@@ -90,7 +90,7 @@ static void a_request_of_which_only_refusals_are_known_is_not_told_lost(void)
     TEST_ASSERT_EQUAL(0U, table.count);
 }
 
-static void a_request_of_which_a_part_was_refused_and_the_rest_has_started_is_told_lost(void)
+static void a_started_request_with_refused_instructions_is_reported_as_lost(void)
 {
     pus_token_t taken;
     static const uint8_t started[][2] = {{4U, 3U}, {3U, 4U}, {5U, 4U}};
@@ -236,8 +236,8 @@ int main(void)
     RUN_TEST(the_last_report_asked_for_ends_a_request);
     RUN_TEST(every_failure_but_of_a_step_ends_a_request);
     RUN_TEST(a_refused_instruction_is_not_the_end);
-    RUN_TEST(a_request_of_which_only_refusals_are_known_is_not_told_lost);
-    RUN_TEST(a_request_of_which_a_part_was_refused_and_the_rest_has_started_is_told_lost);
+    RUN_TEST(a_request_of_which_only_refusals_are_known_is_not_reported_as_lost);
+    RUN_TEST(a_started_request_with_refused_instructions_is_reported_as_lost);
     RUN_TEST(requests_of_which_only_refusals_are_known_make_room);
     RUN_TEST(a_request_that_is_like_a_refused_one_takes_its_place);
     RUN_TEST(reports_of_others_change_nothing);

@@ -31,7 +31,7 @@ static unsigned count(const char* text, const char* part)
 }
 
 /// Form of the event with a member's two hashes in the lines to the ground.
-static void expect_told(const char* text, uint16_t event, uint64_t expected, uint64_t offset)
+static void expect_reported(const char* text, uint16_t event, uint64_t expected, uint64_t offset)
 {
     char line[96];
     (void)snprintf(line, sizeof line, "G 5.2 %04X%04X%016llX%016llX", (unsigned)event, LONE,
@@ -55,7 +55,7 @@ static void another_interface_is_reported_once_and_refused(void)
 {
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(3U * TICKS_OF_A_STATUS);
-    expect_told(fixture_look(), 9U, lone()->interface_hash, OTHER_HASH);
+    expect_reported(fixture_look(), 9U, lone()->interface_hash, OTHER_HASH);
     fixture_forget();
     (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
     fixture_run(3U);
@@ -91,7 +91,7 @@ static void with_the_right_interface_again_it_is_led_on(void)
     // After a change the same difference is reported again.
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
-    expect_told(fixture_look(), 9U, lone()->interface_hash, OTHER_HASH);
+    expect_reported(fixture_look(), 9U, lone()->interface_hash, OTHER_HASH);
 }
 
 static void another_configuration_is_reported_once_for_each_and_not_refused(void)
@@ -101,8 +101,8 @@ static void another_configuration_is_reported_once_for_each_and_not_refused(void
     fixture.members[FIXTURE_LONE].configuration_offset = 2U; // Read again, from another file.
     fixture_run(3U * TICKS_OF_A_STATUS);
     const char* const text = fixture_look();
-    expect_told(text, 10U, lone()->configuration_hash, 1U);
-    expect_told(text, 10U, lone()->configuration_hash, 2U);
+    expect_reported(text, 10U, lone()->configuration_hash, 1U);
+    expect_reported(text, 10U, lone()->configuration_hash, 2U);
     (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
     fixture_run(3U);
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_LONE].state);

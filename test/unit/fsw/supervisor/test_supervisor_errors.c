@@ -330,7 +330,7 @@ static void a_process_that_is_slow_within_its_time_is_left_alone(void)
     TEST_ASSERT_TRUE(fixture_has("G 5.4 001E0010"));
 }
 
-static unsigned times_told(const char* text, const char* line)
+static unsigned times_reported(const char* text, const char* line)
 {
     unsigned count = 0U;
     for (const char* at = strstr(text, line); at != NULL; at = strstr(at + 1U, line)) {
@@ -358,9 +358,9 @@ static void a_hang_that_is_seen_again_is_acted_on_once(void)
         TEST_ASSERT_EQUAL(hang, fixture.kills);
         TEST_ASSERT_EQUAL(started[hang], fixture.starts);
         const char* const text = fixture_look();
-        TEST_ASSERT_EQUAL(1U, times_told(text, "G 5.4 001E0012"));
-        TEST_ASSERT_EQUAL(0U, times_told(text, "G 5.4 00010012"));
-        TEST_ASSERT_EQUAL((hang < 3U) ? 0U : 1U, times_told(text, "G 131.2 01"));
+        TEST_ASSERT_EQUAL(1U, times_reported(text, "G 5.4 001E0012"));
+        TEST_ASSERT_EQUAL(0U, times_reported(text, "G 5.4 00010012"));
+        TEST_ASSERT_EQUAL((hang < 3U) ? 0U : 1U, times_reported(text, "G 131.2 01"));
         fixture_forget();
     }
     TEST_ASSERT_EQUAL(2U, supervisor_registry_find(&fixture.supervisor, LONE)->deaths);
@@ -368,7 +368,7 @@ static void a_hang_that_is_seen_again_is_acted_on_once(void)
 }
 
 /// The request might reach its earlier life and never be answered.
-static void a_restarted_process_is_told_nothing_before_it_is_heard(void)
+static void nothing_is_sent_to_a_restarted_process_before_it_is_heard(void)
 {
     fixture.members[FIXTURE_LONE].is_silent  = true;
     fixture.members[FIXTURE_LONE].is_running = false;
@@ -506,7 +506,7 @@ int main(void)
     RUN_TEST(a_process_that_hangs_is_killed_and_started_again);
     RUN_TEST(a_process_that_is_slow_within_its_time_is_left_alone);
     RUN_TEST(a_hang_that_is_seen_again_is_acted_on_once);
-    RUN_TEST(a_restarted_process_is_told_nothing_before_it_is_heard);
+    RUN_TEST(nothing_is_sent_to_a_restarted_process_before_it_is_heard);
     RUN_TEST(a_restart_budget_ends_in_mode_safe);
     RUN_TEST(a_start_that_fails_ends_in_mode_safe);
     RUN_TEST(communication_comes_up_again_by_itself);

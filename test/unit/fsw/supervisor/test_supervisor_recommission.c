@@ -269,7 +269,7 @@ static void the_shutdown_ends_it(void)
 
 // ---- A hang during recommissioning ----
 
-static unsigned times_told(const char* text, const char* line)
+static unsigned times_reported(const char* text, const char* line)
 {
     unsigned count = 0U;
     for (const char* at = strstr(text, line); at != NULL; at = strstr(at + 1U, line)) {
@@ -314,15 +314,15 @@ static void a_member_that_hangs_during_recommissioning_starts_again(void)
         on_the_way += is_under_way(ARM) ? 1U : 0U;
         hang(FIXTURE_ARM);
         TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // Again, if the recommissioning was complete.
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(fixture_look(), "G 5.4 001E0010"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(fixture_look(), "G 5.4 001E0010"), where);
         fixture_run(5U * SECOND);
         const char* const text = fixture_look();
         TEST_ASSERT_EQUAL_MESSAGE(1U, fixture.kills, where);
         TEST_ASSERT_EQUAL_MESSAGE(2U, fixture.starts, where);
         TEST_ASSERT_EQUAL_MESSAGE(2U, deaths_of(ARM), where);
-        TEST_ASSERT_EQUAL_MESSAGE(0U, times_told(text, "G 5.4"), where);
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, BACK "00100005"), where);
-        TEST_ASSERT_EQUAL_MESSAGE(0U, times_told(text, STOPPED), where);
+        TEST_ASSERT_EQUAL_MESSAGE(0U, times_reported(text, "G 5.4"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(text, BACK "00100005"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(0U, times_reported(text, STOPPED), where);
         TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
         TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, fixture.members[FIXTURE_ARM].state, where);
         TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, fixture.members[FIXTURE_HAND].state, where);
@@ -351,12 +351,12 @@ static void a_partner_that_hangs_on_the_way_ends_it_by_its_plan(void)
         TEST_ASSERT_EQUAL_MESSAGE(1U, fixture.kills, where);
         TEST_ASSERT_EQUAL_MESSAGE(2U, fixture.starts, where);
         TEST_ASSERT_EQUAL_MESSAGE(1U, deaths_of(HAND), where);
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, "G 5.4 001E0011"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(text, "G 5.4 001E0011"), where);
         TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, BACK "0010") + times_told(text, STOPPED "0010"),
-                                  where);
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_told(text, BACK "0011") + times_told(text, STOPPED "0011"),
-                                  where);
+        TEST_ASSERT_EQUAL_MESSAGE(
+            1U, times_reported(text, BACK "0010") + times_reported(text, STOPPED "0010"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(
+            1U, times_reported(text, BACK "0011") + times_reported(text, STOPPED "0011"), where);
         fixture_close();
     }
     fixture_open();
@@ -390,9 +390,9 @@ static void hangs_on_the_way_use_up_the_budget(void)
     TEST_ASSERT_EQUAL(3U, fixture.starts);
     TEST_ASSERT_FALSE(is_under_way(ARM) || is_under_way(HAND));
     const char* const text = fixture_look();
-    TEST_ASSERT_EQUAL(1U, times_told(text, "G 5.4 001E0010"));
-    TEST_ASSERT_EQUAL(1U, times_told(text, STOPPED "001000000408")); // PUS_FAILURE_LOST, in OFFLINE.
-    TEST_ASSERT_EQUAL(0U, times_told(text, BACK "0010"));
+    TEST_ASSERT_EQUAL(1U, times_reported(text, "G 5.4 001E0010"));
+    TEST_ASSERT_EQUAL(1U, times_reported(text, STOPPED "001000000408")); // PUS_FAILURE_LOST, in OFFLINE.
+    TEST_ASSERT_EQUAL(0U, times_reported(text, BACK "0010"));
 }
 
 // ---- Budget ----

@@ -258,7 +258,7 @@ static status_t fail_to_read(void* const context, const uint64_t offset, uint8_t
     return STATUS_IO;
 }
 
-static status_t fail_to_tell_size(void* const context, uint64_t* const out_size)
+static status_t fail_to_report_size(void* const context, uint64_t* const out_size)
 {
     (void)context;
     *out_size = 0U;
@@ -270,7 +270,7 @@ static void a_service_that_cannot_begin_is_reported(void)
     for (unsigned i = 0U; i < SPACECRAFT_STORES; i++) {
         media[i]      = recorded_medium(1U);
         media[i].read = fail_to_read;
-        media[i].size = fail_to_tell_size;
+        media[i].size = fail_to_report_size;
     }
     REQUEST(PUS_SERVICE_STORAGE, 20U, "\1RING\0\0\0\0\0\1\0\0\0\0");
     has_store = true;
@@ -282,10 +282,10 @@ static void a_service_that_cannot_begin_is_reported(void)
 /// Report of a supervisor that starts again: 0 the release is repeated, 1 it is in doubt, 2 it was done.
 static unsigned outcome(void)
 {
-    const bool is_reached = fixture_has(LONE_REACHED);
-    const bool is_told    = fixture_has("G 5.2 000C000100120005");
-    TEST_ASSERT_FALSE(is_reached && is_told);
-    return is_reached ? 0U : (is_told ? 1U : 2U);
+    const bool is_reached  = fixture_has(LONE_REACHED);
+    const bool is_reported = fixture_has("G 5.2 000C000100120005");
+    TEST_ASSERT_FALSE(is_reached && is_reported);
+    return is_reached ? 0U : (is_reported ? 1U : 2U);
 }
 
 /// At whatever instant the power is cut: a request not yet released is released, and one possibly released is

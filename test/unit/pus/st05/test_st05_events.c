@@ -178,7 +178,7 @@ static const pus_event_definition_t limited[] = {
 static void limit(void)
 {
     pus_events_init(&events, &bench.process, limited, states, 4U);
-    pus_events_tell_by(&events, TELLER);
+    pus_events_report_suppressed_by(&events, TELLER);
 }
 
 /// Raise an event this often at one time; returns how many were reported.
@@ -273,7 +273,7 @@ static void the_number_of_suppressed_events_is_reported_later_if_there_is_no_roo
 static void without_the_event_nothing_is_reported(void)
 {
     limit();
-    pus_events_tell_by(&events, 0U);
+    pus_events_report_suppressed_by(&events, 0U);
     (void)passed(1U, 30U, MS);
     TEST_ASSERT_FALSE(pus_events_step(&events, 2000U * MS));
     TEST_ASSERT_EQUAL_UINT32(10U, events.counters.suppressed);

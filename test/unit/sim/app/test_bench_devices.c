@@ -137,14 +137,14 @@ static void a_device_boots_on_its_bus_and_is_reported(void)
     TEST_ASSERT_TRUE(heard[0x731] > 1U);      // Boot-up and heartbeats.
     TEST_ASSERT_EQUAL_UINT(0U, heard[0x707]); // That device is on the other bus.
     const unsigned before = told;
-    bench_devices_tell(bench_devices, 100000000U);
+    bench_devices_report(bench_devices, 100000000U);
     TEST_ASSERT_EQUAL_UINT(before + 1U, told);
 }
 
 static void no_bench_devices_is_no_trouble(void)
 {
     bench_devices_power_on(NULL);
-    bench_devices_tell(NULL, 0U);
+    bench_devices_report(NULL, 0U);
     bench_devices_move(NULL, 0U, 500000U);
     bench_devices_close(NULL);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, open_text("\n# nothing but a comment\n"));

@@ -238,7 +238,7 @@ static void test_unplugged_devices_are_mute_the_rest_continues(void)
     TEST_ASSERT_EQUAL_UINT(1U, heard.boot_ups);
 }
 
-static void test_a_master_left_alone_is_told_so(void)
+static void test_a_master_without_partners_is_informed(void)
 {
     open_simulator("0.1 fault unplug joystick\n0.2 fault plug joystick\n", 1U);
     bring_up();
@@ -395,7 +395,7 @@ int main(void)
     RUN_TEST(test_a_cycle_takes_one_step_there_and_back);
     RUN_TEST(test_the_arm_stands_on_its_brakes_and_under_control);
     RUN_TEST(test_unplugged_devices_are_mute_the_rest_continues);
-    RUN_TEST(test_a_master_left_alone_is_told_so);
+    RUN_TEST(test_a_master_without_partners_is_informed);
     RUN_TEST(test_a_cut_drive_is_safe_in_time_at_20_phases);
     RUN_TEST(test_an_injected_error_is_reported_and_stops_the_drive);
     RUN_TEST(test_a_seed_gives_the_same_logs_again_and_another_does_not);

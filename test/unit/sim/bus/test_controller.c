@@ -117,7 +117,7 @@ static void test_states_follow_the_counters_in_any_sequence(void)
         random                            = (random * 1664525U) + 1013904223U;
         const controller_state_t before   = controller.state;
         const controller_event_t event    = (controller_event_t)((random >> 16) % CONTROLLER_EVENT_COUNT);
-        const bool is_told                = controller_apply(&controller, event, &report);
+        const bool is_reported            = controller_apply(&controller, event, &report);
         const uint32_t worse              = (controller.transmit_errors > controller.receive_errors)
                                                 ? controller.transmit_errors
                                                 : controller.receive_errors;
@@ -126,7 +126,7 @@ static void test_states_follow_the_counters_in_any_sequence(void)
                                             : (worse >= 96U)                     ? CONTROLLER_STATE_WARNING
                                                                                  : CONTROLLER_STATE_ACTIVE;
         TEST_ASSERT_EQUAL_INT(expected, controller.state);
-        TEST_ASSERT_TRUE(is_told || (before == controller.state));
+        TEST_ASSERT_TRUE(is_reported || (before == controller.state));
         TEST_ASSERT_TRUE(controller.receive_errors <= 255U);
         TEST_ASSERT_TRUE(controller.transmit_errors <= 256U);
     }

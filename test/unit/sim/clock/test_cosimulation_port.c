@@ -89,7 +89,7 @@ static status_t exchange(const char* answer, uint64_t* out_wake_ns, uint32_t* ou
     return status;
 }
 
-static void test_join_tells_the_port(void)
+static void test_join_reports_the_port(void)
 {
     come_in("join operator 65535\n");
     TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
@@ -363,7 +363,7 @@ static void test_operator_takes_part_and_babbles(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_join_tells_the_port);
+    RUN_TEST(test_join_reports_the_port);
     RUN_TEST(test_join_out_of_form_is_turned_away);
     RUN_TEST(test_endless_line_and_zeros_are_malformed);
     RUN_TEST(test_silent_and_vanished_visitors);

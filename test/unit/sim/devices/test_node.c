@@ -20,7 +20,7 @@ static char story[4096];
 static size_t story_length;
 static uint16_t controlword_at_sample;
 
-static void tell(char what)
+static void note(char what)
 {
     if (story_length < (sizeof story - 1U)) {
         story[story_length++] = what;
@@ -34,7 +34,7 @@ static void on_sample(void* context, uint64_t now_ns)
     (void)now_ns;
     controlword_at_sample = (uint16_t)node_object(node, 0x6040U, 0U)->value;
     object_set(node_object(node, 0x6041U, 0U), controlword_at_sample);
-    tell('s');
+    note('s');
 }
 
 static void on_written(void* context, const object_t* object, uint64_t now_ns)
@@ -42,21 +42,21 @@ static void on_written(void* context, const object_t* object, uint64_t now_ns)
     (void)context;
     (void)object;
     (void)now_ns;
-    tell('w');
+    note('w');
 }
 
 static void on_lost(void* context, uint64_t now_ns)
 {
     (void)context;
     (void)now_ns;
-    tell('l');
+    note('l');
 }
 
 static void on_reset(void* context, uint64_t now_ns)
 {
     (void)context;
     (void)now_ns;
-    tell('r');
+    note('r');
 }
 
 static const node_application_t application = {

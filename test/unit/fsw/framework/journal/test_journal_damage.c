@@ -130,13 +130,13 @@ static void judge(const char* const what, const size_t place)
     recorded_clear(work);
     open_journal();
     replay();
-    const bool is_told = journal.damage.is_damaged;
-    TEST_ASSERT_TRUE_MESSAGE(is_told || is_whole(), message);
-    TEST_ASSERT_EQUAL_UINT_MESSAGE(is_told ? 1U : 0U, kept_calls, message);
-    TEST_ASSERT_TRUE_MESSAGE(is_told || ((journal.damage.octets == 0U) && (journal.damage.records == 0U)),
+    const bool is_reported = journal.damage.is_damaged;
+    TEST_ASSERT_TRUE_MESSAGE(is_reported || is_whole(), message);
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(is_reported ? 1U : 0U, kept_calls, message);
+    TEST_ASSERT_TRUE_MESSAGE(is_reported || ((journal.damage.octets == 0U) && (journal.damage.records == 0U)),
                              message);
     tried++;
-    told += is_told ? 1U : 0U;
+    told += is_reported ? 1U : 0U;
     if ((tried % 16U) == 0U) { // The journal continues, and reports the damage once.
         const size_t left = found_size;
         recorded_copy(work, recorded.image);
@@ -276,13 +276,13 @@ static void lost_transactions_are_counted(void)
     TEST_ASSERT_EQUAL_UINT32(0U, journal.damage.records);
     TEST_ASSERT_EQUAL_UINT64(original[0].size, journal.damage.octets);
     uint8_t octets[JOURNAL_DAMAGE_SIZE];
-    TEST_ASSERT_TRUE(journal_tell_damage(&journal, 5U, octets));
+    TEST_ASSERT_TRUE(journal_report_damage(&journal, 5U, octets));
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0, 0, 0, 216, 0, 0, 0, 5, 1}), octets, sizeof octets);
     journal.damage = (journal_damage_t){.octets = 1ULL << 40U};
-    TEST_ASSERT_FALSE(journal_tell_damage(&journal, 0U, octets));
+    TEST_ASSERT_FALSE(journal_report_damage(&journal, 0U, octets));
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){255, 255, 255, 255, 0, 0, 0, 0, 0}), octets,
                                  sizeof octets);
-    TEST_ASSERT_TRUE(journal_tell_damage(&journal, 1U, octets));
+    TEST_ASSERT_TRUE(journal_report_damage(&journal, 1U, octets));
 }
 
 /// With both media damaged, their content shows it, without a mark.

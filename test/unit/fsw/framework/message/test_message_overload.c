@@ -225,7 +225,7 @@ static status_t lose_answers(party_t* cut, unsigned from, unsigned to, const uin
     return (from == 1U) ? STATUS_EMPTY : STATUS_OK;
 }
 
-static void ask_again_what_was_told(void)
+static void offer_the_same_credit_again(void)
 {
     party.fate = lose_answers;
     for (uint32_t i = 0U; message_credit(&party.members[0].endpoint, party_id(1U)) > 0U; i++) {
@@ -245,7 +245,7 @@ static void ask_again_what_was_told(void)
 
 static void credit_that_was_lost_is_reported_again(void)
 {
-    party_in_each_form(&party, ask_again_what_was_told);
+    party_in_each_form(&party, offer_the_same_credit_again);
 }
 
 static void flood_a_sleeper(void)

@@ -86,7 +86,7 @@ static void will_receive(const uint64_t from, const size_t size)
     will_return(__wrap_osal_tipc_receive, size);
 }
 
-static void will_tell(const bool is_published, const uint32_t instance)
+static void will_report(const bool is_published, const uint32_t instance)
 {
     will_return(__wrap_osal_tipc_watch_next, STATUS_OK);
     will_return(__wrap_osal_tipc_watch_next, is_published);
@@ -215,9 +215,9 @@ static void the_names_at_the_beginning_are_no_news(void** state)
 {
     (void)state;
     send_to_peer();
-    will_tell(true, PEER);
-    will_tell(true, OTHER);
-    will_tell(true, 99U);
+    will_report(true, PEER);
+    will_report(true, OTHER);
+    will_report(true, 99U);
     take_hints();
     assert_int_equal(0U, carrier.withdrawn);
 }
@@ -226,11 +226,11 @@ static void a_peer_that_is_there_again_is_asked(void** state)
 {
     (void)state;
     send_to_peer();
-    will_tell(false, PEER);
-    will_tell(false, PEER);
+    will_report(false, PEER);
+    will_report(false, PEER);
     take_hints();
     assert_int_equal(1U, carrier.withdrawn);
-    will_tell(true, PEER);
+    will_report(true, PEER);
     will_send(PEER, MESSAGE_HEADER_OCTETS, STATUS_OK);
     expect_value(delivered, to, PEER);
     take_hints();
@@ -242,7 +242,7 @@ static void a_peer_that_is_there_again_is_asked(void** state)
 static void a_hint_forbids_nothing(void** state)
 {
     (void)state;
-    will_tell(false, PEER);
+    will_report(false, PEER);
     take_hints();
     send_to_peer();
 }

@@ -228,7 +228,7 @@ static void see_time(void)
     seen.cycle  = subsystem_cycle(&fixture.subsystem);
 }
 
-static void callbacks_are_told_the_time(void)
+static void callbacks_receive_the_time(void)
 {
     seen.now_ns                          = 0U;
     fixture.in_sense                     = see_time;
@@ -238,7 +238,7 @@ static void callbacks_are_told_the_time(void)
     fixture_run(7U);
     TEST_ASSERT_EQUAL_UINT64(fixture.now_ns - FIXTURE_PERIOD_NS, seen.now_ns);
     TEST_ASSERT_EQUAL_UINT32(before + 7U, seen.cycle);
-    subsystem_tell_time(&fixture.subsystem, fixture.now_ns + 5U);
+    subsystem_set_time(&fixture.subsystem, fixture.now_ns + 5U);
     TEST_ASSERT_EQUAL_UINT64(fixture.now_ns + 5U, subsystem_now_ns(&fixture.subsystem));
 }
 
@@ -343,7 +343,7 @@ int main(void)
     RUN_TEST(a_cycle_keeps_its_order);
     RUN_TEST(no_loop_runs_without_an_active_configuration);
     RUN_TEST(an_action_runs_once_a_cycle);
-    RUN_TEST(callbacks_are_told_the_time);
+    RUN_TEST(callbacks_receive_the_time);
     RUN_TEST(the_cycle_follows_the_configuration);
     RUN_TEST(a_component_wakes_when_something_is_due);
     RUN_TEST(status_comes_once_a_second_and_on_request);
