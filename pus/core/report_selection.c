@@ -257,7 +257,7 @@ static void instruct(edit_t* const edit, const node_t* const node)
 }
 
 /// Instructions on the services of a process, or on the subtypes of a service.
-static void walk_services(edit_t* const edit, const uint16_t apid, const uint8_t count)
+static void edit_services(edit_t* const edit, const uint16_t apid, const uint8_t count)
 {
     octet_reader_t* const reader = &edit->request->reader;
     for (uint8_t i = 0U; i < count; i++) {
@@ -285,7 +285,7 @@ static void walk_services(edit_t* const edit, const uint16_t apid, const uint8_t
 }
 
 /// Instructions on the structures or events of a process.
-static void walk_ids(edit_t* const edit, const uint16_t apid, const uint8_t count)
+static void edit_ids(edit_t* const edit, const uint16_t apid, const uint8_t count)
 {
     octet_reader_t* const reader = &edit->request->reader;
     const bool has_rate          = edit->is_addition && (edit->list != PUS_BLOCKED_EVENTS);
@@ -321,9 +321,9 @@ static void walk(edit_t* const edit)
                                  .is_valid = apid <= PUS_APID_MAX};
             instruct(edit, &node);
         } else if (edit->list == PUS_SELECTED_TYPES) {
-            walk_services(edit, apid, count);
+            edit_services(edit, apid, count);
         } else {
-            walk_ids(edit, apid, count);
+            edit_ids(edit, apid, count);
         }
     }
 }

@@ -67,7 +67,7 @@ static void end_keeper(void)
     (void)waitpid(keeper, NULL, 0);
 }
 
-static void without_privilege_it_is_denied(void)
+static void without_privilege_entering_a_namespace_is_denied(void)
 {
     const ino_t before = stack_now();
     TEST_ASSERT_EQUAL(STATUS_DENIED, osal_network_enter(&home, OWN));
@@ -122,7 +122,7 @@ int main(void)
 {
     UNITY_BEGIN();
     if (!make_namespace()) {
-        RUN_TEST(without_privilege_it_is_denied);
+        RUN_TEST(without_privilege_entering_a_namespace_is_denied);
     } else {
         RUN_TEST(a_socket_belongs_to_where_it_was_opened);
         RUN_TEST(a_path_that_is_no_namespace_is_reported);

@@ -51,7 +51,7 @@ static void receive(osal_socket_t* sock)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_receive(sock, &from, taken, sizeof taken, &size));
 }
 
-static void a_kernel_without_tipc_says_so(void)
+static void a_kernel_without_tipc_is_reported(void)
 {
     const osal_tipc_name_t own = name(INSTANCE);
     TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, osal_tipc_open(&receiver, OSAL_TIPC_MESSAGE, &own, OSAL_TIPC_NODE));
@@ -193,7 +193,7 @@ int main(void)
     type = 0x60000000U + (((uint32_t)getpid() & 0x000FFFFFU) << 4U);
     UNITY_BEGIN();
     if (osal_tipc_open(&receiver, OSAL_TIPC_MESSAGE, NULL, OSAL_TIPC_NODE) == STATUS_UNSUPPORTED) {
-        RUN_TEST(a_kernel_without_tipc_says_so);
+        RUN_TEST(a_kernel_without_tipc_is_reported);
         return UNITY_END();
     }
     osal_socket_close(&receiver);

@@ -124,7 +124,7 @@ static void a_packet_with_its_own_crc_gives_zero(void)
     }
 }
 
-static void one_and_two_wrong_bits_are_always_seen(void)
+static void one_and_two_wrong_bits_are_always_detected(void)
 {
     uint8_t packet[32];
     fill(packet, sizeof packet, 7U);
@@ -185,7 +185,7 @@ int main(void)
     RUN_TEST(every_octet_and_every_pair_equals_the_reference);
     RUN_TEST(long_texts_equal_the_reference);
     RUN_TEST(a_packet_with_its_own_crc_gives_zero);
-    RUN_TEST(one_and_two_wrong_bits_are_always_seen);
+    RUN_TEST(one_and_two_wrong_bits_are_always_detected);
     RUN_TEST(fnv_of_published_texts_and_in_parts);
     RUN_TEST(null_with_a_size_is_a_coding_error);
     return UNITY_END();

@@ -132,7 +132,7 @@ static void rounds_as_the_c_library_does(void)
     }
 }
 
-static void walks_through_a_list(void)
+static void the_entries_of_a_list_are_read_in_order(void)
 {
     const char* at = "0.5 -2e3  7";
     double value   = 0.0;
@@ -221,7 +221,7 @@ int main(void)
     RUN_TEST(reads_the_ends_of_each_integer_type);
     RUN_TEST(refuses_reals_it_could_not_round_rightly);
     RUN_TEST(rounds_as_the_c_library_does);
-    RUN_TEST(walks_through_a_list);
+    RUN_TEST(the_entries_of_a_list_are_read_in_order);
     RUN_TEST(reads_zeros_and_both_exponent_signs);
     RUN_TEST(refuses_values_out_of_range_of_the_type);
     RUN_TEST(reads_words_for_bool_and_bounds_of_float);

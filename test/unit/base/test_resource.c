@@ -47,7 +47,7 @@ static void gives_the_smallest_block_that_fits(void)
     TEST_ASSERT_EQUAL_UINT32(1U, memory.oversized);
 }
 
-static void a_flood_of_small_blocks_leaves_the_large_ones_alone(void)
+static void many_small_blocks_do_not_use_up_the_large_ones(void)
 {
     void* block = NULL;
     for (unsigned i = 0U; i < 8U; i++) {
@@ -113,7 +113,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(gives_the_smallest_block_that_fits);
-    RUN_TEST(a_flood_of_small_blocks_leaves_the_large_ones_alone);
+    RUN_TEST(many_small_blocks_do_not_use_up_the_large_ones);
     RUN_TEST(gives_back_to_the_right_pool);
     RUN_TEST(refuses_an_arena_that_is_too_small_at_every_size);
     RUN_TEST(refuses_sizes_that_make_no_sense);

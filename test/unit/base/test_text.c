@@ -124,7 +124,7 @@ static void seconds_have_nine_decimals(void)
     }
 }
 
-static void parts_follow_each_other(void)
+static void parts_are_sent_one_after_the_other(void)
 {
     static const uint8_t octets[2] = {0xBEU, 0xEFU};
     text_t text                    = fresh();
@@ -153,7 +153,7 @@ static void text_that_does_not_fit_is_cut_and_reported(void)
     }
 }
 
-static void a_cut_stays_told(void)
+static void truncation_remains_marked(void)
 {
     text_t text = text_in(buffer, 3U);
     text_add(&text, "abc");
@@ -209,9 +209,9 @@ int main(void)
     RUN_TEST(hexadecimal_as_printf_prints_it);
     RUN_TEST(every_octet_has_two_lower_case_digits);
     RUN_TEST(seconds_have_nine_decimals);
-    RUN_TEST(parts_follow_each_other);
+    RUN_TEST(parts_are_sent_one_after_the_other);
     RUN_TEST(text_that_does_not_fit_is_cut_and_reported);
-    RUN_TEST(a_cut_stays_told);
+    RUN_TEST(truncation_remains_marked);
     RUN_TEST(coding_errors_are_caught);
     return UNITY_END();
 }

@@ -127,7 +127,7 @@ static void every_goal_is_reached_from_every_state(void)
     }
 }
 
-static void no_way_passes_operation_but_the_one_to_it(void)
+static void a_drive_is_enabled_only_for_the_goal_enabled(void)
 {
     const canopen_cia402_goal_t goals[] = {CIA402_GOAL_DISABLED, CIA402_GOAL_STANDBY, CIA402_GOAL_QUICK_STOP};
     for (unsigned g = 0U; g < 3U; g++) {
@@ -175,7 +175,7 @@ static void an_axis_that_drops_out_is_not_enabled_again(void)
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_SHUTDOWN, axis.controlword);
 }
 
-static void an_axis_told_to_leave_has_not_dropped(void)
+static void an_axis_that_was_ordered_to_leave_operation_is_no_fault(void)
 {
     canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
     cycle(CIA402_OPERATION_ENABLED);
@@ -237,9 +237,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(every_statusword_is_read_as_its_masks_say);
     RUN_TEST(every_goal_is_reached_from_every_state);
-    RUN_TEST(no_way_passes_operation_but_the_one_to_it);
+    RUN_TEST(a_drive_is_enabled_only_for_the_goal_enabled);
     RUN_TEST(an_axis_that_drops_out_is_not_enabled_again);
-    RUN_TEST(an_axis_told_to_leave_has_not_dropped);
+    RUN_TEST(an_axis_that_was_ordered_to_leave_operation_is_no_fault);
     RUN_TEST(values_are_scaled_and_rounded);
     RUN_TEST(commands_never_pass_the_limits);
     return UNITY_END();

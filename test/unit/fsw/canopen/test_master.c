@@ -279,7 +279,7 @@ static void nothing_is_queued_without_acknowledge(void)
     TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus, 0x701U));
 }
 
-static void a_full_queue_is_counted_and_is_no_sync(void)
+static void a_sync_that_the_full_queue_refuses_is_counted_as_refused(void)
 {
     const uint8_t pdo[8] = {1U};
     while (canopen_master_send_process_data(&master, 0x211U, pdo, 8U) == STATUS_OK) {
@@ -292,7 +292,7 @@ static void a_full_queue_is_counted_and_is_no_sync(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, canopen_master_command(&master, 0x11U, NMT_START));
 }
 
-static void a_flood_is_taken_in_piecewise_and_does_not_hold_us(void)
+static void a_flood_is_read_in_parts_and_does_not_delay_the_cycle(void)
 {
     const uint8_t octets[8] = {0U};
     for (unsigned i = 0U; i < (OSAL_CAN_RING_FRAMES - 1U); i++) {
@@ -316,7 +316,7 @@ int main(void)
     RUN_TEST(emergencies_are_queued_and_counted_when_they_do_not_fit);
     RUN_TEST(frames_of_the_wrong_kind_are_counted_and_dropped);
     RUN_TEST(nothing_is_queued_without_acknowledge);
-    RUN_TEST(a_full_queue_is_counted_and_is_no_sync);
-    RUN_TEST(a_flood_is_taken_in_piecewise_and_does_not_hold_us);
+    RUN_TEST(a_sync_that_the_full_queue_refuses_is_counted_as_refused);
+    RUN_TEST(a_flood_is_read_in_parts_and_does_not_delay_the_cycle);
     return UNITY_END();
 }

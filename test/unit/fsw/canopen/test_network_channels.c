@@ -177,7 +177,7 @@ static void a_call_does_not_last_without_end(void)
     TEST_ASSERT_TRUE(resets >= 1U);
 }
 
-static void a_cut_is_met_like_an_unplug_and_the_order_brings_them_back(void)
+static void a_channel_cut_has_the_reaction_of_an_unplug_and_an_order_recovers_the_devices(void)
 {
     open_network();
     run();
@@ -329,7 +329,7 @@ int main(void)
     RUN_TEST(the_master_speaks_on_the_active_channel_only);
     RUN_TEST(devices_on_the_other_channel_are_called_by_the_heartbeat);
     RUN_TEST(a_call_does_not_last_without_end);
-    RUN_TEST(a_cut_is_met_like_an_unplug_and_the_order_brings_them_back);
+    RUN_TEST(a_channel_cut_has_the_reaction_of_an_unplug_and_an_order_recovers_the_devices);
     RUN_TEST(a_selection_while_closed_counts_for_the_next_opening);
     RUN_TEST(a_switch_in_mid_run_stops_process_data_first);
     RUN_TEST(frames_of_a_node_on_the_wrong_channel_are_dropped);

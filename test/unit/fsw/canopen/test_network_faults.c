@@ -29,7 +29,7 @@ static void three_missing_answers_are_a_lost_device(void)
     TEST_ASSERT_TRUE(canopen_network_is_at_goal(&network)); // A lost device is not required for the goal.
 }
 
-static void two_missing_answers_are_none(void)
+static void two_missing_answers_are_tolerated(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     for (unsigned i = 0U; i < 20U; i++) {
@@ -157,7 +157,7 @@ static void an_emergency_before_the_reset_is_no_fault(void)
     expect_no_fault();
 }
 
-static void a_fault_is_reset_on_the_way_to_standby_only(void)
+static void a_fault_is_reset_only_for_the_goal_standby(void)
 {
     run_to(CIA402_GOAL_DISABLED);
     joints[0]->status[0] = 0x0218U;
@@ -298,7 +298,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(three_missing_answers_are_a_lost_device);
-    RUN_TEST(two_missing_answers_are_none);
+    RUN_TEST(two_missing_answers_are_tolerated);
     RUN_TEST(process_data_of_a_wrong_length_count_as_missing);
     RUN_TEST(a_dead_bus_loses_every_device_in_that_cycle);
     RUN_TEST(without_devices_every_device_is_lost);
@@ -309,7 +309,7 @@ int main(void)
     RUN_TEST(leaving_operation_by_itself_is_a_fault);
     RUN_TEST(emergencies_go_by_their_class);
     RUN_TEST(an_emergency_before_the_reset_is_no_fault);
-    RUN_TEST(a_fault_is_reset_on_the_way_to_standby_only);
+    RUN_TEST(a_fault_is_reset_only_for_the_goal_standby);
     RUN_TEST(a_flood_of_faults_is_counted);
     RUN_TEST(securing_brakes_then_takes_the_voltage);
     RUN_TEST(braking_does_not_last_without_end);

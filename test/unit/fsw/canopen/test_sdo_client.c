@@ -243,7 +243,7 @@ static void a_segment_has_its_own_time(void)
     expect_abort(SDO_ABORT_TIMEOUT);
 }
 
-static void a_wrong_toggle_is_refused_both_ways(void)
+static void a_wrong_toggle_bit_is_refused_in_uploads_and_downloads(void)
 {
     const uint8_t octets[9] = {0U};
     begin_upload();
@@ -299,7 +299,7 @@ static void too_long_a_value_is_refused(void)
     expect_abort(SDO_ABORT_MEMORY);
 }
 
-static void a_size_that_does_not_hold_is_refused(void)
+static void a_size_that_disagrees_with_the_content_is_refused(void)
 {
     begin_upload(); // The transfer ends early.
     answer(0x41U, 0x08U, 0x10U, 0U, 20U, 0U, 0U, 0U);
@@ -342,7 +342,7 @@ static void answers_to_another_client_are_counted_and_dropped(void)
     TEST_ASSERT_EQUAL(STATUS_OK, result());
 }
 
-static void a_server_that_talks_nonsense_does_no_harm(void)
+static void invalid_answers_of_a_server_are_ignored(void)
 {
     uint32_t seed = 12345U;
     for (unsigned i = 0U; i < 200000U; i++) {
@@ -385,11 +385,11 @@ int main(void)
     RUN_TEST(an_abort_of_the_server_ends_every_phase);
     RUN_TEST(silence_ends_in_a_timeout_and_an_abort);
     RUN_TEST(a_segment_has_its_own_time);
-    RUN_TEST(a_wrong_toggle_is_refused_both_ways);
+    RUN_TEST(a_wrong_toggle_bit_is_refused_in_uploads_and_downloads);
     RUN_TEST(an_answer_of_another_kind_is_refused_in_every_phase);
     RUN_TEST(too_long_a_value_is_refused);
-    RUN_TEST(a_size_that_does_not_hold_is_refused);
+    RUN_TEST(a_size_that_disagrees_with_the_content_is_refused);
     RUN_TEST(answers_to_another_client_are_counted_and_dropped);
-    RUN_TEST(a_server_that_talks_nonsense_does_no_harm);
+    RUN_TEST(invalid_answers_of_a_server_are_ignored);
     return UNITY_END();
 }

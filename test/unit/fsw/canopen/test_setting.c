@@ -46,7 +46,7 @@ static void an_empty_list_is_done(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_setting_run_step(&run, &client));
 }
 
-static void a_list_is_worked_off_in_order(void)
+static void the_requests_of_a_list_are_performed_in_order(void)
 {
     canopen_setting_t list[] = {
         {.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE, .value = 0x0AU},
@@ -73,7 +73,7 @@ static void a_list_is_worked_off_in_order(void)
     TEST_ASSERT_FALSE(answer(0U, 0U));
 }
 
-static void a_value_other_than_expected_ends_it(void)
+static void a_value_other_than_expected_ends_the_list_of_settings(void)
 {
     canopen_setting_t list[] = {{.index = 0x1000U, .octets = 4U, .kind = SETTING_VERIFY, .value = 7U},
                                 {.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE}};
@@ -87,7 +87,7 @@ static void a_value_other_than_expected_ends_it(void)
     TEST_ASSERT_FALSE(answer(0U, 0U));
 }
 
-static void a_value_of_another_size_ends_it(void)
+static void a_value_of_another_size_ends_the_list_of_settings(void)
 {
     canopen_setting_t list[] = {{.index = 0x1000U, .octets = 4U, .kind = SETTING_READ}};
     for (uint8_t octets = 1U; octets < 4U; octets++) {
@@ -108,7 +108,7 @@ static void a_value_of_another_size_ends_it(void)
     TEST_ASSERT_EQUAL_UINT64(8U, list[0].value);
 }
 
-static void an_abort_tells_its_code_and_place(void)
+static void an_abort_contains_its_code_and_its_object(void)
 {
     canopen_setting_t list[] = {{.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE},
                                 {.index = 0x6061U, .octets = 1U, .kind = SETTING_WRITE}};
@@ -180,10 +180,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(an_empty_list_is_done);
-    RUN_TEST(a_list_is_worked_off_in_order);
-    RUN_TEST(a_value_other_than_expected_ends_it);
-    RUN_TEST(a_value_of_another_size_ends_it);
-    RUN_TEST(an_abort_tells_its_code_and_place);
+    RUN_TEST(the_requests_of_a_list_are_performed_in_order);
+    RUN_TEST(a_value_other_than_expected_ends_the_list_of_settings);
+    RUN_TEST(a_value_of_another_size_ends_the_list_of_settings);
+    RUN_TEST(an_abort_contains_its_code_and_its_object);
     RUN_TEST(silence_and_reset_end_in_a_timeout);
     RUN_TEST(a_transfer_waits_for_that_of_another_client);
     RUN_TEST(emergencies_are_decoded_and_ranked);

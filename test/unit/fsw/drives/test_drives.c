@@ -182,7 +182,7 @@ static void a_deadline_of_the_mission_holds_at_both_ends(void)
     }
 }
 
-static void devices_are_known_by_their_place_in_the_configuration(void)
+static void devices_are_identified_by_their_position_in_the_configuration(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     select(2U);
@@ -223,7 +223,7 @@ static void a_device_that_was_not_brought_up_cannot_be_configured(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, walk(configure));
 }
 
-static void a_configuration_that_was_given_up_starts_again(void)
+static void a_configuration_that_timed_out_starts_again(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
     select(2U);
@@ -273,7 +273,7 @@ static void expect_refusal(const uint8_t told[10])
     generic.event_count = 0U;
 }
 
-static void why_a_device_is_not_commissioned_is_an_event(void)
+static void the_reason_for_a_failed_commissioning_is_reported_as_an_event(void)
 {
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00010192U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, walk(drives_hardware_init)); // Raised in the cycle that fails.
@@ -304,7 +304,7 @@ static void an_event_the_descriptor_does_not_have_is_left_out(void)
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
 
-static void going_down_works_from_anywhere(void)
+static void every_state_can_be_left_downwards(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, cycle(drives_hardware_deinit));
     for (unsigned i = 0U; i < 20U; i++) { // During commissioning.
@@ -366,7 +366,7 @@ static void limited_commands_of_all_axes_are_summed(void)
 }
 
 /// A command is abandoned once, when the activity changes; on the way up, when the axes are there.
-static void each_change_of_activity_abandons_once(void)
+static void each_change_of_activity_ends_a_command_once(void)
 {
     static const struct {
         action_t action;
@@ -457,18 +457,18 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(devices_of_all_configurations_are_brought_up_once);
     RUN_TEST(a_deadline_of_the_mission_holds_at_both_ends);
-    RUN_TEST(devices_are_known_by_their_place_in_the_configuration);
+    RUN_TEST(devices_are_identified_by_their_position_in_the_configuration);
     RUN_TEST(limited_commands_of_all_axes_are_summed);
     RUN_TEST(an_unknown_class_and_no_device_at_all_are_refused);
     RUN_TEST(a_device_that_was_not_brought_up_cannot_be_configured);
-    RUN_TEST(a_configuration_that_was_given_up_starts_again);
+    RUN_TEST(a_configuration_that_timed_out_starts_again);
     RUN_TEST(a_drive_that_drops_out_raises_an_event_with_its_statusword);
-    RUN_TEST(why_a_device_is_not_commissioned_is_an_event);
+    RUN_TEST(the_reason_for_a_failed_commissioning_is_reported_as_an_event);
     RUN_TEST(an_event_the_descriptor_does_not_have_is_left_out);
     RUN_TEST(a_bus_without_channel_b_has_none_to_select);
     RUN_TEST(the_selected_channel_is_the_one_that_is_opened);
-    RUN_TEST(going_down_works_from_anywhere);
-    RUN_TEST(each_change_of_activity_abandons_once);
+    RUN_TEST(every_state_can_be_left_downwards);
+    RUN_TEST(each_change_of_activity_ends_a_command_once);
     RUN_TEST(counters_are_published_where_the_descriptor_names_them);
     RUN_TEST(released_drives_have_closed_their_bus);
     return UNITY_END();

@@ -52,7 +52,7 @@ static void two_drives_on_one_bus_fit(void)
     TEST_ASSERT_TRUE(fits(BEGIN DEVICE("A", "0x11") DEVICE("B", "0x12") END));
 }
 
-static void one_drive_is_not_two(void)
+static void one_drive_is_refused_where_two_are_needed(void)
 {
     expect_refused(BEGIN DEVICE("A", "0x11") END, 2U, "count");
 }
@@ -130,7 +130,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(two_drives_on_one_bus_fit);
-    RUN_TEST(one_drive_is_not_two);
+    RUN_TEST(one_drive_is_refused_where_two_are_needed);
     RUN_TEST(another_class_is_refused);
     RUN_TEST(another_mode_is_refused_and_so_are_two);
     RUN_TEST(every_device_has_one_end_node_on_can);

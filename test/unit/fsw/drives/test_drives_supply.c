@@ -150,14 +150,14 @@ static void hardware_init_keeps_the_borrowed_resources(void)
     TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
 }
 
-static void a_pulse_that_is_abandoned_gives_the_bus_back(void)
+static void an_abandoned_pulse_releases_the_bus(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, begin(2U, turn(0x1F01U)));
     port.abandon(port.context, 2U);
     TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
 }
 
-static void without_a_bus_it_fails(void)
+static void without_a_bus_the_command_fails(void)
 {
     has_bus = false;
     TEST_ASSERT_EQUAL(STATUS_IO, begin(0U, turn(0x1F01U)));
@@ -182,8 +182,8 @@ int main(void)
     RUN_TEST(a_pulse_is_a_frame_on_the_open_bus);
     RUN_TEST(a_closed_bus_is_borrowed);
     RUN_TEST(hardware_init_keeps_the_borrowed_resources);
-    RUN_TEST(a_pulse_that_is_abandoned_gives_the_bus_back);
-    RUN_TEST(without_a_bus_it_fails);
+    RUN_TEST(an_abandoned_pulse_releases_the_bus);
+    RUN_TEST(without_a_bus_the_command_fails);
     RUN_TEST(lines_of_a_supply_differ);
     return UNITY_END();
 }

@@ -255,7 +255,7 @@ static void a_metatable_keeps_its_content_after_it_is_set(void)
                   "1");
 }
 
-static void a_debt_is_paid_before_anything_is_done(void)
+static void cost_beyond_the_budget_is_deducted_before_the_procedure_continues(void)
 {
     const pus_answer_t answer = {.kind = PUS_ANSWER_NONE};
     begin(0U, "local a, b = ('\\0'):rep(4096), ('\\0'):rep(4096) step(1) local c = a < b event(2)");
@@ -283,6 +283,6 @@ int main(void)
     RUN_TEST(ordinary_work_is_cheap);
     RUN_TEST(too_much_work_in_one_call_is_an_error);
     RUN_TEST(a_metatable_keeps_its_content_after_it_is_set);
-    RUN_TEST(a_debt_is_paid_before_anything_is_done);
+    RUN_TEST(cost_beyond_the_budget_is_deducted_before_the_procedure_continues);
     return UNITY_END();
 }

@@ -83,7 +83,7 @@ static void arguments_have_their_types(void)
     TEST_ASSERT_EQUAL_STRING("event 1 ;ended 0 ;", host.log);
 }
 
-static void errors_tell_their_line(void)
+static void errors_contain_their_line(void)
 {
     expect_error("local x = 1\n\nerror('no good')", "TEST:3: no good");
     TEST_ASSERT_EQUAL_UINT32(3U, host.call.number);
@@ -172,7 +172,7 @@ static void deep_recursion_is_an_error(void)
     TEST_ASSERT_NOT_NULL(strstr(host.call.text, "overflow"));
 }
 
-static void a_memory_hog_gets_an_error(void)
+static void a_procedure_that_uses_too_much_memory_gets_an_error(void)
 {
     expect_error("local t = {} while true do t[#t + 1] = {} end", "not enough memory");
     expect_error("local s = 'x' while true do s = s .. s end", "");
@@ -188,7 +188,7 @@ static void a_memory_hog_gets_an_error(void)
     TEST_ASSERT_TRUE(host.slots[0].heap.peak <= HOST_MEMORY);
 }
 
-static void pathological_patterns_are_paid_for(void)
+static void pathological_patterns_use_up_the_cost_budget(void)
 {
     expect_endless("return ('a'):rep(200):match(('a*'):rep(40) .. 'b')");
     expect_endless("return ('a'):rep(4096):find('.-.-.-.-b')");
@@ -231,7 +231,7 @@ static void precompiled_code_is_refused(void)
     TEST_ASSERT_FALSE(host.slots[0].is_running);
 }
 
-static void an_error_in_an_error_ends_it(void)
+static void an_error_during_error_handling_is_an_error(void)
 {
     expect_error("error(setmetatable({}, {__tostring = function() error('again') end}))", "not a text");
     expect_error("local ok, e = pcall(function() error(function() error('x') end) end) e()", "x");
@@ -296,7 +296,7 @@ static void slots_are_apart(void)
     TEST_ASSERT_EQUAL_UINT32(1U, call.number);
 }
 
-static void without_memory_nothing_starts(void)
+static void without_memory_no_procedure_starts(void)
 {
     static const uint8_t none[] = {0};
     static uint64_t memory[65536U / sizeof(uint64_t)];
@@ -326,17 +326,17 @@ int main(void)
     RUN_TEST(a_procedure_calls_its_host);
     RUN_TEST(a_call_returns_the_request_of_the_procedure);
     RUN_TEST(arguments_have_their_types);
-    RUN_TEST(errors_tell_their_line);
+    RUN_TEST(errors_contain_their_line);
     RUN_TEST(arguments_of_calls_are_checked);
     RUN_TEST(an_endless_loop_uses_up_its_budget_only);
     RUN_TEST(deep_recursion_is_an_error);
-    RUN_TEST(a_memory_hog_gets_an_error);
-    RUN_TEST(pathological_patterns_are_paid_for);
+    RUN_TEST(a_procedure_that_uses_too_much_memory_gets_an_error);
+    RUN_TEST(pathological_patterns_use_up_the_cost_budget);
     RUN_TEST(dangerous_functions_are_absent_from_the_sandbox);
     RUN_TEST(precompiled_code_is_refused);
-    RUN_TEST(an_error_in_an_error_ends_it);
+    RUN_TEST(an_error_during_error_handling_is_an_error);
     RUN_TEST(the_same_code_gives_the_same_calls_in_every_slot);
     RUN_TEST(slots_are_apart);
-    RUN_TEST(without_memory_nothing_starts);
+    RUN_TEST(without_memory_no_procedure_starts);
     return UNITY_END();
 }

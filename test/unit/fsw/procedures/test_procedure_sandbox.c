@@ -153,7 +153,7 @@ static void tables_are_used_as_lists(void)
     expect_error("tostring()", "value expected");
 }
 
-static void a_sort_that_lies_ends(void)
+static void a_sort_with_an_inconsistent_comparison_ends(void)
 {
     expect_events(
         "local t = {} for i = 1, 100 do t[i] = i end table.sort(t, function() return true end) event(1)",
@@ -167,6 +167,6 @@ int main(void)
     RUN_TEST(texts_are_made_and_taken_apart);
     RUN_TEST(patterns_find_the_text_they_describe);
     RUN_TEST(tables_are_used_as_lists);
-    RUN_TEST(a_sort_that_lies_ends);
+    RUN_TEST(a_sort_with_an_inconsistent_comparison_ends);
     return UNITY_END();
 }

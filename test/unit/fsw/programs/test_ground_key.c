@@ -77,7 +77,7 @@ static void octets_and_digits_are_keys(void)
     opens();
 }
 
-static void other_contents_are_none(void)
+static void other_content_is_refused(void)
 {
     static const char* const contents[] = {
         "",
@@ -127,7 +127,7 @@ static void missing_files_are_not_made(void)
     refuses("gse key make");
 }
 
-static void marks_of_others_and_damaged_ones(void)
+static void marks_of_another_key_and_damaged_marks_are_refused(void)
 {
     put(mark, "", 0U);
     refuses("damaged, or of another key");
@@ -151,11 +151,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(octets_and_digits_are_keys);
-    RUN_TEST(other_contents_are_none);
+    RUN_TEST(other_content_is_refused);
     RUN_TEST(a_key_file_that_other_users_may_access_is_refused);
     RUN_TEST(a_mark_that_others_may_write_is_refused);
     RUN_TEST(missing_files_are_not_made);
-    RUN_TEST(marks_of_others_and_damaged_ones);
+    RUN_TEST(marks_of_another_key_and_damaged_marks_are_refused);
     RUN_TEST(one_flight_has_a_key);
     return UNITY_END();
 }

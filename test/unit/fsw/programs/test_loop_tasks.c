@@ -149,7 +149,7 @@ static void each_loop_keeps_its_own_rate(void)
     TEST_ASSERT_EQUAL_UINT32(0U, component.housekeeping.counters.dropped);
 }
 
-static void a_configuration_without_loops_lets_the_tasks_rest(void)
+static void without_loops_in_the_configuration_the_tasks_do_not_run(void)
 {
     begin(2U);
     run_for(60U * CYCLE_NS);
@@ -194,7 +194,7 @@ static void a_priority_that_is_not_permitted_is_noted(void)
     TEST_ASSERT_NOT_NULL(strstr(told, "note: real-time priorities are not permitted here\n"));
 }
 
-static void tasks_end_when_told_and_not_before(void)
+static void tasks_end_only_when_ordered(void)
 {
     begin(1U);
     run_until_a_report();
@@ -214,8 +214,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(each_loop_keeps_its_own_rate);
-    RUN_TEST(a_configuration_without_loops_lets_the_tasks_rest);
+    RUN_TEST(without_loops_in_the_configuration_the_tasks_do_not_run);
     RUN_TEST(a_priority_that_is_not_permitted_is_noted);
-    RUN_TEST(tasks_end_when_told_and_not_before);
+    RUN_TEST(tasks_end_only_when_ordered);
     return UNITY_END();
 }

@@ -84,7 +84,7 @@ static void a_run_is_reported(void)
     TEST_ASSERT_EQUAL_UINT16(40100U, heard.link_ports[1]);
 }
 
-static void a_run_cut_short_or_out_of_bounds_is_refused(void)
+static void a_truncated_run_state_or_one_out_of_bounds_is_refused(void)
 {
     run_state_t run = sample_run();
     static run_state_t heard;
@@ -192,7 +192,7 @@ static void a_message_may_come_in_pieces(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-static void an_end_that_is_gone_is_noticed(void)
+static void the_disappearance_of_an_end_is_detected(void)
 {
     octet_reader_t reader;
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
@@ -211,7 +211,7 @@ static void a_receiver_does_not_wait_longer_than_it_may(void)
 }
 
 /// A peer that sends while it is to read is none.
-static void a_peer_that_does_not_read_its_message_is_noticed(void)
+static void a_peer_that_does_not_read_its_message_is_detected(void)
 {
     static const uint8_t octets[4096];
     size_t sent           = 0U;
@@ -323,14 +323,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_run_is_reported);
-    RUN_TEST(a_run_cut_short_or_out_of_bounds_is_refused);
+    RUN_TEST(a_truncated_run_state_or_one_out_of_bounds_is_refused);
     RUN_TEST(numbers_are_big_endian);
     RUN_TEST(a_done_message_carries_its_values);
     RUN_TEST(octets_that_are_no_message_are_refused);
     RUN_TEST(a_message_may_come_in_pieces);
-    RUN_TEST(an_end_that_is_gone_is_noticed);
+    RUN_TEST(the_disappearance_of_an_end_is_detected);
     RUN_TEST(a_receiver_does_not_wait_longer_than_it_may);
-    RUN_TEST(a_peer_that_does_not_read_its_message_is_noticed);
+    RUN_TEST(a_peer_that_does_not_read_its_message_is_detected);
     RUN_TEST(a_message_that_does_not_fit_is_not_sent);
     RUN_TEST(full_buses_are_handed_over);
     RUN_TEST(frames_that_are_none_are_refused);

@@ -101,7 +101,7 @@ static void note_names(void* context)
     }
 }
 
-static void components_note_theirs_at_a_time(void)
+static void components_record_their_names_concurrently(void)
 {
     static subsystem_t components[COMPONENTS];
     for (unsigned i = 0U; i < COMPONENTS; i++) {
@@ -141,7 +141,7 @@ int main(void)
     RUN_TEST(the_last_beat_of_each_component_is_kept);
     RUN_TEST(a_name_is_noted_once);
     RUN_TEST(a_flow_name_that_does_not_fit_is_refused);
-    RUN_TEST(components_note_theirs_at_a_time);
+    RUN_TEST(components_record_their_names_concurrently);
     RUN_TEST(lateness_is_counted_in_classes);
     return UNITY_END();
 }

@@ -163,7 +163,7 @@ static void two_damaged_banks_are_reported(void)
 }
 
 // The writer ends after each octet of a commit.
-static void a_commit_that_was_cut_short_leaves_the_one_before(void)
+static void an_incomplete_commit_leaves_the_previous_one(void)
 {
     static checkpoint_t before;
     static checkpoint_t after;
@@ -197,7 +197,7 @@ static void commit_for_ever(checkpoint_t* const shared)
     }
 }
 
-static void a_writer_that_is_killed_anywhere_leaves_a_whole_state(void)
+static void a_writer_that_is_killed_at_any_step_leaves_a_consistent_state(void)
 {
     checkpoint_t* const shared =
         mmap(NULL, sizeof *shared, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
@@ -246,7 +246,7 @@ static void expect_flaw(checkpoint_flaw_t flaw)
         expect_flaw(flaw);                                                                                   \
     } while (0)
 
-static void a_head_that_cannot_be_is_refused(void)
+static void an_impossible_header_is_refused(void)
 {
     TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
     REFUSED(CHECKPOINT_MISSION, interface_hash, 1U);
@@ -269,7 +269,7 @@ static void a_head_that_cannot_be_is_refused(void)
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_token.ack, 16U);
 }
 
-static void a_member_that_cannot_be_is_refused(void)
+static void an_impossible_subsystem_is_refused(void)
 {
     REFUSED(CHECKPOINT_MEMBER, members[1].apid, 16U);
     REFUSED(CHECKPOINT_MEMBER, members[0].process, 3U);
@@ -406,7 +406,7 @@ static void the_content_of_free_entries_is_not_checked(void)
 }
 
 // Octets that a faulty writer has committed: checked, whatever they are.
-static void any_octets_are_judged(void)
+static void random_octets_are_accepted_or_refused_without_a_crash(void)
 {
     uint32_t seed = 1U;
     for (unsigned round = 0U; round < 3000U; round++) {
@@ -526,17 +526,17 @@ int main(void)
     RUN_TEST(the_last_commit_is_adopted);
     RUN_TEST(any_octet_that_changes_refuses_its_bank);
     RUN_TEST(two_damaged_banks_are_reported);
-    RUN_TEST(a_commit_that_was_cut_short_leaves_the_one_before);
-    RUN_TEST(a_writer_that_is_killed_anywhere_leaves_a_whole_state);
-    RUN_TEST(a_head_that_cannot_be_is_refused);
-    RUN_TEST(a_member_that_cannot_be_is_refused);
+    RUN_TEST(an_incomplete_commit_leaves_the_previous_one);
+    RUN_TEST(a_writer_that_is_killed_at_any_step_leaves_a_consistent_state);
+    RUN_TEST(an_impossible_header_is_refused);
+    RUN_TEST(an_impossible_subsystem_is_refused);
     RUN_TEST(a_link_that_the_mission_does_not_have_is_refused);
     RUN_TEST(a_plan_that_the_mission_does_not_have_is_refused);
     RUN_TEST(a_checkpoint_with_invalid_packet_numbers_is_refused);
     RUN_TEST(a_checkpoint_keeps_the_blocks_of_rings_in_order);
     RUN_TEST(an_octet_of_a_ring_that_changes_refuses_its_bank);
     RUN_TEST(the_content_of_free_entries_is_not_checked);
-    RUN_TEST(any_octets_are_judged);
+    RUN_TEST(random_octets_are_accepted_or_refused_without_a_crash);
     RUN_TEST(an_annex_belongs_to_the_last_commit);
     RUN_TEST(an_annex_that_is_full_takes_no_more);
     RUN_TEST(a_damaged_annex_is_read_without_harm);

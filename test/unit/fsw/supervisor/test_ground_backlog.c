@@ -195,7 +195,7 @@ static void routed_reports_leave_the_blocks_reserved_for_firm_ones(void)
     TEST_ASSERT_EQUAL(768U - others, firm); // At least the 256 reserved for these.
 }
 
-static void without_a_block_there_is_none_to_take(void)
+static void without_blocks_allocation_is_refused(void)
 {
     uint8_t* blocks[7];
     for (unsigned i = 0U; i < 7U; i++) {
@@ -234,7 +234,7 @@ static void waiting_reports_are_copied_in_order(void)
 }
 
 /// Compared with a list: nothing is doubled, lost or out of order within a class.
-static void any_history_keeps_order_and_blocks(void)
+static void random_operations_keep_order_and_blocks(void)
 {
     uint32_t random_state         = 5U;
     uint8_t next[PUS_CLASSES]     = {0U};
@@ -271,8 +271,8 @@ int main(void)
     RUN_TEST(bulk_reports_leave_room_for_requests);
     RUN_TEST(a_report_waits_in_the_block_it_lies_in);
     RUN_TEST(routed_reports_leave_the_blocks_reserved_for_firm_ones);
-    RUN_TEST(without_a_block_there_is_none_to_take);
+    RUN_TEST(without_blocks_allocation_is_refused);
     RUN_TEST(waiting_reports_are_copied_in_order);
-    RUN_TEST(any_history_keeps_order_and_blocks);
+    RUN_TEST(random_operations_keep_order_and_blocks);
     return UNITY_END();
 }

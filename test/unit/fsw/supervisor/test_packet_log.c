@@ -256,7 +256,7 @@ static void a_strategy_that_cannot_open_leaves_the_old_one(void)
     expect_text("packets.ascii", "1 0.000000000 TC 18\n2 0.000000000 TC 18\n");
 }
 
-static void a_ring_that_is_left_goes_into_the_next_file(void)
+static void records_of_the_ring_are_written_to_the_next_file(void)
 {
     open_log(PACKET_LOG_ASCII);
     append(1U);
@@ -272,7 +272,7 @@ static void a_ring_that_is_left_goes_into_the_next_file(void)
     TEST_ASSERT_EQUAL(0U, packets.failures);
 }
 
-static void a_mission_says_how_many_records_the_ring_keeps(void)
+static void the_mission_sets_the_number_of_records_in_the_ring(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_RING, &new_log, 3U));
     append(10U);
@@ -301,12 +301,12 @@ static void limit_files(rlim_t octets)
     TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_FSIZE, &limit));
 }
 
-static void room_is_again(void)
+static void allow_large_files_again(void)
 {
     limit_files(RLIM_INFINITY);
 }
 
-static void a_folder_that_is_not_there_is_waited_for(void)
+static void opening_is_repeated_until_the_folder_exists(void)
 {
     static char long_name[600];
     (void)memset(long_name, 'x', sizeof long_name - 1U);
@@ -330,7 +330,7 @@ static void a_folder_that_is_not_there_is_waited_for(void)
 }
 
 /// Also if the write stops within a record: the part of it is cut off.
-static void a_full_disk_loses_nothing_that_the_ring_holds(void)
+static void records_in_the_ring_survive_a_full_disk(void)
 {
     static const packet_log_strategy_t strategies[] = {PACKET_LOG_ASCII, PACKET_LOG_SQLITE};
     for (size_t i = 0U; i < 2U; i++) {
@@ -346,7 +346,7 @@ static void a_full_disk_loses_nothing_that_the_ring_holds(void)
             append(3U);
             supervisor_packet_log_step(&packets, SECOND_NS);
             supervisor_packet_log_step(&packets, 3U * SECOND_NS);
-            room_is_again();
+            allow_large_files_again();
             supervisor_packet_log_step(&packets, 1000U * SECOND_NS);
             TEST_ASSERT_EQUAL(strategies[i], packets.strategy);
             append(1U);
@@ -365,7 +365,7 @@ static void a_full_disk_loses_nothing_that_the_ring_holds(void)
     }
 }
 
-static void packets_that_the_ring_lost_are_a_gap_in_the_file(void)
+static void packets_lost_in_the_ring_leave_a_gap_in_the_file(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK,
                       supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &new_log, 2U));
@@ -378,7 +378,7 @@ static void packets_that_the_ring_lost_are_a_gap_in_the_file(void)
     TEST_ASSERT_EQUAL(2U, packets.first_number);
     TEST_ASSERT_EQUAL(1U, packets.written_number);
     append(4U);
-    room_is_again();
+    allow_large_files_again();
     supervisor_packet_log_step(&packets, SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     TEST_ASSERT_EQUAL(5U, packets.first_number);
@@ -410,7 +410,7 @@ static void more_than_the_ring_between_two_steps(void)
 }
 
 /// 1 s, 2 s, 4 s and so on up to 32 s; the first delay again after a minute without failure.
-static void tries_become_rarer(void)
+static void the_delay_between_retries_doubles_up_to_32_s(void)
 {
     static const unsigned tries_s[] = {1U, 3U, 7U, 15U, 31U, 63U, 95U, 127U};
     fill_disk("packets.ascii");
@@ -428,13 +428,13 @@ static void tries_become_rarer(void)
     append(1U);
     supervisor_packet_log_step(&packets, 160U * SECOND_NS); // Soon after: with the same delay as before.
     TEST_ASSERT_EQUAL_UINT64(192U * SECOND_NS, packets.retry_ns);
-    room_is_again();
+    allow_large_files_again();
     supervisor_packet_log_step(&packets, 192U * SECOND_NS);
     limit_files(1U);
     append(1U);
     supervisor_packet_log_step(&packets, 252U * SECOND_NS);
     TEST_ASSERT_EQUAL_UINT64(253U * SECOND_NS, packets.retry_ns);
-    room_is_again();
+    allow_large_files_again();
 }
 
 static void a_file_that_was_removed_is_made_again(void)
@@ -462,7 +462,7 @@ static void a_long_ring_is_written_in_portions(void)
     append(1U);
     supervisor_packet_log_step(&packets, 0U);
     append(3499U);
-    room_is_again();
+    allow_large_files_again();
     (void)memset(seen, 0, sizeof seen);
     for (unsigned step = 0U; step < 2U; step++) {
         TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
@@ -478,7 +478,7 @@ static void a_long_ring_is_written_in_portions(void)
     }
 }
 
-static void at_the_end_the_ring_goes_where_there_is_room(void)
+static void at_the_end_the_ring_is_written_to_a_disk_with_room(void)
 {
     fill_disk("packets.ascii");
     open_log(PACKET_LOG_ASCII);
@@ -524,16 +524,16 @@ int main(void)
     RUN_TEST(all_parts_together_are_the_whole);
     RUN_TEST(an_unknown_log_strategy_is_refused);
     RUN_TEST(a_strategy_that_cannot_open_leaves_the_old_one);
-    RUN_TEST(a_ring_that_is_left_goes_into_the_next_file);
-    RUN_TEST(a_mission_says_how_many_records_the_ring_keeps);
-    RUN_TEST(a_folder_that_is_not_there_is_waited_for);
-    RUN_TEST(a_full_disk_loses_nothing_that_the_ring_holds);
-    RUN_TEST(packets_that_the_ring_lost_are_a_gap_in_the_file);
+    RUN_TEST(records_of_the_ring_are_written_to_the_next_file);
+    RUN_TEST(the_mission_sets_the_number_of_records_in_the_ring);
+    RUN_TEST(opening_is_repeated_until_the_folder_exists);
+    RUN_TEST(records_in_the_ring_survive_a_full_disk);
+    RUN_TEST(packets_lost_in_the_ring_leave_a_gap_in_the_file);
     RUN_TEST(more_than_the_ring_between_two_steps);
-    RUN_TEST(tries_become_rarer);
+    RUN_TEST(the_delay_between_retries_doubles_up_to_32_s);
     RUN_TEST(a_file_that_was_removed_is_made_again);
     RUN_TEST(a_long_ring_is_written_in_portions);
-    RUN_TEST(at_the_end_the_ring_goes_where_there_is_room);
+    RUN_TEST(at_the_end_the_ring_is_written_to_a_disk_with_room);
     RUN_TEST(a_file_that_cannot_be_shortened_is_shortened_later);
     return UNITY_END();
 }

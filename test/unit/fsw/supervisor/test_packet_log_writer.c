@@ -178,7 +178,7 @@ static void a_slow_disk_delays_no_other(void)
 
 /// Each piece takes longer than a second: the ring stays in force, and the file still gets all that it can
 /// take.
-static void a_disk_that_stays_slow_leaves_the_ring_in_force(void)
+static void the_ring_stays_selected_while_the_disk_is_slow(void)
 {
     open_slow_log(RING_RECORDS);
     append(300U);
@@ -213,7 +213,7 @@ static void the_ring_overflows_while_the_disk_is_slow(void)
 }
 
 /// More than the ring holds, before the disk is reported to be slow.
-static void a_storm_while_the_disk_is_slow(void)
+static void an_event_storm_while_the_disk_is_slow_loses_nothing(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
     open_slow_log(RING_RECORDS);
@@ -277,7 +277,7 @@ static void a_disk_fails_below_the_writer(void)
 }
 
 /// Killed at any moment of a write: the successor has each record once, whatever the file has received.
-static void a_death_while_the_writer_writes(void)
+static void after_a_kill_during_a_write_the_log_has_each_record_once(void)
 {
     static uint8_t ring[PACKET_LOG_RING_OCTETS];
     for (unsigned round = 0U; round < 50U; round++) {
@@ -312,11 +312,11 @@ int main(void)
     (void)alarm(120U); // A write to a disk that takes nothing never ends.
     UNITY_BEGIN();
     RUN_TEST(a_slow_disk_delays_no_other);
-    RUN_TEST(a_disk_that_stays_slow_leaves_the_ring_in_force);
+    RUN_TEST(the_ring_stays_selected_while_the_disk_is_slow);
     RUN_TEST(the_ring_overflows_while_the_disk_is_slow);
-    RUN_TEST(a_storm_while_the_disk_is_slow);
+    RUN_TEST(an_event_storm_while_the_disk_is_slow_loses_nothing);
     RUN_TEST(a_strategy_is_selected_while_the_disk_is_slow);
     RUN_TEST(a_disk_fails_below_the_writer);
-    RUN_TEST(a_death_while_the_writer_writes);
+    RUN_TEST(after_a_kill_during_a_write_the_log_has_each_record_once);
     return UNITY_END();
 }

@@ -49,7 +49,7 @@ static permission_request_t move_to(void)
         .service = 8U, .subtype = 1U, .select = "MOVE_TO", .target = 16U, .mode = 1U, .state = 5U};
 }
 
-static void allows_what_a_rule_says_and_tells_which(void)
+static void a_permission_names_the_rule_that_allows(void)
 {
     TEST_ASSERT_EQUAL(0, rule_for(move_to()));
     permission_request_t request = move_to();
@@ -192,7 +192,7 @@ static void a_rule_lets_a_request_upwards_pass_from_its_state_only(void)
     TEST_ASSERT_EQUAL(PERMISSION_RULE_NONE, rule_for(request));
 }
 
-static void a_selector_of_any_needs_none(void)
+static void any_selector_matches_a_request_without_one(void)
 {
     permission_request_t request = {.service = 20U, .subtype = 3U, .target = 16U, .mode = 0U, .state = 4U};
     TEST_ASSERT_EQUAL(3, rule_for(request));
@@ -204,12 +204,12 @@ static void a_selector_of_any_needs_none(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(allows_what_a_rule_says_and_tells_which);
+    RUN_TEST(a_permission_names_the_rule_that_allows);
     RUN_TEST(denies_when_any_part_of_the_key_differs);
     RUN_TEST(a_rule_may_be_for_a_whole_service);
     RUN_TEST(without_rules_only_the_built_in_set_is_allowed);
     RUN_TEST(requests_for_a_state_are_free_downwards_only);
     RUN_TEST(a_rule_lets_a_request_upwards_pass_from_its_state_only);
-    RUN_TEST(a_selector_of_any_needs_none);
+    RUN_TEST(any_selector_matches_a_request_without_one);
     return UNITY_END();
 }

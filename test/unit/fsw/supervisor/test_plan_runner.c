@@ -130,7 +130,7 @@ static void every_subsystem_of_the_largest_mission_has_room_for_its_run(void)
     TEST_ASSERT_EQUAL(1U, runs_under_way());
 }
 
-static void no_order_of_failures_gives_a_member_two_runs(void)
+static void no_sequence_of_failures_puts_a_subsystem_into_two_plan_runs(void)
 {
     uint32_t random = 5U;
     for (unsigned i = 0U; i < 20000U; i++) {
@@ -185,7 +185,7 @@ static void the_built_in_plan_takes_the_network_offline(void)
     TEST_ASSERT_EQUAL(0U, run.member_count);
 }
 
-static void a_run_ignores_a_member_whose_process_died(void)
+static void a_plan_run_ignores_a_subsystem_whose_process_died(void)
 {
     const plan_run_t run = failure(DESCRIPTOR_HIGH, 1U, 1U, 3U);
     (void)fail(&run, PLAN_STARTED);
@@ -204,9 +204,9 @@ int main(void)
     RUN_TEST(a_lower_severity_starts_nothing_for_a_member_of_a_higher_one);
     RUN_TEST(the_same_severity_joins_and_brings_its_members);
     RUN_TEST(every_subsystem_of_the_largest_mission_has_room_for_its_run);
-    RUN_TEST(no_order_of_failures_gives_a_member_two_runs);
+    RUN_TEST(no_sequence_of_failures_puts_a_subsystem_into_two_plan_runs);
     RUN_TEST(actions_come_in_their_time_and_the_run_ends);
     RUN_TEST(the_built_in_plan_takes_the_network_offline);
-    RUN_TEST(a_run_ignores_a_member_whose_process_died);
+    RUN_TEST(a_plan_run_ignores_a_subsystem_whose_process_died);
     return UNITY_END();
 }

@@ -138,7 +138,7 @@ static void dropped_reports_are_counted_and_no_firm_report_is_lost(void)
 }
 
 /// More than there is room for in total: the first ones arrive, the others are counted.
-static void the_first_firm_ones_are_kept_where_there_are_too_many(void)
+static void of_too_many_firm_reports_the_first_are_kept(void)
 {
     be_dead();
     for (uint16_t i = 0U; i < 600U; i++) {
@@ -159,6 +159,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(reports_wait_in_order_while_communication_is_down);
     RUN_TEST(dropped_reports_are_counted_and_no_firm_report_is_lost);
-    RUN_TEST(the_first_firm_ones_are_kept_where_there_are_too_many);
+    RUN_TEST(of_too_many_firm_reports_the_first_are_kept);
     return UNITY_END();
 }

@@ -38,7 +38,7 @@ void tearDown(void)
     fixture_configure = NULL;
 }
 
-static void each_service_is_told_its_capacity(void)
+static void each_service_receives_its_capacity(void)
 {
     for (size_t i = 0U; i < sizeof types; i++) {
         TEST_ASSERT_EQUAL_UINT16(GRANTED, spacecraft_capacity(&fixture.supervisor, types[i], 64U));
@@ -115,7 +115,7 @@ static void pools_of_requests_warn_and_are_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(each_service_is_told_its_capacity);
+    RUN_TEST(each_service_receives_its_capacity);
     RUN_TEST(activities_beyond_it_are_refused);
     RUN_TEST(actions_beyond_it_are_refused);
     RUN_TEST(pools_of_requests_warn_and_are_reported);

@@ -82,7 +82,7 @@ static void expect_whole_log(void)
     TEST_ASSERT_TRUE(number > 10UL);
 }
 
-static void it_continues_and_says_so(void)
+static void a_restarted_supervisor_continues_and_reports_it(void)
 {
     die();
     fixture_step();
@@ -173,7 +173,7 @@ static void requests_that_the_dead_supervisor_was_performing_fail_with_the_reaso
     TEST_ASSERT_FALSE(fixture_has("G 1.8")); // Once.
 }
 
-static void links_are_as_the_members_say(void)
+static void the_graph_follows_the_link_reports_of_subsystems(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     die();
@@ -198,7 +198,7 @@ static void links_are_as_the_members_say(void)
 }
 
 /// A link that was agreed and is not open yet can be opened as if nothing had happened.
-static void agreements_are_there_again(void)
+static void a_restarted_supervisor_has_the_link_agreements(void)
 {
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
@@ -216,7 +216,7 @@ static void agreements_are_there_again(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
 }
 
-static void networks_are_there_again(void)
+static void a_restarted_supervisor_has_the_networks(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     die();
@@ -335,7 +335,7 @@ static void a_member_that_dies_with_it_is_recommissioned(void)
     expect_led_back();
 }
 
-static void the_mode_is_there_again(void)
+static void a_restarted_supervisor_has_the_mode(void)
 {
     const uint8_t safe[1] = {MODE_SAFE};
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 1U, safe, sizeof safe);
@@ -352,7 +352,7 @@ static void select_log(uint8_t strategy)
     TEST_ASSERT_EQUAL(strategy, fixture.supervisor.log.wanted);
 }
 
-static void records_that_are_in_memory_only_are_there_again(void)
+static void a_restarted_supervisor_has_the_records_in_memory(void)
 {
     select_log(PACKET_LOG_RING);
     fixture_run(20U);
@@ -432,7 +432,7 @@ static void everything_arrives_once(unsigned sends)
     expect_whole_log();
 }
 
-static void a_step_that_was_cut_short_is_done_again(void)
+static void an_interrupted_step_is_repeated(void)
 {
     unsigned deaths = 0U;
     for (unsigned sends = 1U; sends <= 10U; sends++) {
@@ -477,7 +477,7 @@ static void the_report_of_the_member_takes_precedence(void)
     TEST_ASSERT_FALSE(fixture_has(DIFFERS)); // Once.
 }
 
-static void a_damaged_commit_falls_back_to_the_one_before(void)
+static void after_a_damaged_commit_the_previous_one_is_used(void)
 {
     fixture_step();
     checkpoint.banks[(checkpoint.banks[0].generation > checkpoint.banks[1].generation) ? 0U : 1U]
@@ -489,7 +489,7 @@ static void a_damaged_commit_falls_back_to_the_one_before(void)
     TEST_ASSERT_TRUE(fixture_has(RESTARTED));
 }
 
-static void without_anything_to_take_over_it_starts_again_and_says_so(void)
+static void without_a_checkpoint_the_supervisor_starts_anew_and_reports_it(void)
 {
     checkpoint.banks[0].sum ^= 1U;
     checkpoint.banks[1].sum ^= 1U;
@@ -559,25 +559,25 @@ static void messages_that_were_kept_continue_as_they_are(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(it_continues_and_says_so);
+    RUN_TEST(a_restarted_supervisor_continues_and_reports_it);
     RUN_TEST(a_subsystem_that_was_stopped_is_not_asked_for_its_status);
     RUN_TEST(a_request_that_is_under_way_is_answered_once);
     RUN_TEST(a_request_received_while_the_supervisor_is_dead_is_performed_once);
     RUN_TEST(a_subsystem_that_dies_meanwhile_still_ends_its_requests);
     RUN_TEST(requests_that_the_dead_supervisor_was_performing_fail_with_the_reason);
-    RUN_TEST(links_are_as_the_members_say);
-    RUN_TEST(agreements_are_there_again);
-    RUN_TEST(networks_are_there_again);
+    RUN_TEST(the_graph_follows_the_link_reports_of_subsystems);
+    RUN_TEST(a_restarted_supervisor_has_the_link_agreements);
+    RUN_TEST(a_restarted_supervisor_has_the_networks);
     RUN_TEST(a_negotiation_continues);
     RUN_TEST(a_recommissioning_continues);
     RUN_TEST(a_member_that_dies_with_it_is_recommissioned);
-    RUN_TEST(the_mode_is_there_again);
-    RUN_TEST(records_that_are_in_memory_only_are_there_again);
-    RUN_TEST(a_step_that_was_cut_short_is_done_again);
+    RUN_TEST(a_restarted_supervisor_has_the_mode);
+    RUN_TEST(a_restarted_supervisor_has_the_records_in_memory);
+    RUN_TEST(an_interrupted_step_is_repeated);
     RUN_TEST(a_shutdown_continues);
     RUN_TEST(the_report_of_the_member_takes_precedence);
-    RUN_TEST(a_damaged_commit_falls_back_to_the_one_before);
-    RUN_TEST(without_anything_to_take_over_it_starts_again_and_says_so);
+    RUN_TEST(after_a_damaged_commit_the_previous_one_is_used);
+    RUN_TEST(without_a_checkpoint_the_supervisor_starts_anew_and_reports_it);
     RUN_TEST(a_damaged_checkpoint_is_preserved);
     RUN_TEST(messages_that_were_kept_continue_as_they_are);
     return UNITY_END();

@@ -63,7 +63,7 @@ static void another_interface_is_reported_once_and_refused(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state);
 }
 
-static void downwards_it_may_go_and_answer(void)
+static void with_another_interface_a_subsystem_may_go_down_and_answer(void)
 {
     fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
@@ -78,7 +78,7 @@ static void downwards_it_may_go_and_answer(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state);
 }
 
-static void with_the_right_interface_again_it_is_led_on(void)
+static void with_the_right_interface_again_recommissioning_continues(void)
 {
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
@@ -113,8 +113,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(equal_descriptors_are_not_reported);
     RUN_TEST(another_interface_is_reported_once_and_refused);
-    RUN_TEST(downwards_it_may_go_and_answer);
-    RUN_TEST(with_the_right_interface_again_it_is_led_on);
+    RUN_TEST(with_another_interface_a_subsystem_may_go_down_and_answer);
+    RUN_TEST(with_the_right_interface_again_recommissioning_continues);
     RUN_TEST(another_configuration_is_reported_once_for_each_and_not_refused);
     return UNITY_END();
 }

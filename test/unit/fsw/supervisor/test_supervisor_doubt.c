@@ -114,7 +114,7 @@ static void end_of_request(uint32_t request_id, bool is_good)
     fixture_step();
 }
 
-static void only_the_end_of_the_question_is_an_answer(void)
+static void only_the_completion_of_the_query_ends_the_doubt(void)
 {
     cut_off_arm();
     // ARM reports its status once a second, but does not answer.
@@ -167,7 +167,7 @@ int main(void)
     RUN_TEST(a_request_barred_only_by_an_unknown_state_is_refused_as_uncertain);
     RUN_TEST(a_subsystem_heard_again_is_queried_and_then_trusted);
     RUN_TEST(an_answer_that_does_not_come_is_asked_for_again);
-    RUN_TEST(only_the_end_of_the_question_is_an_answer);
+    RUN_TEST(only_the_completion_of_the_query_ends_the_doubt);
     RUN_TEST(a_subsystem_that_returns_offline_has_no_links);
     RUN_TEST(a_process_that_starts_again_is_not_in_doubt);
     RUN_TEST(a_subsystem_that_reports_is_never_queried);

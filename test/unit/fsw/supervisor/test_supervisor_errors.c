@@ -113,7 +113,7 @@ static void one_failure_has_one_plan(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.plans_started);
 }
 
-static void failures_apart_have_plans_apart(void)
+static void failures_of_separate_networks_have_separate_plans(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
@@ -174,7 +174,7 @@ static void a_plan_that_only_logs_does_nothing_else(void)
     fixture_expect("G/16 5.4 0001\nG 5.1 000600100001\n");
 }
 
-static void a_lone_subsystem_goes_down_alone(void)
+static void a_subsystem_without_links_goes_down_alone(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
@@ -189,7 +189,7 @@ static void a_lone_subsystem_goes_down_alone(void)
 
 // ---- MEDIUM, LOW ----
 
-static void a_medium_error_takes_it_to_safe_in_the_same_step(void)
+static void a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_step(void)
 {
     static const uint16_t events[] = {STRAIN, TIRED}; // With a plan, and without.
     for (unsigned i = 0U; i < 2U; i++) {
@@ -206,7 +206,7 @@ static void a_medium_error_takes_it_to_safe_in_the_same_step(void)
     }
 }
 
-static void a_medium_error_takes_nothing_up(void)
+static void a_medium_error_never_orders_a_higher_state(void)
 {
     static const state_t states[]  = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
                                       STATE_ERROR_OPERATIONAL};
@@ -236,7 +236,7 @@ static void a_plan_may_take_a_member_to_its_safe_state(void)
     }
 }
 
-static void low_and_informative_are_logged(void)
+static void low_and_informative_events_are_only_logged(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_event(FIXTURE_ARM, 2U, NOTE);
@@ -245,7 +245,7 @@ static void low_and_informative_are_logged(void)
     fixture_expect("G/16 5.2 0004\nG/16 5.1 0004\n");
 }
 
-static void an_event_without_a_number_is_none(void)
+static void an_event_without_a_number_is_ignored(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_report(FIXTURE_ARM, PUS_SERVICE_EVENTS, 4U, "\1", 1U);
@@ -306,7 +306,7 @@ static void see_late(uint16_t apid, uint64_t by_ns)
 }
 
 /// Repeatedly as late as the mission allows, to the nanosecond: slow, and no reaction.
-static void a_process_that_is_slow_within_its_time_is_left_alone(void)
+static void a_process_that_is_slow_within_its_time_is_not_killed(void)
 {
     const uint64_t patience_ns = patience_of(ARM);
     fixture_link_up(STATE_OPERATIONAL);
@@ -340,7 +340,7 @@ static unsigned times_reported(const char* text, const char* line)
 }
 
 /// The promise of the killed life is still there while the next one waits for its start: no second reaction.
-static void a_hang_that_is_seen_again_is_acted_on_once(void)
+static void a_repeated_detection_of_a_hang_has_one_reaction(void)
 {
     mission_of(LONE)->restart_budget = 2U;
     static const unsigned started[]  = {1U, 1U, 2U, 2U}; // At once, after 100 ms; then never.
@@ -451,7 +451,7 @@ static void a_subsystem_that_reports_is_not_silent(void)
     fixture_expect("");
 }
 
-static void no_history_of_errors_breaks_the_supervisor(void)
+static void random_errors_leave_the_supervisor_consistent(void)
 {
     uint32_t random = 3U;
     for (unsigned i = 0U; i < 3000U; i++) {
@@ -492,26 +492,26 @@ int main(void)
     RUN_TEST(a_high_error_shuts_the_network_down_in_the_same_step);
     RUN_TEST(an_event_whose_report_is_disabled_has_the_same_reaction);
     RUN_TEST(one_failure_has_one_plan);
-    RUN_TEST(failures_apart_have_plans_apart);
+    RUN_TEST(failures_of_separate_networks_have_separate_plans);
     RUN_TEST(a_partner_in_error_or_lost_receives_no_second_order);
     RUN_TEST(a_plan_of_the_mission_replaces_the_built_in_one);
     RUN_TEST(a_plan_that_only_logs_does_nothing_else);
-    RUN_TEST(a_lone_subsystem_goes_down_alone);
-    RUN_TEST(a_medium_error_takes_it_to_safe_in_the_same_step);
-    RUN_TEST(a_medium_error_takes_nothing_up);
+    RUN_TEST(a_subsystem_without_links_goes_down_alone);
+    RUN_TEST(a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_step);
+    RUN_TEST(a_medium_error_never_orders_a_higher_state);
     RUN_TEST(a_plan_may_take_a_member_to_its_safe_state);
-    RUN_TEST(low_and_informative_are_logged);
-    RUN_TEST(an_event_without_a_number_is_none);
+    RUN_TEST(low_and_informative_events_are_only_logged);
+    RUN_TEST(an_event_without_a_number_is_ignored);
     RUN_TEST(a_process_that_dies_is_started_again);
     RUN_TEST(a_process_that_hangs_is_killed_and_started_again);
-    RUN_TEST(a_process_that_is_slow_within_its_time_is_left_alone);
-    RUN_TEST(a_hang_that_is_seen_again_is_acted_on_once);
+    RUN_TEST(a_process_that_is_slow_within_its_time_is_not_killed);
+    RUN_TEST(a_repeated_detection_of_a_hang_has_one_reaction);
     RUN_TEST(nothing_is_sent_to_a_restarted_process_before_it_is_heard);
     RUN_TEST(a_restart_budget_ends_in_mode_safe);
     RUN_TEST(a_start_that_fails_ends_in_mode_safe);
     RUN_TEST(communication_comes_up_again_by_itself);
     RUN_TEST(silence_is_an_error);
     RUN_TEST(a_subsystem_that_reports_is_not_silent);
-    RUN_TEST(no_history_of_errors_breaks_the_supervisor);
+    RUN_TEST(random_errors_leave_the_supervisor_consistent);
     return UNITY_END();
 }

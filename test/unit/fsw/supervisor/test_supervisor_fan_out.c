@@ -30,7 +30,7 @@ void tearDown(void)
     fixture_close();
 }
 
-static void a_second_reader_leaves_the_first_alone(void)
+static void a_second_reader_does_not_affect_the_first(void)
 {
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 000300000003")); // An epoch of its own.
     TEST_ASSERT_TRUE(fixture_has("18 TC 130.6 000300000003"));
@@ -46,7 +46,7 @@ static void the_network_has_all_readers(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 131.11 0001001000030010001100120003000100020003"));
 }
 
-static void a_reader_that_closes_takes_only_its_own_link_along(void)
+static void a_reader_that_closes_closes_only_its_own_link(void)
 {
     fixture_forget();
     fixture_link_changed(FIXTURE_LONE, LINK_LONE_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
@@ -60,7 +60,7 @@ static void a_reader_that_closes_takes_only_its_own_link_along(void)
     TEST_ASSERT_FALSE(fixture_has("17 TC 130."));
 }
 
-static void the_first_reader_may_go_and_the_second_stays(void)
+static void the_second_reader_stays_when_the_first_closes(void)
 {
     fixture_forget();
     (void)fixture_close_link(LINK_ARM_STATE);
@@ -100,10 +100,10 @@ static void a_writer_that_dies_closes_every_reader(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_second_reader_leaves_the_first_alone);
+    RUN_TEST(a_second_reader_does_not_affect_the_first);
     RUN_TEST(the_network_has_all_readers);
-    RUN_TEST(a_reader_that_closes_takes_only_its_own_link_along);
-    RUN_TEST(the_first_reader_may_go_and_the_second_stays);
+    RUN_TEST(a_reader_that_closes_closes_only_its_own_link);
+    RUN_TEST(the_second_reader_stays_when_the_first_closes);
     RUN_TEST(a_reader_that_dies_fails_its_network_and_loses_only_its_own_link);
     RUN_TEST(a_writer_that_dies_closes_every_reader);
     return UNITY_END();

@@ -493,7 +493,7 @@ static void a_supervisor_killed_at_any_step_performs_each_request_once(void)
 }
 
 /// The next one dies, too, in its first step.
-static void wherever_two_die_all_happens_once(void)
+static void each_request_is_performed_once_wherever_two_supervisors_die(void)
 {
     for (unsigned first = 1U; first < 100U; first += 9U) {
         for (unsigned second = 1U; second < 100U; second += 7U) {
@@ -511,6 +511,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_supervisor_killed_at_any_step_performs_each_request_once);
-    RUN_TEST(wherever_two_die_all_happens_once);
+    RUN_TEST(each_request_is_performed_once_wherever_two_supervisors_die);
     return UNITY_END();
 }

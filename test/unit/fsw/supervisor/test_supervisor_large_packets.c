@@ -87,7 +87,7 @@ static void a_request_in_parts_is_routed(void)
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.large_packets.service.counters.requests);
 }
 
-static void parts_are_no_way_around_permission(void)
+static void requests_in_parts_need_the_same_permission(void)
 {
     make_request(ARM, PUS_SERVICE_FUNCTIONS, 1U, FIXTURE_USER, "MOVE\0\0\0", 8U, 8U);
     send_request();
@@ -197,7 +197,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_request_in_parts_is_routed);
-    RUN_TEST(parts_are_no_way_around_permission);
+    RUN_TEST(requests_in_parts_need_the_same_permission);
     RUN_TEST(a_request_to_another_subsystem_fits_a_packet);
     RUN_TEST(a_request_waits_for_room);
     RUN_TEST(a_user_on_board_may_send_parts);

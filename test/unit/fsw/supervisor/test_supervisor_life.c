@@ -107,7 +107,7 @@ static void make_impatient(supervisor_config_t* config)
 
 /// A subsystem that stays OPERATIONAL without the supervisor for a short time only gets three heartbeats in
 /// that time.
-static void the_least_patient_member_sets_the_interval(void)
+static void the_subsystem_with_the_shortest_time_out_sets_the_interval(void)
 {
     fixture_configure = make_impatient;
     fixture_open_up();
@@ -196,7 +196,7 @@ static void the_shutdown_ends_unanswered_requests(void)
     TEST_ASSERT_TRUE(lost < at(text, "2 TC 129.8 0004 from 8001"));
 }
 
-static void a_stop_request_does_the_same(void)
+static void a_stop_request_shuts_the_mission_down(void)
 {
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
@@ -208,7 +208,7 @@ static void a_stop_request_does_the_same(void)
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
-static void a_stop_request_at_once_is_followed_too(void)
+static void a_stop_request_right_after_the_start_is_obeyed(void)
 {
     fixture_open();
     fixture.is_stop_requested = true;
@@ -245,7 +245,7 @@ static void a_member_that_hangs_delays_no_other(void)
     shut_down_while_it_hangs(FIXTURE_HAND, "17 TC 129.8 00");
 }
 
-static void without_communication_it_shuts_down_too(void)
+static void the_mission_shuts_down_without_communication(void)
 {
     fixture_open_up();
     fixture.start_result                       = STATUS_NOT_FOUND; // It cannot be started again.
@@ -271,7 +271,7 @@ static void a_second_shutdown_is_refused(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0204 0\n"));
 }
 
-static void nothing_is_recovered_on_the_way_down(void)
+static void no_recovery_plan_starts_during_the_shutdown(void)
 {
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
@@ -291,7 +291,7 @@ static void nothing_is_recovered_on_the_way_down(void)
 
 // ---- Modes ----
 
-static void modes_are_set_and_told(void)
+static void modes_are_set_and_reported(void)
 {
     fixture_open_up();
     const uint8_t safe[1]    = {MODE_SAFE};
@@ -540,7 +540,7 @@ static void states_that_are_none_are_not_accepted(void)
     }
 }
 
-static void own_figures_are_parameters(void)
+static void the_supervisors_counters_are_parameters(void)
 {
     fixture_open_up();
     fixture_link_up(STATE_PRE_OPERATIONAL);
@@ -557,18 +557,18 @@ int main(void)
     RUN_TEST(no_subsystem_gets_an_order_before_its_first_report);
     RUN_TEST(communication_ordered_down_comes_back);
     RUN_TEST(members_hear_the_supervisor_once_a_second);
-    RUN_TEST(the_least_patient_member_sets_the_interval);
+    RUN_TEST(the_subsystem_with_the_shortest_time_out_sets_the_interval);
     RUN_TEST(a_mission_goes_down_with_communication_last);
-    RUN_TEST(a_stop_request_does_the_same);
-    RUN_TEST(a_stop_request_at_once_is_followed_too);
+    RUN_TEST(a_stop_request_shuts_the_mission_down);
+    RUN_TEST(a_stop_request_right_after_the_start_is_obeyed);
     RUN_TEST(the_first_subsystem_starts_by_itself_if_the_mission_says_so);
     RUN_TEST(the_first_member_that_hangs_delays_no_other);
     RUN_TEST(a_member_that_hangs_delays_no_other);
-    RUN_TEST(without_communication_it_shuts_down_too);
+    RUN_TEST(the_mission_shuts_down_without_communication);
     RUN_TEST(the_shutdown_ends_unanswered_requests);
     RUN_TEST(a_second_shutdown_is_refused);
-    RUN_TEST(nothing_is_recovered_on_the_way_down);
-    RUN_TEST(modes_are_set_and_told);
+    RUN_TEST(no_recovery_plan_starts_during_the_shutdown);
+    RUN_TEST(modes_are_set_and_reported);
     RUN_TEST(the_log_is_switched_at_a_record);
     RUN_TEST(strategies_that_are_none_are_refused);
     RUN_TEST(a_log_that_fails_is_reported_once_and_continues_in_the_ring);
@@ -582,6 +582,6 @@ int main(void)
     RUN_TEST(an_order_for_a_previous_life_is_dropped);
     RUN_TEST(a_start_that_fails_is_reported);
     RUN_TEST(states_that_are_none_are_not_accepted);
-    RUN_TEST(own_figures_are_parameters);
+    RUN_TEST(the_supervisors_counters_are_parameters);
     return UNITY_END();
 }

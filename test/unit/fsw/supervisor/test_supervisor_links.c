@@ -276,7 +276,7 @@ static void a_producer_that_fails_to_open_ends_it(void)
 
 // ---- Closing ----
 
-static void closing_takes_both_ends(void)
+static void closing_a_link_closes_both_ends(void)
 {
     fixture_link_up(STATE_PRE_OPERATIONAL);
     const uint16_t number = fixture_close_link(LINK_ARM_STATE);
@@ -294,7 +294,7 @@ static void closing_takes_both_ends(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
-static void closing_ends_without_answers(void)
+static void closing_ends_although_nobody_answers(void)
 {
     char expected[64];
     fixture_link_up(STATE_PRE_OPERATIONAL);
@@ -321,7 +321,7 @@ static void a_negotiated_link_can_be_given_up(void)
     TEST_ASSERT_EQUAL(0U, sessions());
 }
 
-static void an_end_that_closes_takes_the_other_along(void)
+static void closing_one_end_closes_the_other(void)
 {
     fixture_link_up(STATE_PRE_OPERATIONAL);
     fixture_link_changed(FIXTURE_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
@@ -336,7 +336,7 @@ static void an_end_that_closes_takes_the_other_along(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0201 1\n"));
 }
 
-static void an_end_that_closes_by_itself_is_not_told_to(void)
+static void an_end_that_closes_by_itself_receives_no_order_to_close(void)
 {
     static const state_t downwards[] = {STATE_OFFLINE, STATE_POST_OPERATIONAL};
     fixture_link_up(STATE_PRE_OPERATIONAL);
@@ -446,7 +446,7 @@ static void a_subsystem_outside_a_link_cannot_close_it(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
 }
 
-static void the_manager_tells_its_links(void)
+static void the_manager_reports_its_links(void)
 {
     fixture_link_up(STATE_PRE_OPERATIONAL);
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\1\0\2", 3U);
@@ -473,17 +473,17 @@ int main(void)
     RUN_TEST(a_member_that_dies_ends_its_sessions_at_once);
     RUN_TEST(an_end_that_does_not_open_leaves_the_other_closed);
     RUN_TEST(a_producer_that_fails_to_open_ends_it);
-    RUN_TEST(closing_takes_both_ends);
-    RUN_TEST(closing_ends_without_answers);
+    RUN_TEST(closing_a_link_closes_both_ends);
+    RUN_TEST(closing_ends_although_nobody_answers);
     RUN_TEST(a_negotiated_link_can_be_given_up);
-    RUN_TEST(an_end_that_closes_takes_the_other_along);
-    RUN_TEST(an_end_that_closes_by_itself_is_not_told_to);
+    RUN_TEST(closing_one_end_closes_the_other);
+    RUN_TEST(an_end_that_closes_by_itself_receives_no_order_to_close);
     RUN_TEST(a_close_that_waits_comes_before_a_new_agreement);
     RUN_TEST(an_agreement_that_ran_out_is_forgotten);
     RUN_TEST(a_lost_member_closes_its_links);
     RUN_TEST(staleness_is_kept_in_the_graph);
     RUN_TEST(answers_of_uninvolved_subsystems_are_ignored);
     RUN_TEST(a_subsystem_outside_a_link_cannot_close_it);
-    RUN_TEST(the_manager_tells_its_links);
+    RUN_TEST(the_manager_reports_its_links);
     return UNITY_END();
 }

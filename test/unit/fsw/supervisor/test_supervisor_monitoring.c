@@ -94,7 +94,7 @@ static void a_subsystem_that_is_offline_or_not_heard_has_no_values(void)
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
 }
 
-static void its_own_parameters_are_watched_as_they_are(void)
+static void the_supervisors_own_parameters_are_monitored_directly(void)
 {
     uint8_t octets[4]     = {0U};
     octet_writer_t writer = octet_writer(octets, sizeof octets);
@@ -128,7 +128,7 @@ int main(void)
     RUN_TEST(a_reported_parameter_is_monitored_while_its_subsystem_runs);
     RUN_TEST(a_value_that_is_no_longer_reported_is_absent);
     RUN_TEST(a_subsystem_that_is_offline_or_not_heard_has_no_values);
-    RUN_TEST(its_own_parameters_are_watched_as_they_are);
+    RUN_TEST(the_supervisors_own_parameters_are_monitored_directly);
     RUN_TEST(a_parameter_without_a_descriptor_is_unknown);
     RUN_TEST(a_parameter_without_room_in_the_telemetry_cache_is_unknown);
     return UNITY_END();

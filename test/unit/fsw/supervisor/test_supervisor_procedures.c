@@ -106,7 +106,7 @@ static void a_procedure_s_request_without_permission_is_refused(void)
     expect_ends(1U, 0U);
 }
 
-static void a_procedure_is_told_that_an_addressee_does_not_answer(void)
+static void a_procedure_is_notified_when_an_addressee_does_not_answer(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
     run("local ok, code = send(16, 17, 1, '', true) assert(not ok and code == 0x0406, code)");
@@ -171,7 +171,7 @@ static void an_error_is_reported(void)
 }
 
 /// The fixture checks in each step that the supervisor asks to be woken within a tick.
-static void those_without_an_end_take_their_share_only(void)
+static void procedures_without_end_use_only_their_share(void)
 {
     char name[NAME_OCTETS] = "SPIN";
     for (unsigned i = 1U; i < SPACECRAFT_PROCEDURE_SLOTS; i++) {
@@ -221,13 +221,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_request_is_routed_and_its_end_awaited);
     RUN_TEST(a_procedure_s_request_without_permission_is_refused);
-    RUN_TEST(a_procedure_is_told_that_an_addressee_does_not_answer);
+    RUN_TEST(a_procedure_is_notified_when_an_addressee_does_not_answer);
     RUN_TEST(requests_share_the_counts_of_the_supervisor);
     RUN_TEST(telemetry_is_read_by_name_and_number);
     RUN_TEST(names_come_from_descriptors);
     RUN_TEST(only_events_for_procedures_are_raised);
     RUN_TEST(an_error_is_reported);
-    RUN_TEST(those_without_an_end_take_their_share_only);
+    RUN_TEST(procedures_without_end_use_only_their_share);
     RUN_TEST(requests_to_a_subsystem_that_takes_nothing_end_in_time);
     return UNITY_END();
 }

@@ -76,7 +76,7 @@ static void check(const failure_t* failure, const char* text)
     }
 }
 
-static void no_plan_under_way_masks_a_reaction(void)
+static void a_running_plan_does_not_suppress_a_reaction(void)
 {
     static const unsigned phases_ms[] = {0U, 50U, 300U, 1000U, 19900U};
     for (unsigned i = 0U; i < (FAILURES * FAILURES * 5U); i++) {
@@ -153,7 +153,7 @@ static void the_same_severity_is_joined(void)
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.joined);
 }
 
-static void an_order_that_is_out_is_not_given_again(void)
+static void an_order_that_was_sent_is_not_repeated(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.members[FIXTURE_ARM].is_passive = true;
@@ -177,7 +177,7 @@ static void an_order_that_is_out_is_not_given_again(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
 }
 
-static void an_order_that_is_owed_is_not_replaced_by_a_lesser_one(void)
+static void a_pending_order_is_not_replaced_by_one_of_lower_severity(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_fill(FIXTURE_ARM);
@@ -241,7 +241,7 @@ static void the_supervisors_own_errors_have_plans(void)
     TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
 }
 
-static void a_report_that_is_disabled_takes_no_plan_away(void)
+static void a_disabled_report_does_not_disable_the_recovery_plan(void)
 {
     static const uint8_t log_failed[3] = {1U, 0U, 8U};
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_EVENTS, 6U, log_failed, sizeof log_failed);
@@ -264,7 +264,7 @@ static void raise_as_high(uint16_t event)
     }
 }
 
-static void an_own_event_concerns_the_subsystem_that_its_descriptor_says(void)
+static void an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descriptor(void)
 {
     static const uint8_t of_hand[2] = {0U, HAND};
     static const uint8_t unknown[2] = {0U, 99U};
@@ -288,15 +288,15 @@ static void an_own_event_concerns_the_subsystem_that_its_descriptor_says(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(no_plan_under_way_masks_a_reaction);
+    RUN_TEST(a_running_plan_does_not_suppress_a_reaction);
     RUN_TEST(a_high_error_ends_a_medium_plan);
     RUN_TEST(a_medium_error_under_a_high_plan_has_none);
     RUN_TEST(the_same_severity_is_joined);
-    RUN_TEST(an_order_that_is_out_is_not_given_again);
-    RUN_TEST(an_order_that_is_owed_is_not_replaced_by_a_lesser_one);
+    RUN_TEST(an_order_that_was_sent_is_not_repeated);
+    RUN_TEST(a_pending_order_is_not_replaced_by_one_of_lower_severity);
     RUN_TEST(an_error_during_the_shutdown_still_secures_the_network);
     RUN_TEST(the_supervisors_own_errors_have_plans);
-    RUN_TEST(a_report_that_is_disabled_takes_no_plan_away);
-    RUN_TEST(an_own_event_concerns_the_subsystem_that_its_descriptor_says);
+    RUN_TEST(a_disabled_report_does_not_disable_the_recovery_plan);
+    RUN_TEST(an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descriptor);
     return UNITY_END();
 }

@@ -93,7 +93,7 @@ static void the_network_is_back_with_its_links(void)
     TEST_ASSERT_FALSE(fixture_has("TC 129."));
 }
 
-static void it_goes_no_further_than_it_was(void)
+static void recommissioning_ends_in_the_state_before_the_death(void)
 {
     static const state_t states[] = {STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL};
     for (unsigned i = 0U; i < 2U; i++) {
@@ -132,7 +132,7 @@ static void unless_the_mission_requires_it_no_subsystem_is_recommissioned(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_HAND].state);
 }
 
-static void a_member_without_configuration_is_led_to_where_it_was(void)
+static void a_subsystem_without_configuration_returns_to_its_earlier_state(void)
 {
     fixture_open_up();
     mission_of(LONE)->is_recommissioned = true;
@@ -146,7 +146,7 @@ static void a_member_without_configuration_is_led_to_where_it_was(void)
 
 // ---- Causes that stop it ----
 
-static void a_mode_that_forbids_it_stops_it(void)
+static void a_mode_that_forbids_recommissioning_stops_it(void)
 {
     const uint8_t safe[1] = {MODE_SAFE};
     link_up(STATE_OPERATIONAL);
@@ -157,7 +157,7 @@ static void a_mode_that_forbids_it_stops_it(void)
     expect_stopped(HAND, STATE_PRE_OPERATIONAL, 0x0110U);
 }
 
-static void a_partner_that_does_not_come_stops_it_in_time(void)
+static void recommissioning_stops_in_time_when_a_partner_does_not_arrive(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(HAND)->is_recommissioned = false;
@@ -243,7 +243,7 @@ static void no_subsystem_is_recommissioned_at_the_end_of_the_mission(void)
 }
 
 /// Its second failure has a plan of its own.
-static void a_plan_for_a_member_on_its_way_stops_it(void)
+static void a_recovery_plan_for_a_recommissioned_subsystem_stops_recommissioning(void)
 {
     link_up(STATE_OPERATIONAL);
     die(FIXTURE_ARM);
@@ -256,7 +256,7 @@ static void a_plan_for_a_member_on_its_way_stops_it(void)
     TEST_ASSERT_TRUE(fixture_has(STOPPED "0010"));
 }
 
-static void the_shutdown_ends_it(void)
+static void the_shutdown_ends_recommissioning(void)
 {
     link_up(STATE_OPERATIONAL);
     die(FIXTURE_ARM);
@@ -337,7 +337,7 @@ static void a_member_that_hangs_during_recommissioning_starts_again(void)
 
 /// The partner's plan takes the mission to a mode that forbids the further states: each recommissioning ends,
 /// and is reported.
-static void a_partner_that_hangs_on_the_way_ends_it_by_its_plan(void)
+static void the_recovery_plan_of_a_hanging_partner_ends_recommissioning(void)
 {
     for (unsigned ticks = 0U; ticks <= 52U; ticks += 4U) {
         char where[32];
@@ -364,7 +364,7 @@ static void a_partner_that_hangs_on_the_way_ends_it_by_its_plan(void)
 
 /// Each life hangs during its recommissioning: the pauses grow, and the last one of the budget ends in the
 /// fallback mode, reported once.
-static void hangs_on_the_way_use_up_the_budget(void)
+static void hangs_during_recommissioning_use_up_the_restart_budget(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(ARM)->restart_budget = 3U;
@@ -397,7 +397,7 @@ static void hangs_on_the_way_use_up_the_budget(void)
 
 // ---- Budget ----
 
-static void deaths_in_a_row_cost_a_pause_each_and_then_the_mode(void)
+static void repeated_deaths_delay_each_restart_and_then_change_the_mode(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(ARM)->restart_budget = 3U;
@@ -424,7 +424,7 @@ static void deaths_in_a_row_cost_a_pause_each_and_then_the_mode(void)
     TEST_ASSERT_EQUAL(3U, fixture.starts);
 }
 
-static void a_long_life_makes_deaths_forgotten(void)
+static void after_a_long_life_earlier_deaths_do_not_count(void)
 {
     fixture_open_up();
     mission_of(LONE)->restart_budget    = 1U;
@@ -460,25 +460,25 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_network_is_back_with_its_links);
-    RUN_TEST(it_goes_no_further_than_it_was);
+    RUN_TEST(recommissioning_ends_in_the_state_before_the_death);
     RUN_TEST(a_subsystem_that_was_not_up_stays_down);
     RUN_TEST(unless_the_mission_requires_it_no_subsystem_is_recommissioned);
-    RUN_TEST(a_member_without_configuration_is_led_to_where_it_was);
-    RUN_TEST(a_mode_that_forbids_it_stops_it);
-    RUN_TEST(a_partner_that_does_not_come_stops_it_in_time);
+    RUN_TEST(a_subsystem_without_configuration_returns_to_its_earlier_state);
+    RUN_TEST(a_mode_that_forbids_recommissioning_stops_it);
+    RUN_TEST(recommissioning_stops_in_time_when_a_partner_does_not_arrive);
     RUN_TEST(a_link_that_is_refused_is_asked_for_three_times);
     RUN_TEST(a_member_that_fails_again_is_not_recommissioned);
     RUN_TEST(a_member_ordered_down_by_a_user_is_not_recommissioned);
     RUN_TEST(a_member_that_had_failed_before_is_not_recommissioned);
     RUN_TEST(a_member_that_failed_by_the_same_death_is_recommissioned);
     RUN_TEST(no_subsystem_is_recommissioned_at_the_end_of_the_mission);
-    RUN_TEST(a_plan_for_a_member_on_its_way_stops_it);
-    RUN_TEST(the_shutdown_ends_it);
+    RUN_TEST(a_recovery_plan_for_a_recommissioned_subsystem_stops_recommissioning);
+    RUN_TEST(the_shutdown_ends_recommissioning);
     RUN_TEST(a_member_that_hangs_during_recommissioning_starts_again);
-    RUN_TEST(a_partner_that_hangs_on_the_way_ends_it_by_its_plan);
-    RUN_TEST(hangs_on_the_way_use_up_the_budget);
-    RUN_TEST(deaths_in_a_row_cost_a_pause_each_and_then_the_mode);
-    RUN_TEST(a_long_life_makes_deaths_forgotten);
+    RUN_TEST(the_recovery_plan_of_a_hanging_partner_ends_recommissioning);
+    RUN_TEST(hangs_during_recommissioning_use_up_the_restart_budget);
+    RUN_TEST(repeated_deaths_delay_each_restart_and_then_change_the_mode);
+    RUN_TEST(after_a_long_life_earlier_deaths_do_not_count);
     RUN_TEST(a_process_started_by_a_user_in_the_pause_is_not_started_twice);
     return UNITY_END();
 }

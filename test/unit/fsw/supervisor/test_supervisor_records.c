@@ -82,7 +82,7 @@ static void shut_down(void)
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
-static void definitions_of_each_service_come_back(void)
+static void definitions_of_each_service_are_restored(void)
 {
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
     schedule_enable(PUS_SERVICE_POSITION_SCHEDULE);
@@ -148,7 +148,7 @@ static void a_damaged_journal_is_reported(void)
 
 // ---- The mode ----
 
-static void after_a_power_cut_it_begins_in_the_fallback_mode(void)
+static void after_a_power_cut_the_spacecraft_starts_in_the_fallback_mode(void)
 {
     TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
     power_cut();
@@ -170,7 +170,7 @@ static void after_a_power_cut_it_begins_in_the_fallback_mode(void)
     TEST_ASSERT_FALSE(fixture_has(INTERRUPTED));
 }
 
-static void after_a_shutdown_it_begins_in_the_initial_mode(void)
+static void after_a_shutdown_the_spacecraft_starts_in_the_initial_mode(void)
 {
     set_mode(MODE_SAFE);
     shut_down();
@@ -180,7 +180,7 @@ static void after_a_shutdown_it_begins_in_the_initial_mode(void)
 }
 
 /// An unnecessary flight in the fallback mode is better than a missing one.
-static void a_disk_that_forgets_nothing_leaves_the_record(void)
+static void the_record_stays_when_the_disk_refuses_to_erase_it(void)
 {
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
     recorded.failure    = STATUS_IO;
@@ -202,7 +202,7 @@ static void fall_back_to_nominal(supervisor_config_t* const config)
     config->mission       = &mission;
 }
 
-static void the_mission_says_what_the_fallback_mode_is(void)
+static void the_mission_defines_the_fallback_mode(void)
 {
     fixture_configure = fall_back_to_nominal;
     power_cut();
@@ -210,7 +210,7 @@ static void the_mission_says_what_the_fallback_mode_is(void)
     TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
 }
 
-static void a_record_that_is_no_mode_is_reported(void)
+static void a_record_that_contains_no_mode_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, PUS_SERVICE_MISSION, 0U, (const uint8_t*)"a", 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
@@ -220,7 +220,7 @@ static void a_record_that_is_no_mode_is_reported(void)
     TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
 }
 
-static void a_disk_that_takes_no_record_stops_no_mode(void)
+static void the_mode_changes_although_the_disk_refuses_the_record(void)
 {
     for (unsigned failing = 1U; failing <= 2U; failing++) { // Writing and syncing it.
         recorded.failure    = STATUS_IO;
@@ -290,7 +290,7 @@ static unsigned outcome(void)
 
 /// At whatever instant the power is cut: a request not yet released is released, and one possibly released is
 /// reported, not repeated.
-static void a_release_is_never_lost_untold(void)
+static void every_lost_release_is_reported(void)
 {
     static image_t before[2];
     unsigned seen[3] = {0U};
@@ -323,17 +323,17 @@ static void a_release_is_never_lost_untold(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(definitions_of_each_service_come_back);
+    RUN_TEST(definitions_of_each_service_are_restored);
     RUN_TEST(a_record_of_no_service_is_reported);
     RUN_TEST(a_damaged_journal_is_reported);
-    RUN_TEST(after_a_power_cut_it_begins_in_the_fallback_mode);
-    RUN_TEST(after_a_shutdown_it_begins_in_the_initial_mode);
-    RUN_TEST(a_disk_that_forgets_nothing_leaves_the_record);
-    RUN_TEST(the_mission_says_what_the_fallback_mode_is);
-    RUN_TEST(a_record_that_is_no_mode_is_reported);
-    RUN_TEST(a_disk_that_takes_no_record_stops_no_mode);
+    RUN_TEST(after_a_power_cut_the_spacecraft_starts_in_the_fallback_mode);
+    RUN_TEST(after_a_shutdown_the_spacecraft_starts_in_the_initial_mode);
+    RUN_TEST(the_record_stays_when_the_disk_refuses_to_erase_it);
+    RUN_TEST(the_mission_defines_the_fallback_mode);
+    RUN_TEST(a_record_that_contains_no_mode_is_reported);
+    RUN_TEST(the_mode_changes_although_the_disk_refuses_the_record);
     RUN_TEST(a_journal_that_cannot_be_read_is_reported);
     RUN_TEST(a_service_that_cannot_begin_is_reported);
-    RUN_TEST(a_release_is_never_lost_untold);
+    RUN_TEST(every_lost_release_is_reported);
     return UNITY_END();
 }

@@ -89,7 +89,7 @@ static void a_request_waits_for_its_addressee_and_others_behind_it(void)
     TEST_ASSERT_FALSE(fixture_has("G 1.10"));
 }
 
-static void a_request_that_has_waited_enough_is_refused(void)
+static void a_request_that_has_waited_too_long_is_refused(void)
 {
     fixture_fill(FIXTURE_LONE);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
@@ -178,7 +178,7 @@ int main(void)
     RUN_TEST(on_an_event);
     RUN_TEST(in_a_sequence);
     RUN_TEST(a_request_waits_for_its_addressee_and_others_behind_it);
-    RUN_TEST(a_request_that_has_waited_enough_is_refused);
+    RUN_TEST(a_request_that_has_waited_too_long_is_refused);
     RUN_TEST(a_malformed_request_delays_no_other);
     RUN_TEST(a_service_that_finds_the_queue_full_tries_again);
     RUN_TEST(an_event_that_finds_the_queue_full_is_remembered);

@@ -91,7 +91,7 @@ static void spoil_and_expect(size_t octet, uint8_t value, const char* lines)
     fixture_expect(lines);
 }
 
-static void each_fault_has_its_code(void)
+static void each_malformed_packet_is_refused_with_its_code(void)
 {
     uint8_t packet[64];
     const size_t size = good_request(packet);
@@ -111,7 +111,7 @@ static void each_fault_has_its_code(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.tc_forbidden);
 }
 
-static void a_cut_request_is_told_if_its_source_is_there(void)
+static void a_truncated_request_is_reported_if_it_contains_its_source(void)
 {
     uint8_t packet[64];
     const size_t size = good_request(packet);
@@ -322,7 +322,7 @@ static void a_rule_allows_a_request_in_its_mode_and_state(void)
     fixture_expect("G 1.2 #2 0110 5\n"); // Mode 0, state 5.
 }
 
-static void some_things_are_always_allowed(void)
+static void connection_tests_reads_and_status_are_always_allowed(void)
 {
     const uint8_t mode[1] = {MODE_SAFE};
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
@@ -437,7 +437,7 @@ static void no_member_goes_down_while_a_partner_operates(void)
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 03"));
 }
 
-static void a_way_up_is_one_step(void)
+static void an_order_upwards_may_go_up_one_state_only(void)
 {
     fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_forget();
@@ -496,7 +496,7 @@ static void a_request_that_is_not_accepted_ends(void)
 }
 
 /// Its mailbox is full when it is to go to its safe state: the order is sent as soon as there is room.
-static void an_order_without_room_is_owed(void)
+static void an_order_without_room_stays_pending(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_fill(FIXTURE_HAND);
@@ -509,7 +509,7 @@ static void an_order_without_room_is_owed(void)
 }
 
 /// The ground has filled its mailbox with requests: there is still room for the supervisor's own order.
-static void an_order_passes_where_requests_wait(void)
+static void an_order_does_not_wait_behind_requests(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.members[FIXTURE_HAND].is_deaf = true;
@@ -572,8 +572,8 @@ int main(void)
     RUN_TEST(requests_go_down_and_reports_come_up);
     RUN_TEST(every_packet_is_logged_in_both_directions);
     RUN_TEST(a_refused_request_is_logged_too);
-    RUN_TEST(each_fault_has_its_code);
-    RUN_TEST(a_cut_request_is_told_if_its_source_is_there);
+    RUN_TEST(each_malformed_packet_is_refused_with_its_code);
+    RUN_TEST(a_truncated_request_is_reported_if_it_contains_its_source);
     RUN_TEST(no_subsystem_sends_in_the_name_of_another);
     RUN_TEST(reports_of_others_are_dropped);
     RUN_TEST(a_request_to_an_unknown_addressee_is_reported_as_unrouted);
@@ -583,17 +583,17 @@ int main(void)
     RUN_TEST(reports_wait_for_the_ground_in_order);
     RUN_TEST(a_request_that_no_rule_allows_is_denied);
     RUN_TEST(a_rule_allows_a_request_in_its_mode_and_state);
-    RUN_TEST(some_things_are_always_allowed);
+    RUN_TEST(connection_tests_reads_and_status_are_always_allowed);
     RUN_TEST(power_is_not_overdrawn);
     RUN_TEST(links_are_needed_on_the_way_up);
     RUN_TEST(a_stale_link_is_a_missing_one);
     RUN_TEST(no_member_goes_up_while_a_partner_is_in_error);
     RUN_TEST(no_member_goes_down_while_a_partner_operates);
-    RUN_TEST(a_way_up_is_one_step);
+    RUN_TEST(an_order_upwards_may_go_up_one_state_only);
     RUN_TEST(pending_requests_end_with_their_subsystem);
     RUN_TEST(a_request_that_is_not_accepted_ends);
-    RUN_TEST(an_order_without_room_is_owed);
-    RUN_TEST(an_order_passes_where_requests_wait);
+    RUN_TEST(an_order_without_room_stays_pending);
+    RUN_TEST(an_order_does_not_wait_behind_requests);
     RUN_TEST(answers_wait_by_class_and_requests_with_them);
     RUN_TEST(requests_wait_while_their_answers_have_no_room);
     return UNITY_END();

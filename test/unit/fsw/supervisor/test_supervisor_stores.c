@@ -91,7 +91,7 @@ static void retrieved_reports_wait_for_ground(void)
     TEST_ASSERT_NULL(strstr(&again[1], "G/17"));
 }
 
-static void without_media_nothing_fits(void)
+static void without_media_no_report_is_stored(void)
 {
     fixture_close();
     fixture_configure = NULL;
@@ -127,7 +127,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(stored_reports_are_sent_again);
     RUN_TEST(retrieved_reports_wait_for_ground);
-    RUN_TEST(without_media_nothing_fits);
+    RUN_TEST(without_media_no_report_is_stored);
     RUN_TEST(time_is_reported_as_often_as_asked);
     return UNITY_END();
 }

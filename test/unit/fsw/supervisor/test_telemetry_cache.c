@@ -141,7 +141,7 @@ static void reports_that_do_not_match_their_structure_are_ignored(void)
     TEST_ASSERT_EQUAL_UINT32(2U, cache.counters.unfitting);
 }
 
-static void a_definition_replaces_the_one_before(void)
+static void a_definition_replaces_the_previous_one(void)
 {
     define(10U);
     define(12U);
@@ -249,7 +249,7 @@ static void an_unknown_subsystem_is_not_found(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, port.find(port.context, STRUCT, &handle, &size));
 }
 
-static void there_is_an_end_of_everything(void)
+static void tables_of_the_cache_are_bounded(void)
 {
     const pus_parameter_port_t port = supervisor_telemetry_cache_port(&cache);
     uint16_t handle                 = 0U;
@@ -337,11 +337,11 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(values_of_structures_are_kept);
     RUN_TEST(reports_that_do_not_match_their_structure_are_ignored);
-    RUN_TEST(a_definition_replaces_the_one_before);
+    RUN_TEST(a_definition_replaces_the_previous_one);
     RUN_TEST(bad_definitions_are_no_definitions);
     RUN_TEST(reported_values_are_kept);
     RUN_TEST(an_unknown_subsystem_is_not_found);
-    RUN_TEST(there_is_an_end_of_everything);
+    RUN_TEST(tables_of_the_cache_are_bounded);
     RUN_TEST(octets_have_an_end);
     RUN_TEST(a_value_that_is_no_longer_reported_is_old);
     return UNITY_END();

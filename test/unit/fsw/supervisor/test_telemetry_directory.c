@@ -69,7 +69,7 @@ static void scalars_are_found_by_name(void)
     TEST_ASSERT_EQUAL_UINT32(0U, directory.full);
 }
 
-static void a_name_of_no_scalar_is_not_found(void)
+static void the_name_of_a_structure_is_not_found_as_a_scalar(void)
 {
     static const char* const names[] = {"",
                                         "ARM",
@@ -175,7 +175,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(scalars_are_found_by_name);
-    RUN_TEST(a_name_of_no_scalar_is_not_found);
+    RUN_TEST(the_name_of_a_structure_is_not_found_as_a_scalar);
     RUN_TEST(the_telemetry_cache_takes_reports_of_the_configuration);
     RUN_TEST(sizes_are_reported);
     RUN_TEST(entries_without_room_in_the_directory_are_counted);

@@ -85,7 +85,7 @@ static void a_restart_restores_the_committed_content(void)
     expect_text("abcdef");
 }
 
-static void the_medium_is_otherwise_what_it_was(void)
+static void the_rest_of_the_medium_is_unchanged(void)
 {
     uint8_t octets[3];
     uint64_t size = 0U;
@@ -99,7 +99,7 @@ static void the_medium_is_otherwise_what_it_was(void)
     TEST_ASSERT_EQUAL_PTR(inner.context, bare.context);
 }
 
-static void each_medium_has_its_own(void)
+static void each_medium_has_its_own_undo_record(void)
 {
     write_text(0U, "abc");
     const medium_t second    = recorded_medium(1U);
@@ -111,7 +111,7 @@ static void each_medium_has_its_own(void)
 }
 
 /// An emptied medium had no content that matters; octets written later must not remain.
-static void much_that_is_cut_off_does_not_come_back(void)
+static void many_octets_that_were_cut_off_do_not_reappear(void)
 {
     static uint8_t octets[UNDO_CUT_MAX + 1U];
     (void)memset(octets, 'a', sizeof octets);
@@ -152,7 +152,7 @@ static void a_damaged_block_changes_nothing(void)
     expect_text("abc");
 }
 
-static void any_writes_are_undone(void)
+static void random_writes_are_undone(void)
 {
     static image_t before;
     uint8_t octets[3000];
@@ -182,11 +182,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_restart_restores_the_committed_content);
-    RUN_TEST(the_medium_is_otherwise_what_it_was);
-    RUN_TEST(each_medium_has_its_own);
-    RUN_TEST(much_that_is_cut_off_does_not_come_back);
+    RUN_TEST(the_rest_of_the_medium_is_unchanged);
+    RUN_TEST(each_medium_has_its_own_undo_record);
+    RUN_TEST(many_octets_that_were_cut_off_do_not_reappear);
     RUN_TEST(a_medium_that_fails_is_written_all_the_same);
     RUN_TEST(a_damaged_block_changes_nothing);
-    RUN_TEST(any_writes_are_undone);
+    RUN_TEST(random_writes_are_undone);
     return UNITY_END();
 }

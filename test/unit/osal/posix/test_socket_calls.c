@@ -364,7 +364,7 @@ static void receive(const status_t status, const size_t wanted)
     assert_int_equal(wanted, size);
 }
 
-static void a_datagram_is_told_from_the_errors_of_earlier_ones(void** state)
+static void a_datagram_is_distinguished_from_errors_of_earlier_ones(void** state)
 {
     (void)state;
     expect_value_count(__wrap_recvmsg, flags, MSG_DONTWAIT, 3);
@@ -541,7 +541,7 @@ int main(void)
         cmocka_unit_test_setup(a_connection_that_is_begun_is_asked_for_its_end, set_up),
         cmocka_unit_test_setup(why_octets_are_not_sent_is_reported, set_up),
         cmocka_unit_test_setup(each_end_of_a_stream_has_its_status, set_up),
-        cmocka_unit_test_setup(a_datagram_is_told_from_the_errors_of_earlier_ones, set_up),
+        cmocka_unit_test_setup(a_datagram_is_distinguished_from_errors_of_earlier_ones, set_up),
         cmocka_unit_test_setup(a_deferred_datagram_is_taken_out_by_the_next_call, set_up),
         cmocka_unit_test_setup(a_wait_looks_the_less_the_less_often_it_finds_anything, set_up),
         cmocka_unit_test_setup(a_wait_continues_after_a_signal_and_ends_with_an_error, set_up),

@@ -131,7 +131,7 @@ static status_t post_refused(const uint8_t service, const uint8_t subtype, const
 
 #define KEPT(size) (PUS_KEPT_PREFIX + PUS_TM_MIN + (size))
 
-static void a_full_ring_loses_counts_and_gives_its_room_back(void)
+static void a_full_ring_drops_and_counts_samples_and_takes_new_ones_later(void)
 {
     const unsigned plain = (PUS_PLAIN_SIZE - PUS_ANSWER_ROOM) / KEPT(2U); // No request has asked for them.
     const unsigned firm  = PUS_FIRM_SIZE / KEPT(2U);
@@ -295,7 +295,7 @@ static void post_of_event(const uint8_t service, const uint8_t subtype, const ui
     bench.refusals = 0U;
 }
 
-static void an_event_that_waits_is_known_until_it_is_sent(void)
+static void an_event_that_waits_is_kept_until_it_is_sent(void)
 {
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(1U, 7U, 7U); // Not an event, whatever its octets are.
@@ -313,7 +313,7 @@ static void an_event_that_waits_is_known_until_it_is_sent(void)
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 8U));
 }
 
-static void the_largest_answer_can_wait_too(void)
+static void the_largest_answer_can_be_queued(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 9U, PUS_TM_DATA_MAX));
     TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
@@ -398,7 +398,7 @@ static void start_with_apid_0(void)
     pus_app_process_init(&bench.process, 0U, 0U, &port);
 }
 
-static void apid_0_is_no_process(void)
+static void apid_0_is_refused(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(start_with_apid_0));
 }
@@ -411,7 +411,7 @@ int main(void)
     RUN_TEST(a_refused_report_leaves_no_gap);
     RUN_TEST(the_sequence_wraps_after_16384);
     RUN_TEST(posted_reports_wait_and_keep_their_order);
-    RUN_TEST(a_full_ring_loses_counts_and_gives_its_room_back);
+    RUN_TEST(a_full_ring_drops_and_counts_samples_and_takes_new_ones_later);
     RUN_TEST(a_firm_report_overtakes_and_each_class_keeps_its_order);
     RUN_TEST(the_end_of_a_request_follows_its_answer);
     RUN_TEST(one_ring_for_all_keeps_the_order);
@@ -420,13 +420,13 @@ int main(void)
     RUN_TEST(a_process_without_rings_keeps_nothing);
     RUN_TEST(an_answer_has_room_however_many_unrequested_reports_wait);
     RUN_TEST(a_request_is_taken_in_as_long_as_its_verification_has_room);
-    RUN_TEST(an_event_that_waits_is_known_until_it_is_sent);
-    RUN_TEST(the_largest_answer_can_wait_too);
+    RUN_TEST(an_event_that_waits_is_kept_until_it_is_sent);
+    RUN_TEST(the_largest_answer_can_be_queued);
     RUN_TEST(a_report_that_does_not_fit_is_refused_whole);
     RUN_TEST(a_report_begun_in_another_is_sent_and_the_outer_is_refused);
     RUN_TEST(a_report_is_sent_once_and_can_be_cancelled);
     RUN_TEST(more_message_types_than_counters_are_sent_uncounted);
     RUN_TEST(a_report_of_another_process_gets_new_numbers_and_keeps_its_time);
-    RUN_TEST(apid_0_is_no_process);
+    RUN_TEST(apid_0_is_refused);
     return UNITY_END();
 }

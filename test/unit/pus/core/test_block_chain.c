@@ -40,7 +40,7 @@ static void expect_content(const pus_block_chain_t* const chain, const size_t si
     TEST_ASSERT_EQUAL_HEX8_ARRAY(octets, found, size);
 }
 
-static void every_size_comes_back_in_parts_of_any_size(void)
+static void every_size_of_record_is_read_back_in_parts_of_any_size(void)
 {
     static const size_t parts[] = {1U, 7U, 55U, 56U, 57U, OCTETS};
     for (size_t size = 1U; size <= OCTETS; size++) {
@@ -91,7 +91,7 @@ static void chains_share_the_blocks(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_size_comes_back_in_parts_of_any_size);
+    RUN_TEST(every_size_of_record_is_read_back_in_parts_of_any_size);
     RUN_TEST(a_chain_grows_until_there_is_no_block);
     RUN_TEST(chains_share_the_blocks);
     return UNITY_END();

@@ -52,7 +52,7 @@ static void paths_have_one_form(void)
     TEST_ASSERT_FALSE(reads(same[7][0]));
 }
 
-static void hostile_paths_are_none(void)
+static void paths_that_leave_their_folder_are_refused(void)
 {
     static const char* const hostile[] = {
         "..",  "../a",  "a/..",  "a/../b", ".",   "./a",     "a/.", "a/./b",        "//",
@@ -198,7 +198,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(paths_have_one_form);
-    RUN_TEST(hostile_paths_are_none);
+    RUN_TEST(paths_that_leave_their_folder_are_refused);
     RUN_TEST(names_and_paths_have_a_longest);
     RUN_TEST(names_are_joined);
     RUN_TEST(a_path_lies_within_its_own_folder_and_those_above);

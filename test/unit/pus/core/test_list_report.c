@@ -206,7 +206,7 @@ static void a_list_waits_for_reports_queued_before_it(void)
     expect_whole_list(3U);
 }
 
-static void a_second_list_meanwhile_fails_honestly(void)
+static void a_second_list_during_the_first_fails_with_the_reason(void)
 {
     serve_list();
     bench.accepts = 3U;
@@ -219,7 +219,7 @@ static void a_second_list_meanwhile_fails_honestly(void)
     expect_failure(6U, 8U, PUS_FAILURE_SOME_FAILED, 0U, PACKETS);
 }
 
-static void a_request_too_long_to_be_executed_again_fails_honestly(void)
+static void a_request_too_long_to_be_executed_again_fails_with_the_reason(void)
 {
     static uint8_t data[PUS_RESUMED_DATA_MAX + 1U];
     serve_list();
@@ -247,7 +247,7 @@ int main(void)
     RUN_TEST(packet_after_packet_goes_out_as_the_port_takes_them);
     RUN_TEST(a_request_without_data_is_put_off_too);
     RUN_TEST(a_list_waits_for_reports_queued_before_it);
-    RUN_TEST(a_second_list_meanwhile_fails_honestly);
-    RUN_TEST(a_request_too_long_to_be_executed_again_fails_honestly);
+    RUN_TEST(a_second_list_during_the_first_fails_with_the_reason);
+    RUN_TEST(a_request_too_long_to_be_executed_again_fails_with_the_reason);
     return UNITY_END();
 }

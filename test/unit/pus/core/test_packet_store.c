@@ -139,7 +139,7 @@ static void a_block_is_filled_to_its_last_octet(void)
     }
 }
 
-static void a_circular_store_gives_up_its_oldest_block(void)
+static void a_circular_store_overwrites_its_oldest_block(void)
 {
     fill(1U, 12U, LARGE);
     expect_content(1U, 12U, LARGE);
@@ -236,7 +236,7 @@ static void times_need_not_grow(void)
     expect_nothing();
 }
 
-static void a_block_whose_latest_is_deleted_is_gone_over(void)
+static void a_search_skips_a_block_whose_latest_packet_is_deleted(void)
 {
     pus_packet_store_change(&store, CAPACITY, false);
     fill(100U, 100U, LARGE);
@@ -309,7 +309,7 @@ static void spoil(const size_t place)
     recorded.image[0].octets[place] ^= 0x10U;
 }
 
-static void damage_costs_the_rest_of_a_block(void)
+static void damage_loses_the_rest_of_its_block(void)
 {
     fill(1U, 12U, LARGE);
     spoil(FIRST_AT + AROUND + LARGE + 100U); // The second packet.
@@ -353,7 +353,7 @@ static void a_damaged_header_ends_the_chain(void)
     }
 }
 
-static void a_medium_that_fails_loses_nothing_else(void)
+static void a_failing_medium_does_not_affect_other_media(void)
 {
     fill(1U, 4U, LARGE);
     for (unsigned call = 1U; call <= 5U; call++) { // Closing, sync, header, sync, record.
@@ -457,18 +457,18 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(packets_come_back_as_they_were);
     RUN_TEST(a_block_is_filled_to_its_last_octet);
-    RUN_TEST(a_circular_store_gives_up_its_oldest_block);
+    RUN_TEST(a_circular_store_overwrites_its_oldest_block);
     RUN_TEST(a_bounded_store_takes_no_more);
     RUN_TEST(content_is_deleted_up_to_a_time);
     RUN_TEST(times_are_found_without_reading_the_rest);
     RUN_TEST(times_need_not_grow);
-    RUN_TEST(a_block_whose_latest_is_deleted_is_gone_over);
+    RUN_TEST(a_search_skips_a_block_whose_latest_packet_is_deleted);
     RUN_TEST(a_store_is_recovered);
     RUN_TEST(deleted_packets_stay_deleted_after_reopening);
     RUN_TEST(a_resized_store_is_recovered);
-    RUN_TEST(damage_costs_the_rest_of_a_block);
+    RUN_TEST(damage_loses_the_rest_of_its_block);
     RUN_TEST(a_damaged_header_ends_the_chain);
-    RUN_TEST(a_medium_that_fails_loses_nothing_else);
+    RUN_TEST(a_failing_medium_does_not_affect_other_media);
     RUN_TEST(a_medium_that_fails_at_the_start_is_reported);
     RUN_TEST(a_medium_that_ends_anywhere_is_read);
     RUN_TEST(calls_against_the_contract_are_asserted);

@@ -174,14 +174,14 @@ static void fly(const unsigned sync_every)
     }
 }
 
-static void every_cut_leaves_a_run_of_packets(void)
+static void every_power_cut_leaves_consecutive_packets(void)
 {
     cuts = 0U;
     fly(3U);
     TEST_ASSERT_TRUE(cuts > 100U);
 }
 
-static void every_cut_leaves_a_run_of_packets_where_only_blocks_are_synced(void)
+static void every_power_cut_leaves_consecutive_packets_where_only_blocks_are_synced(void)
 {
     cuts = 0U;
     fly(1000U);
@@ -191,7 +191,7 @@ static void every_cut_leaves_a_run_of_packets_where_only_blocks_are_synced(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_cut_leaves_a_run_of_packets);
-    RUN_TEST(every_cut_leaves_a_run_of_packets_where_only_blocks_are_synced);
+    RUN_TEST(every_power_cut_leaves_consecutive_packets);
+    RUN_TEST(every_power_cut_leaves_consecutive_packets_where_only_blocks_are_synced);
     return UNITY_END();
 }

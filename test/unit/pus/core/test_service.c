@@ -103,7 +103,7 @@ static void a_longer_request_is_completed_with_its_token(void)
     TEST_ASSERT_EQUAL_HEX32(bench.request_id, octet_read_u32(&reader));
 }
 
-static void a_refused_start_and_a_failed_execution_are_told_apart(void)
+static void a_refused_start_and_a_failed_execution_are_distinguished(void)
 {
     served.reply = pus_refused(PUS_FAILURE_STATE, 5U);
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
@@ -141,7 +141,7 @@ static void without_flags_only_failures_are_reported(void)
     }
 }
 
-static void each_instruction_stands_on_its_own(void)
+static void each_instruction_is_judged_independently(void)
 {
     served.instructions = 4U;
     served.faulty       = 0x5U; // Instructions 1 and 3.
@@ -198,7 +198,7 @@ static void an_unknown_apid_is_rejected(void)
     expect_failure(0U, 2U, PUS_FAILURE_APID, 0U, 17U);
 }
 
-static void a_malformed_packet_is_rejected_if_it_can_be_named(void)
+static void a_malformed_packet_is_rejected_if_its_request_id_is_readable(void)
 {
     uint8_t octets[32];
     size_t size       = 0U;
@@ -311,7 +311,7 @@ static void a_request_that_is_taken_is_performed_later(void)
     TEST_ASSERT_EQUAL_UINT32(1U, served.calls);
 }
 
-static void a_performer_may_have_no_room_or_no_business(void)
+static void a_performer_may_be_full_or_may_not_perform_the_request(void)
 {
     const pus_performer_t performer = {&taken, take};
     pus_dispatcher_defer(&bench.dispatcher, &performer);
@@ -359,7 +359,7 @@ static void a_request_whose_effect_is_not_stored_is_not_completed(void)
 }
 
 /// The performer of a continuing request ends it; a request of which all parts were refused has ended.
-static void a_request_whose_effect_is_not_stored_ends_once(void)
+static void a_request_whose_effect_cannot_be_stored_ends_once(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};
     pus_dispatcher_persist(&bench.dispatcher, &persistence);
@@ -394,18 +394,18 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_performed_request_is_accepted_started_and_completed);
     RUN_TEST(a_longer_request_is_completed_with_its_token);
-    RUN_TEST(a_refused_start_and_a_failed_execution_are_told_apart);
+    RUN_TEST(a_refused_start_and_a_failed_execution_are_distinguished);
     RUN_TEST(without_flags_only_failures_are_reported);
-    RUN_TEST(each_instruction_stands_on_its_own);
+    RUN_TEST(each_instruction_is_judged_independently);
     RUN_TEST(unknown_services_and_subtypes_are_rejected);
     RUN_TEST(an_unknown_apid_is_rejected);
-    RUN_TEST(a_malformed_packet_is_rejected_if_it_can_be_named);
+    RUN_TEST(a_malformed_packet_is_rejected_if_its_request_id_is_readable);
     RUN_TEST(formats_end_exactly_on_the_last_octet);
     RUN_TEST(counts_are_bounded_by_the_octets_that_are_there);
     RUN_TEST(a_step_sends_queued_reports_and_steps_the_services);
     RUN_TEST(a_request_that_is_taken_is_performed_later);
-    RUN_TEST(a_performer_may_have_no_room_or_no_business);
+    RUN_TEST(a_performer_may_be_full_or_may_not_perform_the_request);
     RUN_TEST(a_request_whose_effect_is_not_stored_is_not_completed);
-    RUN_TEST(a_request_whose_effect_is_not_stored_ends_once);
+    RUN_TEST(a_request_whose_effect_cannot_be_stored_ends_once);
     return UNITY_END();
 }

@@ -64,7 +64,7 @@ static void expect_right(void)
     TEST_ASSERT_EQUAL_UINT16(PUS_SORTED_INDEX_NONE, expected);
 }
 
-static void any_sequence_of_changes_keeps_the_order(void)
+static void random_changes_keep_the_order(void)
 {
     for (unsigned i = 0U; i < 4000U; i++) {
         const uint16_t slot = (uint16_t)draw(SMALL);
@@ -131,7 +131,7 @@ static void equal_tags_keep_the_order_of_their_numbers(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(any_sequence_of_changes_keeps_the_order);
+    RUN_TEST(random_changes_keep_the_order);
     RUN_TEST(the_depth_stays_logarithmic_however_tags_arrive);
     RUN_TEST(equal_tags_keep_the_order_of_their_numbers);
     return UNITY_END();

@@ -93,7 +93,7 @@ static void a_state_is_asked_for_and_reached_later(void)
 }
 
 /// Any other user requests without a cause, by TC[129,1].
-static void an_order_of_the_supervisor_tells_its_cause(void)
+static void an_order_of_the_supervisor_contains_its_cause(void)
 {
     uint8_t order[2] = {6U, 0U};
     seen.reply       = pus_later();
@@ -165,7 +165,7 @@ static void status_is_reported_to_the_requester(void)
     TEST_ASSERT_EQUAL_HEX32(status.cycle, read.cycle);
 }
 
-static void a_transition_is_told_to_all(void)
+static void a_transition_is_reported_to_all(void)
 {
     static const uint8_t expected[]   = {4, 5, 1, 0, 2, 3, 2, 4, 0, 1, 0, 0};
     const pus_transition_t transition = {.previous      = 4U,
@@ -211,10 +211,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_state_is_asked_for_and_reached_later);
-    RUN_TEST(an_order_of_the_supervisor_tells_its_cause);
+    RUN_TEST(an_order_of_the_supervisor_contains_its_cause);
     RUN_TEST(a_configuration_and_a_reload_are_passed_on);
     RUN_TEST(status_is_reported_to_the_requester);
-    RUN_TEST(a_transition_is_told_to_all);
+    RUN_TEST(a_transition_is_reported_to_all);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

@@ -307,7 +307,7 @@ static void an_endpoint_is_bounded(void)
     }
 }
 
-static void a_transition_is_told_to_all_with_its_time(void)
+static void a_transition_is_reported_to_all_with_its_time(void)
 {
     const pus_link_transition_t transition = {.link     = 7U,
                                               .previous = PUS_LINK_STATE_OPEN,
@@ -361,7 +361,7 @@ int main(void)
     RUN_TEST(a_refused_link_names_reason_and_field);
     RUN_TEST(a_link_is_opened_and_closed);
     RUN_TEST(an_endpoint_is_bounded);
-    RUN_TEST(a_transition_is_told_to_all_with_its_time);
+    RUN_TEST(a_transition_is_reported_to_all_with_its_time);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

@@ -187,7 +187,7 @@ static void networks_are_reported_with_members_and_links(void)
     expect_strict_format(10U, NULL, 0U);
 }
 
-static void transitions_are_told_to_all(void)
+static void transitions_are_reported_to_all(void)
 {
     static const uint8_t mode[]          = {1, 2, 3};
     static const uint8_t log[]           = {0, 1, 0, 0, 0, 1, 0, 0, 0, 9, 4, 4};
@@ -212,6 +212,6 @@ int main(void)
     RUN_TEST(only_known_log_strategies_are_passed_on);
     RUN_TEST(the_table_of_subsystems_is_reported);
     RUN_TEST(networks_are_reported_with_members_and_links);
-    RUN_TEST(transitions_are_told_to_all);
+    RUN_TEST(transitions_are_reported_to_all);
     return UNITY_END();
 }

@@ -40,7 +40,7 @@ static void the_end_is_completion_or_failure(void)
     expect_failure(1U, 8U, PUS_FAILURE_TIMEOUT, 0U, 5U);
 }
 
-static void each_flag_asks_for_its_stage_and_failures_are_always_told(void)
+static void each_flag_requests_its_stage_and_failures_are_always_reported(void)
 {
     static const uint8_t bits[] = {[1] = 0x1U, [3] = 0x2U, [5] = 0x4U, [7] = 0x8U};
     for (unsigned ack = 0U; ack < 16U; ack++) {
@@ -113,7 +113,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_end_is_completion_or_failure);
-    RUN_TEST(each_flag_asks_for_its_stage_and_failures_are_always_told);
+    RUN_TEST(each_flag_requests_its_stage_and_failures_are_always_reported);
     RUN_TEST(octets_are_as_the_golden_reports_have_them);
     RUN_TEST(reports_are_read_back);
     RUN_TEST(other_reports_and_other_lengths_are_refused);

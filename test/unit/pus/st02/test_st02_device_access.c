@@ -459,7 +459,7 @@ static void logical_devices_answer_with_a_value_alone(void)
     expect_strict_format(11U, data, writer.position);
 }
 
-static void a_device_that_does_not_answer_is_given_up(void)
+static void commissioning_stops_at_a_device_that_does_not_answer(void)
 {
     begin(2U);
     add_acquisition(1U, SILENT);
@@ -545,7 +545,7 @@ int main(void)
     RUN_TEST(logical_devices_are_commanded);
     RUN_TEST(each_acquisition_has_a_report);
     RUN_TEST(logical_devices_answer_with_a_value_alone);
-    RUN_TEST(a_device_that_does_not_answer_is_given_up);
+    RUN_TEST(commissioning_stops_at_a_device_that_does_not_answer);
     RUN_TEST(a_request_continues_when_the_one_before_it_has_ended);
     RUN_TEST(a_request_longer_than_a_packet_is_refused);
     RUN_TEST(several_requests_are_under_way_at_once);

@@ -109,7 +109,7 @@ static void list(const unsigned count, const unsigned first)
     }
 }
 
-static void diagnostic_structures_are_apart(void)
+static void diagnostic_structures_have_identifiers_of_their_own(void)
 {
     static const uint8_t created[] = {0, 7, 0, 0, 0, 3, 1, 2, 0, 0, 1, 0};
     TEST_ASSERT_TRUE(P_U8 == (((uint32_t)TEST_APID << 21U) | 1U));
@@ -417,7 +417,7 @@ static void a_set_of_no_parameters_is_none(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(diagnostic_structures_are_apart);
+    RUN_TEST(diagnostic_structures_have_identifiers_of_their_own);
     RUN_TEST(definitions_are_created_and_reported);
     RUN_TEST(one_faulty_entry_refuses_the_request);
     RUN_TEST(applied_definitions_switch_their_structures);

@@ -456,7 +456,7 @@ static void a_change_that_cannot_be_stored_is_refused(void)
     TEST_ASSERT_EQUAL_UINT32(0U, statistics.counters.samples);
 }
 
-static void without_a_store_all_is_done(void)
+static void without_a_store_all_requests_are_performed(void)
 {
     statistics.config.persistence = NULL;
     defined(LEVEL, CYCLE_TICKS);
@@ -516,7 +516,7 @@ int main(void)
     RUN_TEST(definitions_are_deleted);
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
     RUN_TEST(a_change_that_cannot_be_stored_is_refused);
-    RUN_TEST(without_a_store_all_is_done);
+    RUN_TEST(without_a_store_all_requests_are_performed);
     RUN_TEST(records_that_are_no_good_are_reported);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();

@@ -279,7 +279,7 @@ static void without_the_event_nothing_is_reported(void)
     TEST_ASSERT_EQUAL_UINT32(10U, events.counters.suppressed);
 }
 
-static void a_high_event_passes_unless_it_still_waits(void)
+static void a_high_event_is_sent_unless_an_earlier_one_still_waits(void)
 {
     for (unsigned is_notice = 0U; is_notice < 2U; is_notice++) {
         bench_clear();
@@ -376,7 +376,7 @@ int main(void)
     RUN_TEST(suppressed_events_are_reported_once_a_second);
     RUN_TEST(the_number_of_suppressed_events_is_reported_later_if_there_is_no_room);
     RUN_TEST(without_the_event_nothing_is_reported);
-    RUN_TEST(a_high_event_passes_unless_it_still_waits);
+    RUN_TEST(a_high_event_is_sent_unless_an_earlier_one_still_waits);
     RUN_TEST(all_occurrences_of_a_storm_add_up);
     RUN_TEST(the_largest_auxiliary_data_fits_and_the_next_does_not);
     RUN_TEST(more_disabled_events_than_a_report_holds_are_refused);

@@ -238,7 +238,7 @@ static void a_protected_memory_takes_no_load(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 9U);
 }
 
-static void a_scrubbed_memory_is_read_through_again_and_again(void)
+static void a_scrubbed_memory_is_read_repeatedly_from_start_to_end(void)
 {
     memory_step(3U);
     TEST_ASSERT_EQUAL_UINT(0U, memory_hardware.scrubs);
@@ -292,7 +292,7 @@ static void records_that_fit_no_memory_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, pus_memory_restore(&memory_service, RAM, record, 1U));
 }
 
-static void a_record_that_cannot_be_kept_fails_the_request(void)
+static void a_request_fails_when_its_record_cannot_be_stored(void)
 {
     records.put_status = STATUS_IO;
     memory_begin(RAM);
@@ -356,10 +356,10 @@ int main(void)
     RUN_TEST(bits_are_loaded_in_one_write);
     RUN_TEST(bits_that_cannot_be_loaded_fail_the_request);
     RUN_TEST(a_protected_memory_takes_no_load);
-    RUN_TEST(a_scrubbed_memory_is_read_through_again_and_again);
+    RUN_TEST(a_scrubbed_memory_is_read_repeatedly_from_start_to_end);
     RUN_TEST(protection_and_scrubbing_outlive_a_restart);
     RUN_TEST(records_that_fit_no_memory_are_refused);
-    RUN_TEST(a_record_that_cannot_be_kept_fails_the_request);
+    RUN_TEST(a_request_fails_when_its_record_cannot_be_stored);
     RUN_TEST(memories_that_make_no_sense_are_coding_errors);
     return UNITY_END();
 }

@@ -94,7 +94,7 @@ static void the_most_areas_of_one_request_are_dumped(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(5U, memory_data, memory_writer.position));
 }
 
-static void a_dump_of_nothing_good_is_no_operation(void)
+static void a_dump_without_a_valid_area_starts_no_operation(void)
 {
     memory_begin(RAM);
     octet_write_u8(&memory_writer, 2U);
@@ -474,7 +474,7 @@ int main(void)
     RUN_TEST(a_large_dump_becomes_many_reports);
     RUN_TEST(objects_are_dumped_by_their_offset);
     RUN_TEST(the_most_areas_of_one_request_are_dumped);
-    RUN_TEST(a_dump_of_nothing_good_is_no_operation);
+    RUN_TEST(a_dump_without_a_valid_area_starts_no_operation);
     RUN_TEST(a_dump_waits_while_no_report_is_taken);
     RUN_TEST(an_unreadable_area_is_omitted_from_a_dump);
     RUN_TEST(all_dumps_are_ended_together);

@@ -216,7 +216,7 @@ static void values_that_are_not_finite_are_refused(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-static void every_other_count_and_length_is_rejected(void)
+static void every_wrong_count_and_length_is_rejected(void)
 {
     uint8_t data[sizeof(move)];
     expect_strict_format(1U, move, sizeof(move));
@@ -252,7 +252,7 @@ int main(void)
     RUN_TEST(other_names_are_unknown);
     RUN_TEST(bad_arguments_are_named);
     RUN_TEST(values_that_are_not_finite_are_refused);
-    RUN_TEST(every_other_count_and_length_is_rejected);
+    RUN_TEST(every_wrong_count_and_length_is_rejected);
     RUN_TEST(a_table_that_does_not_fit_its_area_is_a_coding_error);
     return UNITY_END();
 }

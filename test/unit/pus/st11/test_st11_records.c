@@ -182,7 +182,7 @@ static void due_activities_are_released_though_their_records_cannot_be_stored(vo
     TEST_ASSERT_EQUAL_UINT32(5U, st11_fixture.schedule.schedule.counters.unsaved);
 }
 
-static void a_record_that_makes_no_sense_is_refused(void)
+static void an_impossible_activity_record_is_refused(void)
 {
     uint8_t octets[2000] = {0};
     uint8_t packet[PUS_PACKET_MAX];
@@ -267,7 +267,7 @@ int main(void)
     RUN_TEST(a_step_commits_once_before_and_once_after_it_releases);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
     RUN_TEST(due_activities_are_released_though_their_records_cannot_be_stored);
-    RUN_TEST(a_record_that_makes_no_sense_is_refused);
+    RUN_TEST(an_impossible_activity_record_is_refused);
     RUN_TEST(a_state_that_makes_no_sense_is_refused);
     return UNITY_END();
 }

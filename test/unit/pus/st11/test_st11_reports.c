@@ -108,7 +108,7 @@ static void insert_600(void)
     }
 }
 
-static void a_report_is_split_where_it_does_not_fit(void)
+static void a_report_that_does_not_fit_is_split(void)
 {
     insert_600();
     st11_fixture_begin();
@@ -191,7 +191,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_detail_report_holds_the_request);
     RUN_TEST(a_report_by_identifier_has_those_in_order);
-    RUN_TEST(a_report_is_split_where_it_does_not_fit);
+    RUN_TEST(a_report_that_does_not_fit_is_split);
     RUN_TEST(a_long_report_continues_in_the_steps);
     RUN_TEST(packets_of_a_report_that_the_port_refuses_are_sent_later);
     return UNITY_END();

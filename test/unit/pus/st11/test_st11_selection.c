@@ -46,7 +46,7 @@ static void activities_are_deleted_by_identifier(void)
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4);
 }
 
-static void identifiers_that_share_a_bucket_are_told_apart(void)
+static void identifiers_with_the_same_hash_bucket_are_distinguished(void)
 {
     st11_fixture.config.bucket_count = 1U;
     st11_fixture_start();
@@ -206,7 +206,7 @@ static void a_shift_by_filter_is_complete_or_not_made(void)
     st11_fixture_expect_done(8U);
 }
 
-static void a_shift_of_all_is_whole_or_not_at_all(void)
+static void a_shift_of_all_activities_is_complete_or_refused(void)
 {
     static const uint8_t largest[]  = {0x7FU, 0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU};
     static const uint8_t smallest[] = {0x80U, 0U, 0U, 0U, 0U, 0U, 0U};
@@ -299,13 +299,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(activities_are_deleted_by_identifier);
-    RUN_TEST(identifiers_that_share_a_bucket_are_told_apart);
+    RUN_TEST(identifiers_with_the_same_hash_bucket_are_distinguished);
     RUN_TEST(a_filter_has_a_window_and_lists);
     RUN_TEST(a_faulty_filter_is_refused);
     RUN_TEST(activities_are_shifted_by_identifier);
     RUN_TEST(a_shift_keeps_the_distance_exactly);
     RUN_TEST(a_shift_by_filter_is_complete_or_not_made);
-    RUN_TEST(a_shift_of_all_is_whole_or_not_at_all);
+    RUN_TEST(a_shift_of_all_activities_is_complete_or_refused);
     RUN_TEST(a_reset_forgets_all_but_the_groups);
     RUN_TEST(groups_are_created_and_deleted);
     return UNITY_END();

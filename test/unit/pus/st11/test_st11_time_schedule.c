@@ -81,7 +81,7 @@ static void a_sub_schedule_begins_disabled_with_its_first_activity(void)
     TEST_ASSERT_EQUAL_UINT32(2U, st11_fixture.schedule.schedule.counters.dropped);
 }
 
-static void time_may_jump(void)
+static void jumps_of_time_release_each_activity_once(void)
 {
     st11_fixture_enable_all();
     for (uint16_t i = 0U; i < 300U; i++) { // More than a step may release.
@@ -328,7 +328,7 @@ int main(void)
     RUN_TEST(an_activity_is_released_when_its_time_comes);
     RUN_TEST(activities_due_while_disabled_are_deleted_and_counted);
     RUN_TEST(a_sub_schedule_begins_disabled_with_its_first_activity);
-    RUN_TEST(time_may_jump);
+    RUN_TEST(jumps_of_time_release_each_activity_once);
     RUN_TEST(a_step_releases_a_batch_at_most);
     RUN_TEST(requests_that_the_port_refuses_are_released_later_in_order);
     RUN_TEST(each_instruction_of_an_insertion_is_refused_alone);

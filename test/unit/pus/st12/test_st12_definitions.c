@@ -131,7 +131,7 @@ static void parameters_and_events_must_be_there(void)
     }
 }
 
-static void limits_may_be_one(void)
+static void the_lower_and_the_upper_limit_may_be_equal(void)
 {
     data_begin(1U);
     data_limit(1U, LEVEL, 20U, 20U);
@@ -395,7 +395,7 @@ static void records_that_are_no_good_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x20000U, NULL, 0U));
 }
 
-static void without_a_store_all_is_done_and_nothing_kept(void)
+static void without_a_store_requests_are_performed_and_nothing_is_kept(void)
 {
     self->config.persistence = NULL;
     limit_added(1U, LEVEL);
@@ -437,7 +437,7 @@ int main(void)
     RUN_TEST(definitions_that_make_no_sense_are_refused);
     RUN_TEST(a_port_that_fills_every_event_refuses_none);
     RUN_TEST(parameters_and_events_must_be_there);
-    RUN_TEST(limits_may_be_one);
+    RUN_TEST(the_lower_and_the_upper_limit_may_be_equal);
     RUN_TEST(a_definition_without_a_stored_record_is_deleted);
     RUN_TEST(the_table_accepts_its_capacity_and_no_id_twice);
     RUN_TEST(only_disabled_definitions_are_deleted);
@@ -448,7 +448,7 @@ int main(void)
     RUN_TEST(a_change_that_cannot_be_stored_is_refused);
     RUN_TEST(definitions_outlast_a_power_cut);
     RUN_TEST(records_that_are_no_good_are_reported);
-    RUN_TEST(without_a_store_all_is_done_and_nothing_kept);
+    RUN_TEST(without_a_store_requests_are_performed_and_nothing_is_kept);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();
 }

@@ -91,7 +91,7 @@ static void expect_id_refused(const uint8_t subtype, const uint16_t id, const ui
     expect_failure(1U, 4U, code, 1U, id);
 }
 
-static void it_fails_when_enough_of_its_monitors_do(void)
+static void a_functional_monitor_fails_when_enough_of_its_monitors_fail(void)
 {
     fmon_runs(0U, 2U);
     expect_status(1U, 0U, 1U, PUS_FMON_UNCHECKED);
@@ -129,7 +129,7 @@ static void a_monitor_that_is_disabled_does_not_fail(void)
     expect_status(1U, 0U, 1U, PUS_FMON_RUNNING);
 }
 
-static void without_its_validity_condition_it_is_invalid(void)
+static void a_monitor_without_its_validity_condition_is_invalid(void)
 {
     fmon_runs(GATE, 1U);
     scalar_set(LEVEL, 30U);
@@ -167,7 +167,7 @@ static void nothing_is_judged_while_disabled(void)
     expect_status(1U, 0U, 0U, PUS_FMON_UNCHECKED);
 }
 
-static void touched_and_then_the_function_disabled(void)
+static void after_disabling_the_function_the_monitor_is_unchecked(void)
 {
     fmon_runs(0U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
@@ -176,7 +176,7 @@ static void touched_and_then_the_function_disabled(void)
     expect_status(1U, 0U, 1U, PUS_FMON_UNCHECKED);
 }
 
-static void the_functions_depend_on_each_other(void)
+static void functional_monitoring_needs_parameter_monitoring(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(17U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(17U));
@@ -199,7 +199,7 @@ static void the_functions_depend_on_each_other(void)
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 0U);
 }
 
-static void a_protected_one_and_its_monitors_stay(void)
+static void a_protected_functional_monitor_and_its_monitors_are_not_deleted(void)
 {
     fmon_runs(0U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(21U, 1U, 1U));
@@ -350,7 +350,7 @@ static void definitions_are_reported_and_outlast_a_power_cut(void)
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.failures);
 }
 
-static void a_record_that_is_no_good_is_reported(void)
+static void an_invalid_record_is_reported(void)
 {
     uint8_t record[64];
     size_t size = 0U;
@@ -395,7 +395,7 @@ static void a_record_that_is_no_good_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_monitoring_restore(self, 0x1000BU, record, size));
 }
 
-static void event_0_is_none(void)
+static void event_0_is_refused(void)
 {
     data_begin(1U);
     data_fmon(1U, 0U, 1U, 1U, 1U);
@@ -422,20 +422,20 @@ static void adding_has_a_strict_format(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(it_fails_when_enough_of_its_monitors_do);
+    RUN_TEST(a_functional_monitor_fails_when_enough_of_its_monitors_fail);
     RUN_TEST(a_monitor_that_is_disabled_does_not_fail);
-    RUN_TEST(without_its_validity_condition_it_is_invalid);
+    RUN_TEST(a_monitor_without_its_validity_condition_is_invalid);
     RUN_TEST(nothing_is_judged_while_disabled);
-    RUN_TEST(touched_and_then_the_function_disabled);
-    RUN_TEST(the_functions_depend_on_each_other);
-    RUN_TEST(a_protected_one_and_its_monitors_stay);
+    RUN_TEST(after_disabling_the_function_the_monitor_is_unchecked);
+    RUN_TEST(functional_monitoring_needs_parameter_monitoring);
+    RUN_TEST(a_protected_functional_monitor_and_its_monitors_are_not_deleted);
     RUN_TEST(only_disabled_unprotected_definitions_are_deleted);
     RUN_TEST(definitions_that_make_no_sense_are_refused);
     RUN_TEST(the_table_accepts_its_capacity_and_no_id_twice);
     RUN_TEST(unknown_ids_are_refused);
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
-    RUN_TEST(a_record_that_is_no_good_is_reported);
-    RUN_TEST(event_0_is_none);
+    RUN_TEST(an_invalid_record_is_reported);
+    RUN_TEST(event_0_is_refused);
     RUN_TEST(adding_has_a_strict_format);
     return UNITY_END();
 }

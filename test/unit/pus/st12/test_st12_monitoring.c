@@ -98,7 +98,7 @@ static void transitions_are_reported_when_the_list_is_full(void)
     TEST_ASSERT_EQUAL_UINT16(10U, back.limit);
 }
 
-static void a_full_list_is_sent_before_more_is_added(void)
+static void a_full_list_is_sent_before_the_next_entry_is_added(void)
 {
     for (uint16_t i = 0U; i < 6U; i++) {
         limit_added(i, LEVEL);
@@ -168,7 +168,7 @@ static void the_delay_is_changed(void)
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.unsaved);
 }
 
-static void a_status_needs_its_repetitions(void)
+static void a_status_changes_after_its_number_of_repetitions(void)
 {
     data_begin(1U);
     data_pmon(1U, LEVEL, 1U, 3U, PUS_CHECK_LIMIT);
@@ -323,7 +323,7 @@ static void the_mean_of_consecutive_differences_counts(void)
     }
 }
 
-static void a_real_difference_that_is_no_number_is_below(void)
+static void a_difference_that_is_nan_counts_as_below(void)
 {
     const uint32_t real = SCALAR_ID(VALUE_FLOAT, 1U);
     data_begin(1U);
@@ -340,7 +340,7 @@ static void a_real_difference_that_is_no_number_is_below(void)
     TEST_ASSERT_EQUAL_UINT(0U, monitors.events.count);
 }
 
-static void without_its_validity_condition_it_is_invalid(void)
+static void a_monitor_without_its_validity_condition_is_invalid(void)
 {
     data_begin(1U);
     octet_write_u16(&monitors.data, 1U);
@@ -378,7 +378,7 @@ static void without_its_validity_condition_it_is_invalid(void)
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_INVALID, status_of(1U));
 }
 
-static void without_its_parameter_it_is_invalid(void)
+static void a_monitor_without_its_parameter_is_invalid(void)
 {
     limit_added(1U, LEVEL);
     function_enabled();
@@ -444,20 +444,20 @@ int main(void)
     RUN_TEST(nothing_is_checked_before_definition_and_function_are_enabled);
     RUN_TEST(transitions_are_reported_when_the_delay_is_over);
     RUN_TEST(transitions_are_reported_when_the_list_is_full);
-    RUN_TEST(a_full_list_is_sent_before_more_is_added);
+    RUN_TEST(a_full_list_is_sent_before_the_next_entry_is_added);
     RUN_TEST(refused_transitions_wait_and_those_without_room_are_counted);
     RUN_TEST(transitions_go_over_several_packets);
     RUN_TEST(the_delay_is_changed);
-    RUN_TEST(a_status_needs_its_repetitions);
+    RUN_TEST(a_status_changes_after_its_number_of_repetitions);
     RUN_TEST(each_limit_has_its_event);
     RUN_TEST(limits_belong_to_the_range);
     RUN_TEST(a_value_that_is_not_a_number_is_out_of_limits);
     RUN_TEST(expected_values_are_compared_under_their_mask);
     RUN_TEST(differences_are_checked_from_the_second_sample_on);
     RUN_TEST(the_mean_of_consecutive_differences_counts);
-    RUN_TEST(a_real_difference_that_is_no_number_is_below);
-    RUN_TEST(without_its_validity_condition_it_is_invalid);
-    RUN_TEST(without_its_parameter_it_is_invalid);
+    RUN_TEST(a_difference_that_is_nan_counts_as_below);
+    RUN_TEST(a_monitor_without_its_validity_condition_is_invalid);
+    RUN_TEST(a_monitor_without_its_parameter_is_invalid);
     RUN_TEST(each_is_sampled_in_its_interval);
     RUN_TEST(the_cycle_counter_may_wrap);
     RUN_TEST(out_of_limits_are_reported_with_their_transition);

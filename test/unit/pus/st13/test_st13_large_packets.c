@@ -212,7 +212,7 @@ static void a_transaction_that_starts_again_continues(void)
 }
 
 /// A complete request that waits to be taken is no uplink any more: its number may be used again.
-static void a_whole_request_is_not_begun_again(void)
+static void a_complete_request_is_not_received_again(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
     take_status = STATUS_FULL;
@@ -335,7 +335,7 @@ static void a_large_packet_that_is_no_valid_request_is_refused(void)
     expect_no_request(7U);
 }
 
-static void an_uplink_that_stops_is_given_up(void)
+static void an_uplink_without_further_parts_is_aborted(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
     send_part(9U, 7U, 1U, whole, 512U);
@@ -415,7 +415,7 @@ int main(void)
     RUN_TEST(parts_out_of_order_end_the_uplink);
     RUN_TEST(parts_without_octets_are_refused);
     RUN_TEST(a_transaction_that_starts_again_continues);
-    RUN_TEST(a_whole_request_is_not_begun_again);
+    RUN_TEST(a_complete_request_is_not_received_again);
     RUN_TEST(sources_number_their_transactions_on_their_own);
     RUN_TEST(too_long_a_request_is_given_up_as_soon_as_it_says_so);
     RUN_TEST(too_long_a_request_is_given_up_when_its_length_field_lies);
@@ -423,7 +423,7 @@ int main(void)
     RUN_TEST(it_has_that_limit_when_its_length_field_lies_too);
     RUN_TEST(all_buffers_may_be_taken);
     RUN_TEST(a_large_packet_that_is_no_valid_request_is_refused);
-    RUN_TEST(an_uplink_that_stops_is_given_up);
+    RUN_TEST(an_uplink_without_further_parts_is_aborted);
     RUN_TEST(a_request_that_is_not_taken_is_offered_again);
     RUN_TEST(a_large_request_is_dispatched);
     RUN_TEST(every_request_has_a_strict_format);

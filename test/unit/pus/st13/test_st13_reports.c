@@ -159,7 +159,7 @@ static void a_longer_report_goes_in_parts(void)
     TEST_ASSERT_EQUAL_UINT32(4U, large.counters.reports);
 }
 
-static void the_longest_report_of_all_goes_too(void)
+static void the_longest_report_is_sent(void)
 {
     static pus_large_report_t one[1];
     static uint8_t octets[PUS_LARGE_MAX];
@@ -208,7 +208,7 @@ static void reports_follow_one_another(void)
     TEST_ASSERT_EQUAL_UINT64(bench.count, end);
 }
 
-static void a_port_that_takes_nothing_loses_no_part(void)
+static void no_part_is_lost_when_the_port_refuses_reports(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, post(9000U, 1U));
     for (unsigned i = 0U; pus_large_is_busy(&large); i++) {
@@ -274,10 +274,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_report_that_fits_is_sent_as_it_is);
     RUN_TEST(a_longer_report_goes_in_parts);
-    RUN_TEST(the_longest_report_of_all_goes_too);
+    RUN_TEST(the_longest_report_is_sent);
     RUN_TEST(a_report_larger_than_the_buffer_is_not_sent);
     RUN_TEST(reports_follow_one_another);
-    RUN_TEST(a_port_that_takes_nothing_loses_no_part);
+    RUN_TEST(no_part_is_lost_when_the_port_refuses_reports);
     RUN_TEST(a_process_may_have_long_reports);
     RUN_TEST(an_uncounted_report_is_reported);
     RUN_TEST(more_than_the_longest_report_cannot_be_closed);

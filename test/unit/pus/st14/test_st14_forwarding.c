@@ -78,7 +78,7 @@ static bool allows(const uint16_t apid, const uint8_t service, const uint8_t sub
     return pus_forwarding_allows(&forwarding, &tm);
 }
 
-static void everything_of_the_controlled_goes_at_first(void)
+static void at_first_all_reports_of_controlled_processes_are_forwarded(void)
 {
     TEST_ASSERT_TRUE(allows(16U, 3U, 25U, 1U));
     TEST_ASSERT_TRUE(allows(17U, 3U, 26U, 2U));
@@ -94,7 +94,7 @@ static void everything_of_the_controlled_goes_at_first(void)
     CONTENT(15, 0, 0);
 }
 
-static void types_go_by_process_service_and_subtype(void)
+static void reports_are_classified_by_process_service_and_subtype(void)
 {
     PERFORMED(2, 1, 0, 16, 0);
     TEST_ASSERT_FALSE(allows(16U, 1U, 1U, 0U));
@@ -198,7 +198,7 @@ static void each_instruction_is_refused_alone(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 0x100000U);
 }
 
-static void the_table_has_an_end(void)
+static void the_table_accepts_no_more_than_its_capacity(void)
 {
     PERFORMED(14, 1, 0, 16, 3, 0, 1, 0, 2, 0, 3); // 9 + 3 of 12.
     TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(14, 1, 0, 16, 1, 0, 4));
@@ -325,7 +325,7 @@ static void a_change_that_cannot_be_stored_is_not_made(void)
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
 }
 
-static void nothing_is_kept_without_a_place(void)
+static void without_persistence_no_definition_is_stored(void)
 {
     const pus_forwarding_config_t config = {
         .apids = apids, .apid_count = 3U, .entries = entries, .candidate = candidate, .capacity = CAPACITY};
@@ -394,18 +394,18 @@ static void calls_against_the_contract_are_asserted(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(everything_of_the_controlled_goes_at_first);
-    RUN_TEST(types_go_by_process_service_and_subtype);
+    RUN_TEST(at_first_all_reports_of_controlled_processes_are_forwarded);
+    RUN_TEST(reports_are_classified_by_process_service_and_subtype);
     RUN_TEST(structures_are_subsampled);
     RUN_TEST(events_are_blocked);
     RUN_TEST(each_instruction_is_refused_alone);
-    RUN_TEST(the_table_has_an_end);
+    RUN_TEST(the_table_accepts_no_more_than_its_capacity);
     RUN_TEST(requests_are_strict);
     RUN_TEST(large_contents_are_split);
     RUN_TEST(types_are_split_within_a_service);
     RUN_TEST(the_configuration_outlives_a_power_cut);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
-    RUN_TEST(nothing_is_kept_without_a_place);
+    RUN_TEST(without_persistence_no_definition_is_stored);
     RUN_TEST(bad_records_are_refused);
     RUN_TEST(calls_against_the_contract_are_asserted);
     return UNITY_END();

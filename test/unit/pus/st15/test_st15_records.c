@@ -62,7 +62,7 @@ static void media_that_fail_at_the_start(void)
     expect_stores_summary("ring", 1U, 3U, 0U, 25U, 25U);
 }
 
-static void a_failed_store_is_no_target(void)
+static void a_failed_store_cannot_be_the_target_of_a_copy(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_add("box", 3U, PUS_STORE_CIRCULAR);
@@ -116,7 +116,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
     RUN_TEST(media_that_fail_at_the_start);
-    RUN_TEST(a_failed_store_is_no_target);
+    RUN_TEST(a_failed_store_cannot_be_the_target_of_a_copy);
     RUN_TEST(bad_records_are_refused);
     return UNITY_END();
 }

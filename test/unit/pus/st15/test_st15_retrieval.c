@@ -194,7 +194,7 @@ static void packets_that_the_port_refuses_are_sent_later(void)
     expect_stores_sent(1U, 5U);
 }
 
-static void priorities_and_turns(void)
+static void classes_have_priorities_and_clients_are_served_in_turn(void)
 {
     static const uint8_t turns[]  = {1U, 2U, 1U, 2U, 1U, 2U};
     static const uint8_t orders[] = {1U, 1U, 1U, 2U, 2U, 2U};
@@ -269,7 +269,7 @@ static void skipped_packets_count_towards_the_limit_of_a_step(void)
     expect_stores_sent(4U, 4U);
 }
 
-static void damage_is_passed_over(void)
+static void damaged_records_are_skipped(void)
 {
     only_ring();
     stores_reports(1U, 9U);
@@ -324,7 +324,7 @@ static void a_retrieval_continues_after_a_restart(void)
     expect_status(1U, 0U, 0U); // The end of the retrieval was recorded.
 }
 
-static void between_checkpoints_packets_are_sent_again(void)
+static void packets_retrieved_since_the_last_checkpoint_are_sent_again(void)
 {
     only_ring();
     stores_config.checkpoint_interval_ns = 5000000000ULL;
@@ -382,7 +382,7 @@ static void checkpoints_that_fail_are_tried_again(void)
     expect_stores_none_sent();
 }
 
-static void nothing_is_kept_without_a_place(void)
+static void without_persistence_no_definition_is_stored(void)
 {
     stores_config.persistence = NULL;
     TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
@@ -492,7 +492,7 @@ static void a_copy_from_a_failing_medium_fails(void)
     }
 }
 
-static void a_copy_passes_damage_over(void)
+static void a_copy_skips_damaged_records(void)
 {
     only_ring();
     stores_config.octets_per_step = 1U;
@@ -573,20 +573,20 @@ int main(void)
     RUN_TEST(a_range_is_sent_once_and_ends);
     RUN_TEST(a_range_can_be_aborted);
     RUN_TEST(packets_that_the_port_refuses_are_sent_later);
-    RUN_TEST(priorities_and_turns);
+    RUN_TEST(classes_have_priorities_and_clients_are_served_in_turn);
     RUN_TEST(a_step_reads_no_more_than_it_may);
     RUN_TEST(skipped_packets_count_towards_the_limit_of_a_step);
-    RUN_TEST(damage_is_passed_over);
+    RUN_TEST(damaged_records_are_skipped);
     RUN_TEST(a_medium_that_fails_is_read_again);
     RUN_TEST(a_retrieval_continues_after_a_restart);
-    RUN_TEST(between_checkpoints_packets_are_sent_again);
+    RUN_TEST(packets_retrieved_since_the_last_checkpoint_are_sent_again);
     RUN_TEST(a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost);
     RUN_TEST(checkpoints_that_fail_are_tried_again);
-    RUN_TEST(nothing_is_kept_without_a_place);
+    RUN_TEST(without_persistence_no_definition_is_stored);
     RUN_TEST(packets_are_copied_by_time_window);
     RUN_TEST(a_copy_that_does_not_fit_fails);
     RUN_TEST(a_copy_from_a_failing_medium_fails);
-    RUN_TEST(a_copy_passes_damage_over);
+    RUN_TEST(a_copy_skips_damaged_records);
     RUN_TEST(copies_are_refused);
     return UNITY_END();
 }

@@ -149,7 +149,7 @@ static void summaries_of_some_and_of_all(void)
     expect_stores_refused(12U, PUS_FAILURE_UNKNOWN_ID, 1U, stores_name_of("none"));
 }
 
-static void a_full_store_tells_so(void)
+static void a_full_store_reports_that_it_is_full(void)
 {
     stores_add("box", 2U, PUS_STORE_BOUNDED);
     stores_reports(1U, 8U);
@@ -179,7 +179,7 @@ static void a_full_store_tells_so(void)
     expect_stores_summary("box", 8U, 8U, 6U, 13U, 13U);
 }
 
-static void changes_need_an_idle_store(void)
+static void a_store_in_use_cannot_be_changed(void)
 {
     static const uint8_t singles[] = {26U, 27U};
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
@@ -322,7 +322,7 @@ static void a_store_is_resized_and_retyped(void)
     expect_stores_refused(28U, PUS_FAILURE_OUT_OF_RANGE, 0U, 9U);
 }
 
-static void a_deleted_store_leaves_nothing_behind(void)
+static void deletion_of_a_store_removes_all_of_its_records(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_reports(1U, 11U);
@@ -441,12 +441,12 @@ int main(void)
     RUN_TEST(creation_is_refused);
     RUN_TEST(unknown_stores_are_refused_alone);
     RUN_TEST(summaries_of_some_and_of_all);
-    RUN_TEST(a_full_store_tells_so);
-    RUN_TEST(changes_need_an_idle_store);
+    RUN_TEST(a_full_store_reports_that_it_is_full);
+    RUN_TEST(a_store_in_use_cannot_be_changed);
     RUN_TEST(changes_wait_for_the_end_of_a_retrieval);
     RUN_TEST(wrong_times_are_refused);
     RUN_TEST(a_store_is_resized_and_retyped);
-    RUN_TEST(a_deleted_store_leaves_nothing_behind);
+    RUN_TEST(deletion_of_a_store_removes_all_of_its_records);
     RUN_TEST(a_store_of_the_same_name_is_another);
     RUN_TEST(selections_by_request);
     RUN_TEST(requests_are_strict);

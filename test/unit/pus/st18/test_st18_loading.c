@@ -138,7 +138,7 @@ static void a_procedure_that_cannot_be_stored_is_not_loaded(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-static void without_a_store_all_is_done(void)
+static void without_a_store_all_requests_are_performed(void)
 {
     self->config.persistence = NULL;
     st18_fixture_loaded("ABCD", 10U, 'x');
@@ -233,7 +233,7 @@ static void every_request_has_a_strict_format(void)
     }
 }
 
-static void one_is_unloaded_while_another_runs(void)
+static void a_procedure_is_unloaded_while_another_runs(void)
 {
     static const uint8_t next_step[] = {0, 0};
     st18_fixture_loaded("ABCD", 1U, 'x');
@@ -261,10 +261,10 @@ int main(void)
     RUN_TEST(files_that_fail_are_reported);
     RUN_TEST(a_file_is_loaded_and_activated);
     RUN_TEST(a_procedure_that_cannot_be_stored_is_not_loaded);
-    RUN_TEST(without_a_store_all_is_done);
+    RUN_TEST(without_a_store_all_requests_are_performed);
     RUN_TEST(code_outlasts_a_power_cut);
     RUN_TEST(records_that_are_no_good_are_reported);
     RUN_TEST(every_request_has_a_strict_format);
-    RUN_TEST(one_is_unloaded_while_another_runs);
+    RUN_TEST(a_procedure_is_unloaded_while_another_runs);
     return UNITY_END();
 }

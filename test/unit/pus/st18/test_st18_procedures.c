@@ -64,7 +64,7 @@ static void a_procedure_runs_to_its_end(void)
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.ended);
 }
 
-static void errors_are_told_at_every_level(void)
+static void errors_are_reported_at_every_level(void)
 {
     st18_fixture_activated("ABCD", PUS_OBSERVE_NOTHING);
     st18_fixture_call(0U, PUS_CALL_FAILED, 33U);
@@ -143,7 +143,7 @@ static void a_procedure_that_exceeds_its_share_reduces_that_of_the_next(void)
     TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[1].last);
 }
 
-static void it_is_held_where_the_next_step_begins(void)
+static void a_procedure_is_suspended_at_the_begin_of_its_next_step(void)
 {
     st18_fixture_activated("ABCD", PUS_OBSERVE_PROCEDURE);
     st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
@@ -168,7 +168,7 @@ static void it_is_held_where_the_next_step_begins(void)
     expect_script_status(PUS_PROCEDURE_RUNNING);
 }
 
-static void it_is_held_and_stopped_at_the_step_named(void)
+static void a_procedure_is_suspended_and_stopped_at_the_named_step(void)
 {
     st18_fixture_activated("ABCD", PUS_OBSERVE_PROCEDURE);
     accepted(5U, "ABCD", step_2, 2U);
@@ -191,7 +191,7 @@ static void it_is_held_and_stopped_at_the_step_named(void)
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.aborted);
 }
 
-static void a_held_one_is_stopped_at_once(void)
+static void a_procedure_that_waits_at_a_step_is_stopped_at_once(void)
 {
     st18_fixture_activated("ABCD", 0U);
     accepted(5U, "ABCD", next_step, 2U);
@@ -232,7 +232,7 @@ static void an_inactive_procedure_is_neither_held_nor_aborted(void)
     expect_refused(4U, "none", next_step, 2U, PUS_FAILURE_UNKNOWN_ID, 0x6E6F6E65U);
 }
 
-static void it_is_aborted_anywhere(void)
+static void a_procedure_is_aborted_at_any_step(void)
 {
     st18_fixture_activated("ABCD", PUS_OBSERVE_PROCEDURE);
     st18_fixture_step(2U);
@@ -258,7 +258,7 @@ static void all_are_aborted_and_reported(void)
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size);
 }
 
-static void waiting_takes_cycles(void)
+static void a_waiting_procedure_waits_for_whole_cycles(void)
 {
     st18_fixture_activated("ABCD", 0U);
     st18_fixture_wait(0U, PUS_CALL_WAIT, 0.0);
@@ -381,7 +381,7 @@ static void observe(const uint8_t subtype, const uint16_t destination, const uin
     pus_procedures_observe(self, &tm);
 }
 
-static void the_end_of_a_request_is_waited_for(void)
+static void the_end_of_a_request_is_awaited(void)
 {
     st18_fixture_activated("ABCD", 0U);
     st18_fixture_request(0U, true);
@@ -415,7 +415,7 @@ static void the_end_of_a_request_is_waited_for(void)
     TEST_ASSERT_EQUAL_UINT32(500U, st18_fixture.slots[0].answer.detail);
 }
 
-static void a_failure_is_the_verdict(void)
+static void a_failed_completion_ends_the_wait_for_the_request(void)
 {
     st18_fixture_activated("ABCD", 0U);
     st18_fixture_request(0U, true);
@@ -464,7 +464,7 @@ static void values_are_communicated(void)
     expect_refused(7U, "ABCD", most, sizeof most, PUS_FAILURE_TABLE_FULL, PUS_PROCEDURE_ARGUMENTS_MAX);
 }
 
-static void levels_are_set(void)
+static void observability_levels_of_procedures_are_set(void)
 {
     static const uint8_t body[] = {3, 'A', 'B', 'C', 'D', 0,   0,   0,   0,   2, 'n', 'o', 'n', 'e',
                                    0, 0,   0,   0,   1,   'A', 'B', 'C', 'D', 0, 0,   0,   0,   4};
@@ -485,7 +485,7 @@ static void levels_are_set(void)
     TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.events.count);
 }
 
-static void without_its_engine_nothing_runs(void)
+static void without_an_engine_no_procedure_runs(void)
 {
     static const uint8_t body[] = {0, 0};
     st18_fixture_activated("ABCD", 0U);
@@ -569,27 +569,27 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_procedure_runs_to_its_end);
-    RUN_TEST(errors_are_told_at_every_level);
+    RUN_TEST(errors_are_reported_at_every_level);
     RUN_TEST(a_long_text_is_cut);
     RUN_TEST(activation_is_refused_in_a_wrong_state);
     RUN_TEST(a_procedure_that_exceeds_its_share_reduces_that_of_the_next);
-    RUN_TEST(it_is_held_where_the_next_step_begins);
-    RUN_TEST(it_is_held_and_stopped_at_the_step_named);
-    RUN_TEST(a_held_one_is_stopped_at_once);
+    RUN_TEST(a_procedure_is_suspended_at_the_begin_of_its_next_step);
+    RUN_TEST(a_procedure_is_suspended_and_stopped_at_the_named_step);
+    RUN_TEST(a_procedure_that_waits_at_a_step_is_stopped_at_once);
     RUN_TEST(one_step_at_a_time);
     RUN_TEST(an_inactive_procedure_is_neither_held_nor_aborted);
-    RUN_TEST(it_is_aborted_anywhere);
+    RUN_TEST(a_procedure_is_aborted_at_any_step);
     RUN_TEST(all_are_aborted_and_reported);
-    RUN_TEST(waiting_takes_cycles);
+    RUN_TEST(a_waiting_procedure_waits_for_whole_cycles);
     RUN_TEST(values_are_read_by_id_and_name);
     RUN_TEST(events_are_raised);
     RUN_TEST(calls_that_others_notice_are_few_in_a_cycle);
     RUN_TEST(requests_are_released);
-    RUN_TEST(the_end_of_a_request_is_waited_for);
-    RUN_TEST(a_failure_is_the_verdict);
+    RUN_TEST(the_end_of_a_request_is_awaited);
+    RUN_TEST(a_failed_completion_ends_the_wait_for_the_request);
     RUN_TEST(values_are_communicated);
-    RUN_TEST(levels_are_set);
-    RUN_TEST(without_its_engine_nothing_runs);
+    RUN_TEST(observability_levels_of_procedures_are_set);
+    RUN_TEST(without_an_engine_no_procedure_runs);
     RUN_TEST(stopped_ones_can_be_unloaded);
     RUN_TEST(slots_run_side_by_side);
     return UNITY_END();

@@ -229,7 +229,7 @@ static void definitions_of_all_parameters_are_reported(void)
     expect_strict_format(6U, memory_data, memory_writer.position);
 }
 
-static void without_memories_nothing_is_defined(void)
+static void without_memories_no_parameter_can_be_defined(void)
 {
     const pus_parameter_port_t port = dictionary_port();
     pus_parameters_init(&parameters, &port);
@@ -295,7 +295,7 @@ int main(void)
     RUN_TEST(objects_hold_parameters_too);
     RUN_TEST(each_faulty_definition_is_refused_alone);
     RUN_TEST(definitions_of_all_parameters_are_reported);
-    RUN_TEST(without_memories_nothing_is_defined);
+    RUN_TEST(without_memories_no_parameter_can_be_defined);
     RUN_TEST(definitions_outlive_a_power_cut);
     RUN_TEST(records_that_are_none_are_refused);
     return UNITY_END();

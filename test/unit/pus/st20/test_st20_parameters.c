@@ -170,7 +170,7 @@ static void up_to_255_values_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, request(3U));
 }
 
-static void a_value_is_set_whole(void)
+static void all_octets_of_a_value_are_set_together(void)
 {
     begin(1U);
     add_value(P_STRUCT, 11U, 50U);
@@ -282,7 +282,7 @@ int main(void)
     RUN_TEST(only_the_parameters_without_room_in_the_report_are_refused);
     RUN_TEST(values_that_fit_no_packet_are_sent_as_a_long_report);
     RUN_TEST(up_to_255_values_are_reported);
-    RUN_TEST(a_value_is_set_whole);
+    RUN_TEST(all_octets_of_a_value_are_set_together);
     RUN_TEST(each_refusal_has_its_code_and_the_rest_is_set);
     RUN_TEST(an_unknown_value_is_skipped_by_its_layout);
     RUN_TEST(a_value_of_unknown_length_is_refused_with_all_that_follow);

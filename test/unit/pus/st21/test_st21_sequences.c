@@ -131,7 +131,7 @@ static void a_later_request_that_waits_delays_the_next_one(void)
     EXPECT_RELEASED(3);
 }
 
-static void a_sequence_is_loaded_whole_or_not_at_all(void)
+static void a_sequence_is_loaded_completely_or_refused(void)
 {
     st21_fixture_begin('a');
     octet_write_u8(&st21_fixture.writer, 2U);
@@ -332,7 +332,7 @@ int main(void)
     RUN_TEST(a_step_releases_a_limited_number_of_requests);
     RUN_TEST(a_request_that_the_port_refuses_waits_and_its_delay_begins_later);
     RUN_TEST(a_later_request_that_waits_delays_the_next_one);
-    RUN_TEST(a_sequence_is_loaded_whole_or_not_at_all);
+    RUN_TEST(a_sequence_is_loaded_completely_or_refused);
     RUN_TEST(a_name_is_printable_and_padded);
     RUN_TEST(the_room_is_limited);
     RUN_TEST(requests_in_a_wrong_state_or_for_an_unknown_sequence_are_refused);

@@ -240,7 +240,7 @@ static void an_orbit_number_that_is_not_kept_is_not_acknowledged(void)
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
 }
 
-static void every_request_has_its_place(void)
+static void each_request_of_the_service_is_declared(void)
 {
     static const uint8_t subtypes[] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  11, 12, 14,
                                        15, 16, 17, 18, 20, 21, 22, 23, 24, 25, 26, 28};
@@ -265,6 +265,6 @@ int main(void)
     RUN_TEST(an_orbit_number_holds_from_the_next_orbit_on);
     RUN_TEST(the_orbit_number_outlives_a_power_cut);
     RUN_TEST(an_orbit_number_that_is_not_kept_is_not_acknowledged);
-    RUN_TEST(every_request_has_its_place);
+    RUN_TEST(each_request_of_the_service_is_declared);
     return UNITY_END();
 }

@@ -68,7 +68,7 @@ static void a_file_is_copied_slice_by_slice(void)
     TEST_ASSERT_EQUAL_UINT32(calls, disk.calls); // A step without work makes no call.
 }
 
-static void copies_take_turns(void)
+static void copies_are_continued_in_turn(void)
 {
     (void)disk_file("large", SLICE * 4U, 7U);
     st23_fixture.slices = 3U;
@@ -275,7 +275,7 @@ static void copies_of_a_path_are_changed(void)
     TEST_ASSERT_EQUAL_UINT32(2U, st23_fixture.files.counters.aborted);
 }
 
-static void a_power_cut_leaves_nothing_of_a_copy(void)
+static void after_a_power_cut_nothing_of_an_incomplete_copy_remains(void)
 {
     (void)disk_file("large", SLICE * 4U, 7U);
     st23_fixture_order(14U, 1U, "", "large", "a", "x");
@@ -309,7 +309,7 @@ static void a_copy_that_cannot_be_noted_is_not_begun(void)
     TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files));
 }
 
-static void without_records_all_works_but_nothing_is_kept(void)
+static void without_records_requests_are_performed_and_nothing_is_kept(void)
 {
     st23_fixture.persistence = NULL;
     st23_fixture_restart();
@@ -410,7 +410,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_file_is_copied_slice_by_slice);
-    RUN_TEST(copies_take_turns);
+    RUN_TEST(copies_are_continued_in_turn);
     RUN_TEST(an_empty_file_is_copied);
     RUN_TEST(an_invalid_copy_is_refused);
     RUN_TEST(a_file_being_copied_cannot_be_changed);
@@ -420,9 +420,9 @@ int main(void)
     RUN_TEST(a_part_file_that_was_left_over_is_replaced);
     RUN_TEST(copies_are_suspended_resumed_and_aborted);
     RUN_TEST(copies_of_a_path_are_changed);
-    RUN_TEST(a_power_cut_leaves_nothing_of_a_copy);
+    RUN_TEST(after_a_power_cut_nothing_of_an_incomplete_copy_remains);
     RUN_TEST(a_copy_that_cannot_be_noted_is_not_begun);
-    RUN_TEST(without_records_all_works_but_nothing_is_kept);
+    RUN_TEST(without_records_requests_are_performed_and_nothing_is_kept);
     RUN_TEST(copies_are_reported_at_an_interval);
     RUN_TEST(an_interval_that_cannot_be_kept_does_not_count);
     return UNITY_END();

@@ -179,7 +179,7 @@ static void a_lock_that_cannot_be_kept_is_not_taken(void)
     st23_fixture_refused(PUS_FAILURE_STATE, 3U);
 }
 
-static void a_lock_without_its_file_goes_with_a_power_cut(void)
+static void a_lock_without_its_file_ends_with_a_power_cut(void)
 {
     st23_fixture_create("a", "x", 0U, 1U);
     st23_fixture_done();
@@ -311,7 +311,7 @@ int main(void)
     RUN_TEST(locks_are_counted);
     RUN_TEST(locks_outlast_a_power_cut);
     RUN_TEST(a_lock_that_cannot_be_kept_is_not_taken);
-    RUN_TEST(a_lock_without_its_file_goes_with_a_power_cut);
+    RUN_TEST(a_lock_without_its_file_ends_with_a_power_cut);
     RUN_TEST(a_file_is_locked_before_it_is_made);
     RUN_TEST(bad_records_are_refused);
     RUN_TEST(directories_are_created_renamed_and_deleted);

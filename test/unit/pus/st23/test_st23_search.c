@@ -232,7 +232,7 @@ static void long_answers_become_several_reports(void)
 }
 
 /// Reports that are not taken now are sent in a later step; the search waits for them.
-static void a_port_that_takes_nothing_delays_the_search(void)
+static void a_port_that_refuses_reports_delays_the_search(void)
 {
     char name[32];
     unsigned all = 0U;
@@ -282,7 +282,7 @@ static void the_last_report_is_tried_again(void)
 }
 
 /// Exactly as much as fits is sent in one report.
-static void a_full_report_is_not_followed_by_an_empty_one(void)
+static void no_empty_report_follows_a_full_one(void)
 {
     char name[PUS_FILE_NAME_MAX + 1U];
     const size_t room = PUS_TM_DATA_MAX - 5U; // Path "/" and the count.
@@ -404,9 +404,9 @@ int main(void)
     RUN_TEST(an_invalid_search_is_refused);
     RUN_TEST(a_directory_is_summarised);
     RUN_TEST(long_answers_become_several_reports);
-    RUN_TEST(a_port_that_takes_nothing_delays_the_search);
+    RUN_TEST(a_port_that_refuses_reports_delays_the_search);
     RUN_TEST(the_last_report_is_tried_again);
-    RUN_TEST(a_full_report_is_not_followed_by_an_empty_one);
+    RUN_TEST(no_empty_report_follows_a_full_one);
     RUN_TEST(names_that_no_request_can_have_are_skipped);
     RUN_TEST(a_directory_that_goes_away_is_passed_over);
     RUN_TEST(a_search_that_fails_is_reported);

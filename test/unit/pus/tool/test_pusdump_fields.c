@@ -71,7 +71,7 @@ static void every_layout_takes_exactly_one_size_of_zeros(void)
     TEST_ASSERT_TRUE(layouts > 50U);
 }
 
-static void a_text_that_does_not_fit_is_no_text(void)
+static void a_text_that_does_not_fit_is_refused(void)
 {
     static const uint8_t data[] = {2, 0, 1, 0, 2};
     const char* const layout    = message_layout(5U, 5U);
@@ -86,7 +86,7 @@ static void a_text_that_does_not_fit_is_no_text(void)
     TEST_ASSERT_EQUAL_STRING("{\"events\":[{\"event\":1},{\"event\":2}]}", text);
 }
 
-static void empty_lists_leave_the_rest_in_step(void)
+static void fields_after_empty_lists_are_decoded(void)
 {
     static const uint8_t data[] = {0, 2, 0, 1, 0, 0, 0, 1, 0, 7, 0, 2, 0, 1, 0, 16, 0, 0};
     TEST_ASSERT_TRUE(dump_fields(message_layout(131U, 11U), data, sizeof(data), false, text, sizeof(text)));
@@ -94,7 +94,7 @@ static void empty_lists_leave_the_rest_in_step(void)
         "networks=[network=1 members=[] links=[link=7], network=2 members=[apid=16] links=[]]", text);
 }
 
-static void names_cannot_break_the_line(void)
+static void names_with_line_breaks_are_printed_on_one_line(void)
 {
     static const uint8_t data[] = {'A', '"', '\\', '\n', 0xFF, ' ', 'Z', 0, 0};
     TEST_ASSERT_TRUE(dump_fields(message_layout(8U, 1U), data, sizeof(data), true, text, sizeof(text)));
@@ -105,8 +105,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_layout_takes_exactly_one_size_of_zeros);
-    RUN_TEST(a_text_that_does_not_fit_is_no_text);
-    RUN_TEST(empty_lists_leave_the_rest_in_step);
-    RUN_TEST(names_cannot_break_the_line);
+    RUN_TEST(a_text_that_does_not_fit_is_refused);
+    RUN_TEST(fields_after_empty_lists_are_decoded);
+    RUN_TEST(names_with_line_breaks_are_printed_on_one_line);
     return UNITY_END();
 }

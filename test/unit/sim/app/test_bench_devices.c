@@ -141,7 +141,7 @@ static void a_device_boots_on_its_bus_and_is_reported(void)
     TEST_ASSERT_EQUAL_UINT(before + 1U, told);
 }
 
-static void no_bench_devices_is_no_trouble(void)
+static void a_mission_without_bench_devices_is_accepted(void)
 {
     bench_devices_power_on(NULL);
     bench_devices_report(NULL, 0U);
@@ -161,7 +161,7 @@ int main(void)
     RUN_TEST(a_missing_file_of_the_bench_is_reported);
     RUN_TEST(too_many_devices_are_refused);
     RUN_TEST(a_device_boots_on_its_bus_and_is_reported);
-    RUN_TEST(no_bench_devices_is_no_trouble);
+    RUN_TEST(a_mission_without_bench_devices_is_accepted);
     (void)unlink(path);
     return UNITY_END();
 }

@@ -170,7 +170,7 @@ static void a_frame_that_cannot_leave_is_reported(void)
     TEST_ASSERT_EQUAL_UINT(2U, ear[0].reports); // and once more for senders that continue to submit.
 }
 
-static void frames_that_leave_in_time_are_not_told(void)
+static void frames_that_leave_in_time_are_not_reported(void)
 {
     bus_set_transmit_timeout(bus, node[0], 2U * MS);
     for (unsigned i = 0U; i < 40U; i++) {
@@ -194,6 +194,6 @@ int main(void)
     RUN_TEST(an_overflow_loses_frames_that_others_receive);
     RUN_TEST(lost_arbitration_is_reported_with_its_bit_where_it_is_asked_for);
     RUN_TEST(a_frame_that_cannot_leave_is_reported);
-    RUN_TEST(frames_that_leave_in_time_are_not_told);
+    RUN_TEST(frames_that_leave_in_time_are_not_reported);
     return UNITY_END();
 }

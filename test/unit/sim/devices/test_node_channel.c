@@ -128,7 +128,7 @@ void tearDown(void)
     bus_destroy(bus[B]);
 }
 
-static void it_begins_on_bdefault_and_stays_with_its_master(void)
+static void a_node_begins_on_bdefault_and_stays_on_the_channel_of_its_master(void)
 {
     wait(5U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, boots[A]);
@@ -139,7 +139,7 @@ static void it_begins_on_bdefault_and_stays_with_its_master(void)
     TEST_ASSERT_EQUAL_UINT(0U, losses);
 }
 
-static void with_nobody_there_it_searches_from_power_on(void)
+static void without_a_master_a_node_searches_from_power_on(void)
 {
     wait(DWELL - (2U * MS));
     TEST_ASSERT_EQUAL_UINT(A, node->active);
@@ -169,7 +169,7 @@ static void after_the_loss_it_changes_after_ttoggle_heartbeat_times(void)
     TEST_ASSERT_EQUAL_UINT(1U, heard[B]); // Its first heartbeat on the channel.
 }
 
-static void it_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times(void)
+static void the_master_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times(void)
 {
     for (unsigned phase = 0U; phase < 24U; phase++) {
         tearDown();
@@ -191,7 +191,7 @@ static void it_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times(void
     }
 }
 
-static void it_rests_after_ntoggle_changes(void)
+static void the_search_ends_after_ntoggle_changes(void)
 {
     wait(5U * MS);
     lead(A, 100U * MS);
@@ -207,7 +207,7 @@ static void it_rests_after_ntoggle_changes(void)
     TEST_ASSERT_EQUAL_UINT(A, node->active); // It searches again when that heartbeat is lost.
 }
 
-static void zero_switches_the_search_off(void)
+static void a_ttoggle_of_zero_disables_the_search(void)
 {
     wait(5U * MS);
     lead(A, 100U * MS);
@@ -332,12 +332,12 @@ static void a_full_bus_has_no_room_for_channel_b(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(it_begins_on_bdefault_and_stays_with_its_master);
-    RUN_TEST(with_nobody_there_it_searches_from_power_on);
+    RUN_TEST(a_node_begins_on_bdefault_and_stays_on_the_channel_of_its_master);
+    RUN_TEST(without_a_master_a_node_searches_from_power_on);
     RUN_TEST(after_the_loss_it_changes_after_ttoggle_heartbeat_times);
-    RUN_TEST(it_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times);
-    RUN_TEST(it_rests_after_ntoggle_changes);
-    RUN_TEST(zero_switches_the_search_off);
+    RUN_TEST(the_master_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times);
+    RUN_TEST(the_search_ends_after_ntoggle_changes);
+    RUN_TEST(a_ttoggle_of_zero_disables_the_search);
     RUN_TEST(a_reset_keeps_the_channel_and_a_power_cycle_does_not);
     RUN_TEST(a_master_that_comes_back_is_found_on_either_channel);
     RUN_TEST(a_cut_channel_is_silent_and_the_other_works);

@@ -58,7 +58,7 @@ static void pushed_against_something_elastic_it_rests_in_balance(void)
     EXPECT_WITHIN(400.0 * (bench.rotor.position_rad - 0.5), 1e-9, bench.output_torque_nm);
 }
 
-static void nothing_is_in_the_way_without_stiffness(void)
+static void without_stiffness_there_is_no_contact_force(void)
 {
     motor_bench_init(&bench, &rokviss_plant, 0.5, 0.0);
     push(8.0, false, 5.0);
@@ -77,7 +77,7 @@ static void the_brake_holds_a_squeezed_load(void)
     TEST_ASSERT_TRUE(bench.rotor.position_rad < squeezed); // Released, it moves back.
 }
 
-static void the_same_pushes_give_the_same_bits(void)
+static void the_same_forces_give_the_same_octets(void)
 {
     double position[2];
     for (unsigned i = 0U; i < 2U; i++) {
@@ -95,8 +95,8 @@ int main(void)
     RUN_TEST(a_torque_below_friction_moves_nothing);
     RUN_TEST(a_free_rotor_accelerates_as_newton_says);
     RUN_TEST(pushed_against_something_elastic_it_rests_in_balance);
-    RUN_TEST(nothing_is_in_the_way_without_stiffness);
+    RUN_TEST(without_stiffness_there_is_no_contact_force);
     RUN_TEST(the_brake_holds_a_squeezed_load);
-    RUN_TEST(the_same_pushes_give_the_same_bits);
+    RUN_TEST(the_same_forces_give_the_same_octets);
     return UNITY_END();
 }

@@ -19,7 +19,7 @@ void tearDown(void)
 {
 }
 
-static void at_rest_it_stays(void)
+static void a_motion_at_rest_does_not_move(void)
 {
     TEST_ASSERT_TRUE(control_motion_is_done(&motion));
     for (unsigned i = 0U; i < 10U; i++) {
@@ -28,7 +28,7 @@ static void at_rest_it_stays(void)
     }
 }
 
-static void it_goes_from_rest_to_rest_in_time(void)
+static void a_motion_goes_from_rest_to_rest_in_its_time(void)
 {
     control_motion_begin(&motion, 0.3, -0.9, 1.5);
     unsigned steps               = 0U;
@@ -52,7 +52,7 @@ static void it_goes_from_rest_to_rest_in_time(void)
     EXPECT_BELOW(0.02, largest_jump); // Jerk is bounded: 60 d / t^3 x period.
 }
 
-static void it_stops_out_of_the_middle(void)
+static void a_motion_stops_from_full_speed(void)
 {
     control_motion_begin(&motion, 0.0, 1.0, 2.0);
     control_motion_point_t point = {.position = 0.0};
@@ -72,7 +72,7 @@ static void it_stops_out_of_the_middle(void)
     TEST_ASSERT_TRUE(point.velocity == 0.0);
 }
 
-static void it_stops_backwards_and_from_rest(void)
+static void a_motion_stops_from_backward_speed_and_from_rest(void)
 {
     control_motion_brake(&motion, &(control_motion_point_t){.position = 0.3, .velocity = -0.4}, 4.0);
     control_motion_point_t point = {.position = 0.0};
@@ -88,9 +88,9 @@ static void it_stops_backwards_and_from_rest(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(at_rest_it_stays);
-    RUN_TEST(it_goes_from_rest_to_rest_in_time);
-    RUN_TEST(it_stops_out_of_the_middle);
-    RUN_TEST(it_stops_backwards_and_from_rest);
+    RUN_TEST(a_motion_at_rest_does_not_move);
+    RUN_TEST(a_motion_goes_from_rest_to_rest_in_its_time);
+    RUN_TEST(a_motion_stops_from_full_speed);
+    RUN_TEST(a_motion_stops_from_backward_speed_and_from_rest);
     return UNITY_END();
 }

@@ -44,7 +44,7 @@ static void a_ramp_is_followed_without_lag(void)
     EXPECT_WITHIN(0.0, 1.0e-6, tracker.acceleration);
 }
 
-static void a_step_settles_without_ringing(void)
+static void a_step_response_settles_without_oscillation(void)
 {
     // Critically damped with a zero: one overshoot (exp(-2) of the step in continuous time), no second one.
     double highest = 0.0;
@@ -80,7 +80,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_constant_is_left_alone);
     RUN_TEST(a_ramp_is_followed_without_lag);
-    RUN_TEST(a_step_settles_without_ringing);
+    RUN_TEST(a_step_response_settles_without_oscillation);
     RUN_TEST(the_filter_has_its_stated_bandwidth);
     return UNITY_END();
 }

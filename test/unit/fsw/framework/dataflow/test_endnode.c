@@ -70,7 +70,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
     return STATUS_OK;
 }
 
-static void the_resolver_is_asked_and_not_trusted(void)
+static void answers_of_the_resolver_are_checked(void)
 {
     const flow_resolver_t resolver = {NULL, resolve};
     flow_endnode_address_t address;
@@ -88,6 +88,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(addresses_are_read);
     RUN_TEST(an_invalid_address_is_refused);
-    RUN_TEST(the_resolver_is_asked_and_not_trusted);
+    RUN_TEST(answers_of_the_resolver_are_checked);
     return UNITY_END();
 }

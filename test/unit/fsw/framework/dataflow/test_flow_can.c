@@ -39,7 +39,7 @@ void tearDown(void)
     scripted_bus_close(&bus);
 }
 
-static void it_opens_by_name_and_once(void)
+static void a_bus_is_opened_by_name_and_only_once(void)
 {
     TEST_ASSERT_TRUE(flow_can_is_open(&flow));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, flow_can_open(&flow, &resolver, "robot"));
@@ -178,7 +178,7 @@ static void frames_received_before_opening_are_discarded(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(it_opens_by_name_and_once);
+    RUN_TEST(a_bus_is_opened_by_name_and_only_once);
     RUN_TEST(frames_go_out_as_the_bus_wants_them);
     RUN_TEST(each_refusal_is_counted);
     RUN_TEST(error_frames_become_health);

@@ -216,7 +216,7 @@ static void begin_the_impossible(void)
     begin(&reader, "x", false, impossible);
 }
 
-static void impossible_shapes_are_coding_errors(void)
+static void impossible_request_formats_are_coding_errors(void)
 {
     const flow_shm_shape_t shapes[] = {{FLOW_SHM_LATEST, 0U, 1U},    {FLOW_SHM_LATEST, 8U, 2U},
                                        {FLOW_SHM_QUEUE, 8U, 0U},     {FLOW_SHM_QUEUE, 65537U, 1U},
@@ -309,7 +309,7 @@ static void a_writer_that_was_killed_comes_back(void)
 }
 
 /// A writer that was believed dead leaves its successor's memory alone.
-static void a_writer_that_was_replaced_takes_nothing_away(void)
+static void a_replaced_writer_removes_nothing_of_its_successor(void)
 {
     flow_shm_t successor;
     uint8_t value[5] = {3U};
@@ -354,7 +354,7 @@ static void* write_for_a_while(void* const context)
     return NULL;
 }
 
-static void a_value_is_never_torn(void)
+static void a_value_is_never_read_in_part(void)
 {
     pthread_t thread;
     uint32_t found[WORDS];
@@ -391,12 +391,12 @@ int main(void)
     RUN_TEST(opening_is_refused_for_a_reason_and_counted);
     RUN_TEST(records_travel_in_the_flows_order);
     RUN_TEST(records_of_another_size_are_coding_errors);
-    RUN_TEST(impossible_shapes_are_coding_errors);
+    RUN_TEST(impossible_request_formats_are_coding_errors);
     RUN_TEST(a_reader_that_starts_first_waits_with_back_off);
     RUN_TEST(a_writer_that_closes_is_reported_after_its_last_value);
     RUN_TEST(a_writer_that_was_killed_comes_back);
-    RUN_TEST(a_writer_that_was_replaced_takes_nothing_away);
+    RUN_TEST(a_replaced_writer_removes_nothing_of_its_successor);
     RUN_TEST(shared_memory_of_another_layout_is_refused);
-    RUN_TEST(a_value_is_never_torn);
+    RUN_TEST(a_value_is_never_read_in_part);
     return UNITY_END();
 }

@@ -181,7 +181,7 @@ static void a_serial_line_carries_frames_both_ways(void)
     TEST_ASSERT_EQUAL_UINT16(1U, quota.stats.used);
 }
 
-static void a_line_that_hangs_up_is_opened_again(void)
+static void a_disconnected_serial_line_is_opened_again(void)
 {
     begin_line();
     begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_LINE, .baud = 9600U});
@@ -204,7 +204,7 @@ static void a_line_that_hangs_up_is_opened_again(void)
     expect("f", 1U); // Not "half".
 }
 
-static void a_line_is_refused_for_a_reason(void)
+static void a_refused_serial_line_is_reported_with_the_reason(void)
 {
     static const struct {
         const char* path;
@@ -295,7 +295,7 @@ static void accept_far(void)
     far = osal_socket_descriptor(&arrived);
 }
 
-static void a_server_that_vanishes_is_called_until_it_is_back(void)
+static void a_client_repeats_its_connection_attempts_until_the_server_is_back(void)
 {
     listen_at(0U);
     char* const port = strchr(path, ':') + 1;
@@ -469,7 +469,7 @@ static void wrong_kind(void)
     begin(ENDNODE_CAN, "robot", (flow_format_t){.baud = 0U});
 }
 
-static void a_kind_that_is_no_stream_is_a_coding_error(void)
+static void an_end_node_kind_without_stream_is_a_coding_error(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(wrong_kind));
 }
@@ -482,11 +482,11 @@ int main(void)
     UNITY_BEGIN();
     begin(ENDNODE_FILE, "nothing", (flow_format_t){.baud = 0U});
     RUN_TEST(a_serial_line_carries_frames_both_ways);
-    RUN_TEST(a_line_that_hangs_up_is_opened_again);
-    RUN_TEST(a_line_is_refused_for_a_reason);
+    RUN_TEST(a_disconnected_serial_line_is_opened_again);
+    RUN_TEST(a_refused_serial_line_is_reported_with_the_reason);
     RUN_TEST(records_travel_in_the_flows_order);
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
-    RUN_TEST(a_server_that_vanishes_is_called_until_it_is_back);
+    RUN_TEST(a_client_repeats_its_connection_attempts_until_the_server_is_back);
     RUN_TEST(a_server_that_does_not_read_fills_the_outbox);
     RUN_TEST(octets_in_the_outbox_are_discarded_with_their_connection);
     RUN_TEST(frames_that_cannot_be_sent_are_refused);
@@ -495,7 +495,7 @@ int main(void)
     RUN_TEST(a_fifo_waits_for_its_reader);
     RUN_TEST(raw_octets_of_a_device);
     RUN_TEST(endless_garbage_does_not_hold_up_a_cycle);
-    RUN_TEST(a_kind_that_is_no_stream_is_a_coding_error);
+    RUN_TEST(an_end_node_kind_without_stream_is_a_coding_error);
     const int failures = UNITY_END();
     (void)rmdir(folder);
     return failures;

@@ -209,7 +209,7 @@ static void each_client_has_its_own_allowance(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_peer(&flow, 7U, &peer));
 }
 
-static void everyone_gets_a_turn_and_no_more_than_there_are_places(void)
+static void waiting_clients_are_served_in_turn_up_to_the_number_of_places(void)
 {
     osal_socket_t* sockets[8];
     TEST_ASSERT_EQUAL_UINT64(1U, flow_tcp_sockets(&flow, sockets, 8U));
@@ -235,7 +235,7 @@ static void everyone_gets_a_turn_and_no_more_than_there_are_places(void)
 }
 
 /// Of three that have sent much, the next one is served after the one that was served last.
-static void turns_go_round(void)
+static void clients_are_served_in_turn(void)
 {
     enum {
         THREE = 3
@@ -270,7 +270,7 @@ static unsigned give_up(void* const context)
     return victim;
 }
 
-static void a_place_may_be_given_up_for_a_new_one(void)
+static void a_client_may_be_disconnected_to_make_room_for_a_new_one(void)
 {
     const flow_tcp_user_t generous = {&seen, on_connected, on_disconnected, on_frame, NULL, give_up};
     size_t taken                   = 0U;
@@ -382,7 +382,7 @@ static void sockets_are_counted_where_a_quota_is_given(void)
     TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.peak);
 }
 
-static void closing_tells_everyone(void)
+static void closing_disconnects_every_client(void)
 {
     size_t octets = 0U;
     join(0U);
@@ -409,15 +409,15 @@ int main(void)
     RUN_TEST(no_more_is_taken_in_than_allowed);
     RUN_TEST(two_reads_have_one_allowance);
     RUN_TEST(each_client_has_its_own_allowance);
-    RUN_TEST(everyone_gets_a_turn_and_no_more_than_there_are_places);
-    RUN_TEST(turns_go_round);
-    RUN_TEST(a_place_may_be_given_up_for_a_new_one);
+    RUN_TEST(waiting_clients_are_served_in_turn_up_to_the_number_of_places);
+    RUN_TEST(clients_are_served_in_turn);
+    RUN_TEST(a_client_may_be_disconnected_to_make_room_for_a_new_one);
     RUN_TEST(malformed_and_endless_frames_end_the_connection);
     RUN_TEST(a_frame_as_long_as_the_buffer_still_fits);
     RUN_TEST(the_user_may_end_a_connection_inside_its_framer);
     RUN_TEST(sending_takes_what_the_kernel_takes);
     RUN_TEST(sockets_are_counted_where_a_quota_is_given);
-    RUN_TEST(closing_tells_everyone);
+    RUN_TEST(closing_disconnects_every_client);
     RUN_TEST(opening_is_refused_for_a_reason);
     return UNITY_END();
 }

@@ -81,7 +81,7 @@ static void put(octets_t* const stream, const flow_format_t* const format, const
     stream->size += octets;
 }
 
-static void frames_are_as_written_down(void)
+static void frames_have_the_documented_octets(void)
 {
     static const struct {
         flow_format_t format;
@@ -240,7 +240,7 @@ static void raw_octets_are_handed_on_as_they_come(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, expected.size);
 }
 
-static void a_stream_that_ends_cuts_the_frame_it_had_begun(void)
+static void the_end_of_a_stream_discards_its_incomplete_frame(void)
 {
     for (size_t f = 0U; f < FORMATS; f++) {
         octets_t stream   = {.size = 0U};
@@ -263,7 +263,7 @@ static void a_stream_that_ends_cuts_the_frame_it_had_begun(void)
 }
 
 /// For any input: never more octets than fit, and after an end octet the next frame is found.
-static void garbage_never_ends_a_flow(void)
+static void invalid_octets_never_close_a_flow(void)
 {
     uint32_t random = 12345U;
     begin(&formats[2]);
@@ -286,14 +286,14 @@ static void garbage_never_ends_a_flow(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(frames_are_as_written_down);
+    RUN_TEST(frames_have_the_documented_octets);
     RUN_TEST(frames_may_be_cut_anywhere);
     RUN_TEST(frames_that_are_too_long_are_skipped);
     RUN_TEST(slip_recovers_from_garbage);
     RUN_TEST(lines_end_as_any_instrument_ends_them);
     RUN_TEST(lengths_at_their_ends);
     RUN_TEST(raw_octets_are_handed_on_as_they_come);
-    RUN_TEST(a_stream_that_ends_cuts_the_frame_it_had_begun);
-    RUN_TEST(garbage_never_ends_a_flow);
+    RUN_TEST(the_end_of_a_stream_discards_its_incomplete_frame);
+    RUN_TEST(invalid_octets_never_close_a_flow);
     return UNITY_END();
 }

@@ -59,7 +59,7 @@ static void an_object_that_is_lost_is_opened_again_after_the_delay(void)
     TEST_ASSERT_EQUAL_UINT(2U, object.opened);
 }
 
-static void a_failed_attempt_is_closed_and_gives_its_quota_back(void)
+static void a_failed_attempt_is_closed_and_returns_its_quota(void)
 {
     object.result = STATUS_BUSY; // Another program uses the object: this is no lasting attempt.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_link_step(&link, 0U));
@@ -123,7 +123,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(an_object_that_is_lost_is_opened_again_after_the_delay);
-    RUN_TEST(a_failed_attempt_is_closed_and_gives_its_quota_back);
+    RUN_TEST(a_failed_attempt_is_closed_and_returns_its_quota);
     RUN_TEST(an_attempt_that_lasts_takes_its_quota_once);
     RUN_TEST(an_attempt_that_lasts_can_fail);
     RUN_TEST(closing_ends_an_attempt_that_lasts_and_makes_the_next_one_due);

@@ -52,7 +52,7 @@ static void expect_same(const sample_t* const seen)
     TEST_ASSERT_TRUE(seen->large == sample.large);
 }
 
-static void both_orders_are_as_written_down(void)
+static void records_have_the_documented_octets_in_both_byte_orders(void)
 {
     const struct {
         flow_order_t order;
@@ -114,7 +114,7 @@ static void a_layout_without_fields_has_no_octets(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(both_orders_are_as_written_down);
+    RUN_TEST(records_have_the_documented_octets_in_both_byte_orders);
     RUN_TEST(a_record_needs_its_room);
     RUN_TEST(octets_that_are_no_record_change_no_value);
     RUN_TEST(a_layout_without_fields_has_no_octets);

@@ -226,7 +226,7 @@ static const damage_t damages[] = {
      "expected <Subsystems> and <Modes>, not empty, before <RecoveryPlans>"},
 };
 
-static void tells_file_line_and_cause_of_each_error(void)
+static void each_error_contains_file_line_and_cause(void)
 {
     for (size_t i = 0U; i < (sizeof damages / sizeof damages[0]); i++) {
         const damage_t* const damage = &damages[i];
@@ -289,7 +289,7 @@ static void time_is_reported_in_the_format_of_the_mission(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, load(damaged(flight_document, "power=", "timeReports='UTC' power=")));
 }
 
-static void how_long_a_subsystem_lives_without_supervisor_is_the_missions(void)
+static void the_mission_sets_the_time_a_subsystem_waits_for_its_supervisor(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document));
     TEST_ASSERT_EQUAL_UINT32(3000000U,
@@ -313,7 +313,7 @@ static void the_fallback_mode_is_the_one_marked_or_0(void)
     TEST_ASSERT_EQUAL_UINT8(5U, mission.fallback_mode);
 }
 
-static void a_rule_may_select_anything(void)
+static void the_selection_of_a_rule_may_be_any(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "select='MOVE_TO'", "select='*'")));
     TEST_ASSERT_TRUE(mission.rules[0].is_any);
@@ -360,7 +360,7 @@ static void paths_are_relative_to_the_mission_or_absolute(void)
 #define BUS(name) "<Bus name='" name "' bitRate='1000000'/>"
 #define SPARE(name, of) "<Bus name='" name "' redundantTo='" of "' bitRate='1000000'/>"
 
-static void a_redundant_bus_belongs_to_one_other(void)
+static void a_bus_is_the_redundant_one_of_at_most_one_other(void)
 {
     static const struct {
         const char* buses;
@@ -421,7 +421,7 @@ static void devices_of_one_subsystem_share_its_bus(void)
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, load(flight_document), descriptor_error(&loader));
 }
 
-static void a_folder_is_no_descriptor(void)
+static void a_folder_is_refused_as_a_descriptor(void)
 {
     TEST_ASSERT_EQUAL(STATUS_IO, descriptor_load_subsystem(&loader, folder, &scratch));
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), ":0: cannot read: "));
@@ -435,7 +435,7 @@ static void ports_that_share_no_method_make_no_link(void)
         strstr(descriptor_error(&loader), "flight.xml:19: the two ports share no transfer method"));
 }
 
-static void its_hashes_see_every_subsystem(void)
+static void the_hashes_of_a_mission_depend_on_every_subsystem(void)
 {
     load_the_good_one();
     const uint64_t interface_hash     = mission.interface_hash;
@@ -549,22 +549,22 @@ int main(void)
     RUN_TEST(reads_modes_log_buses_and_ground);
     RUN_TEST(resolves_links_to_the_ids_of_ports);
     RUN_TEST(resolves_plans_and_finds_the_first_that_matches);
-    RUN_TEST(tells_file_line_and_cause_of_each_error);
+    RUN_TEST(each_error_contains_file_line_and_cause);
     RUN_TEST(a_ground_with_a_key_may_be_open);
     RUN_TEST(an_error_in_a_subsystem_names_its_file);
     RUN_TEST(ports_that_share_no_method_make_no_link);
     RUN_TEST(reads_epochs_of_leap_years_and_at_the_ends);
     RUN_TEST(time_is_reported_in_the_format_of_the_mission);
-    RUN_TEST(how_long_a_subsystem_lives_without_supervisor_is_the_missions);
+    RUN_TEST(the_mission_sets_the_time_a_subsystem_waits_for_its_supervisor);
     RUN_TEST(the_fallback_mode_is_the_one_marked_or_0);
-    RUN_TEST(a_rule_may_select_anything);
+    RUN_TEST(the_selection_of_a_rule_may_be_any);
     RUN_TEST(of_several_mistakes_the_first_is_reported);
     RUN_TEST(paths_are_relative_to_the_mission_or_absolute);
-    RUN_TEST(a_redundant_bus_belongs_to_one_other);
+    RUN_TEST(a_bus_is_the_redundant_one_of_at_most_one_other);
     RUN_TEST(a_bus_has_the_devices_of_one_subsystem);
     RUN_TEST(devices_of_one_subsystem_share_its_bus);
-    RUN_TEST(a_folder_is_no_descriptor);
-    RUN_TEST(its_hashes_see_every_subsystem);
+    RUN_TEST(a_folder_is_refused_as_a_descriptor);
+    RUN_TEST(the_hashes_of_a_mission_depend_on_every_subsystem);
     RUN_TEST(a_subsystem_reads_no_descriptor_but_its_own);
     RUN_TEST(loading_a_mission_leaves_the_requested_model);
     RUN_TEST(loading_a_part_of_a_mission_without_a_subsystem_is_asserted);

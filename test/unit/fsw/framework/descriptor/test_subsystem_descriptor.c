@@ -423,7 +423,7 @@ static const damage_t damages[] = {
     {"name='GROUND'", "name='JOINT1'", 48U, "name JOINT1 is taken in line 44"},
 };
 
-static void tells_file_line_and_cause_of_each_error(void)
+static void each_error_contains_file_line_and_cause(void)
 {
     for (size_t i = 0U; i < (sizeof damages / sizeof damages[0]); i++) {
         const damage_t* const damage = &damages[i];
@@ -584,7 +584,7 @@ int main(void)
     RUN_TEST(reads_housekeeping_as_in_the_paper);
     RUN_TEST(reads_loops_of_a_configuration);
     RUN_TEST(reads_ports_and_devices_of_a_configuration);
-    RUN_TEST(tells_file_line_and_cause_of_each_error);
+    RUN_TEST(each_error_contains_file_line_and_cause);
     RUN_TEST(a_file_cut_at_every_octet_is_an_error);
     RUN_TEST(hostile_documents_are_errors_with_a_line);
     RUN_TEST(the_interface_hash_sees_the_interface_and_nothing_else);

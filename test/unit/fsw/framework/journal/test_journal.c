@@ -209,7 +209,7 @@ static void a_full_medium_refuses_puts_and_still_erases(void)
     TEST_ASSERT_EQUAL_UINT64(1U, kept_count);
 }
 
-static void dead_octets_are_left_behind_at_commit(void)
+static void a_commit_drops_octets_of_replaced_records(void)
 {
     configuration.slack = 1000U;
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
@@ -312,7 +312,7 @@ static void a_stale_generation_is_not_accepted(void)
 }
 
 /// Records with the right numbers, after records other than those before them.
-static void a_record_of_another_history_is_not_accepted(void)
+static void a_record_of_another_sequence_of_records_is_not_accepted(void)
 {
     static image_t other[2];
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -470,14 +470,14 @@ static void fail_everywhere(const uint32_t limit, const uint32_t slack)
     }
 }
 
-static void a_commit_that_failed_is_made_up_for(void)
+static void a_commit_that_failed_is_repeated(void)
 {
     fail_everywhere(900U, 900U); // Puts compact,
     fail_everywhere(3000U, 0U);  // commits do.
 }
 
 /// The remains of a failed write are cut off before anything else is written.
-static void a_torn_record_leaves_nothing_behind_the_next_one(void)
+static void a_torn_record_is_overwritten_completely_by_the_next_one(void)
 {
     recorded.calls     = 0U;
     recorded.fail_from = 1U;
@@ -582,16 +582,16 @@ int main(void)
     RUN_TEST(a_full_index_refuses_new_records_only);
     RUN_TEST(too_large_a_record_is_refused);
     RUN_TEST(a_full_medium_refuses_puts_and_still_erases);
-    RUN_TEST(dead_octets_are_left_behind_at_commit);
+    RUN_TEST(a_commit_drops_octets_of_replaced_records);
     RUN_TEST(a_transaction_larger_than_a_medium_is_refused);
     RUN_TEST(a_stale_tail_is_not_accepted);
     RUN_TEST(a_stale_generation_is_not_accepted);
-    RUN_TEST(a_record_of_another_history_is_not_accepted);
+    RUN_TEST(a_record_of_another_sequence_of_records_is_not_accepted);
     RUN_TEST(any_damaged_octet_is_noticed);
     RUN_TEST(erasing_a_missing_record_is_skipped);
     RUN_TEST(octets_that_are_no_journal_are_replaced);
-    RUN_TEST(a_commit_that_failed_is_made_up_for);
-    RUN_TEST(a_torn_record_leaves_nothing_behind_the_next_one);
+    RUN_TEST(a_commit_that_failed_is_repeated);
+    RUN_TEST(a_torn_record_is_overwritten_completely_by_the_next_one);
     RUN_TEST(a_medium_that_stays_broken_keeps_what_was_committed);
     RUN_TEST(a_commit_fails_as_long_as_its_records_cannot_be_read);
     RUN_TEST(every_error_at_open_is_reported);

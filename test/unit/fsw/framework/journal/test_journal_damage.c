@@ -198,7 +198,7 @@ void tearDown(void)
 {
 }
 
-static void damage_anywhere_is_told_or_does_no_harm(void)
+static void damage_at_any_octet_is_reported_or_harmless(void)
 {
     char text[96];
     write_journal(3U); // No compaction yet.
@@ -215,7 +215,7 @@ static void damage_anywhere_is_told_or_does_no_harm(void)
 }
 
 /// Any two damages of one medium, in journals of any length. `LONG=1`: very many.
-static void many_damages_are_told_or_do_no_harm(void)
+static void several_damaged_octets_are_reported_or_harmless(void)
 {
     const unsigned count = (getenv("LONG") != NULL) ? RANDOM_LONG : RANDOM_SHORT;
     for (unsigned i = 0U; i < count; i++) {
@@ -349,8 +349,8 @@ static void a_damaged_journal_opens_without_a_preserving_callback(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(damage_anywhere_is_told_or_does_no_harm);
-    RUN_TEST(many_damages_are_told_or_do_no_harm);
+    RUN_TEST(damage_at_any_octet_is_reported_or_harmless);
+    RUN_TEST(several_damaged_octets_are_reported_or_harmless);
     RUN_TEST(lost_transactions_are_counted);
     RUN_TEST(damage_of_both_media_is_reported);
     RUN_TEST(errors_of_damaged_media_are_reported);

@@ -297,7 +297,7 @@ void tearDown(void)
 {
 }
 
-static void every_cut_leaves_a_whole_transaction(void)
+static void every_power_cut_leaves_complete_transactions(void)
 {
     unsigned long compactions = 0U;
     unsigned long full        = 0U;
@@ -364,7 +364,7 @@ static void an_area_whose_erasure_failed_is_erased_again(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_cut_leaves_a_whole_transaction);
+    RUN_TEST(every_power_cut_leaves_complete_transactions);
     RUN_TEST(an_area_whose_erasure_failed_is_erased_again);
     return UNITY_END();
 }

@@ -177,7 +177,7 @@ static void fill_the_window(void)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-static void a_window_is_all_that_may_be_under_way(void)
+static void no_more_messages_than_a_window_are_unacknowledged(void)
 {
     party_in_each_form(&party, fill_the_window);
 }
@@ -217,7 +217,7 @@ static void fill_the_octets_of_the_window(void)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-static void a_window_of_octets_is_all_that_may_be_under_way(void)
+static void no_more_octets_than_a_window_are_unacknowledged(void)
 {
     party_in_each_form(&party, fill_the_octets_of_the_window);
 }
@@ -311,12 +311,12 @@ static void meet_a_full_carrier(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.unreachable);
 }
 
-static void a_full_carrier_loses_nothing(void)
+static void messages_are_kept_while_the_carrier_is_full(void)
 {
     party_in_each_form(&party, meet_a_full_carrier);
 }
 
-static void meet_nobody(void)
+static void send_to_an_unreachable_receiver(void)
 {
     set_fate(0U, 0U, 2U, STATUS_CLOSED);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, send_number(0U, 1U, 0U));
@@ -330,7 +330,7 @@ static void meet_nobody(void)
 
 static void a_missing_peer_is_reported_and_counted(void)
 {
-    party_in_each_form(&party, meet_nobody);
+    party_in_each_form(&party, send_to_an_unreachable_receiver);
 }
 
 static void lose_some(void)
@@ -393,7 +393,7 @@ static void lose_a_whole_window(void)
     expect_number(1U, 0U, 100U);
 }
 
-static void a_lost_window_does_not_silence_the_sender(void)
+static void the_sender_continues_after_the_loss_of_a_window(void)
 {
     party_in_each_form(&party, lose_a_whole_window);
 }
@@ -471,15 +471,15 @@ int main(void)
     RUN_TEST(only_peers_are_known);
     RUN_TEST(there_are_as_many_peers_as_places);
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
-    RUN_TEST(a_window_is_all_that_may_be_under_way);
-    RUN_TEST(a_window_of_octets_is_all_that_may_be_under_way);
+    RUN_TEST(no_more_messages_than_a_window_are_unacknowledged);
+    RUN_TEST(no_more_octets_than_a_window_are_unacknowledged);
     RUN_TEST(data_carries_credit_along);
     RUN_TEST(whatever_is_accepted_arrives_in_order);
-    RUN_TEST(a_full_carrier_loses_nothing);
+    RUN_TEST(messages_are_kept_while_the_carrier_is_full);
     RUN_TEST(a_missing_peer_is_reported_and_counted);
     RUN_TEST(lost_blocks_are_counted_and_give_their_credit_back);
     RUN_TEST(the_last_of_a_window_may_come_alone);
-    RUN_TEST(a_lost_window_does_not_silence_the_sender);
+    RUN_TEST(the_sender_continues_after_the_loss_of_a_window);
     RUN_TEST(refused_credit_is_offered_again);
     RUN_TEST(diverted_frames_arrive_when_they_are_forwarded);
     return UNITY_END();

@@ -78,7 +78,7 @@ static void restart_the_receiver(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
 }
 
-static void a_receiver_that_comes_back_starts_again(void)
+static void transfer_starts_again_after_a_restart_of_the_receiver(void)
 {
     party_in_each_form(&party, restart_the_receiver);
 }
@@ -95,7 +95,7 @@ static void restart_the_sender(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(1U)->counters.lost);
 }
 
-static void a_sender_that_comes_back_starts_again(void)
+static void transfer_starts_again_after_a_restart_of_the_sender(void)
 {
     party_in_each_form(&party, restart_the_sender);
 }
@@ -129,7 +129,7 @@ static void hear_an_old_sender_late(void)
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.stale);
 }
 
-static void an_old_peer_is_never_taken_for_the_new(void)
+static void an_old_peer_is_never_confused_with_the_new_one(void)
 {
     party_in_each_form(&party, hear_an_old_sender_late);
 }
@@ -150,7 +150,7 @@ static void restart_both(void)
     exchange(0U, 1U, 200U, 100U);
 }
 
-static void two_that_come_back_meet_again(void)
+static void two_restarted_ends_agree_again(void)
 {
     party_in_each_form(&party, restart_both);
 }
@@ -181,7 +181,7 @@ static void messages_to_a_previous_life_consume_no_credit(void)
     party_in_each_form(&party, die_after_hello);
 }
 
-static void stay_unheard(void)
+static void restart_a_receiver_before_its_first_answer(void)
 {
     send_number(0U, 1U, 1U); // Never heard before, but it can only be the first life.
     TEST_ASSERT_EQUAL(1U, next_number(1U));
@@ -197,7 +197,7 @@ static void stay_unheard(void)
 
 static void a_restarted_component_is_heard_before_it_is_reported(void)
 {
-    party_in_each_form(&party, stay_unheard);
+    party_in_each_form(&party, restart_a_receiver_before_its_first_answer);
 }
 
 static void restart_at_random(void)
@@ -229,7 +229,7 @@ static void restart_at_random(void)
     TEST_ASSERT_TRUE(deliveries > 6000U);
 }
 
-static void no_history_of_restarts_doubles_or_disorders(void)
+static void random_restarts_neither_double_nor_reorder_messages(void)
 {
     party_in_each_form(&party, restart_at_random);
 }
@@ -275,7 +275,7 @@ static void inject(const header_t* header, size_t payload)
     party_inject(&party, 0U, 1U, octets, size);
 }
 
-static void the_frame_is_as_the_header_says(void)
+static void the_frame_has_the_layout_of_its_header_file(void)
 {
     party_open(&party, PARTY_RING);
     uint8_t expected[64];
@@ -514,14 +514,14 @@ static void both_forms_behave_as_one(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_receiver_that_comes_back_starts_again);
-    RUN_TEST(a_sender_that_comes_back_starts_again);
-    RUN_TEST(an_old_peer_is_never_taken_for_the_new);
-    RUN_TEST(two_that_come_back_meet_again);
+    RUN_TEST(transfer_starts_again_after_a_restart_of_the_receiver);
+    RUN_TEST(transfer_starts_again_after_a_restart_of_the_sender);
+    RUN_TEST(an_old_peer_is_never_confused_with_the_new_one);
+    RUN_TEST(two_restarted_ends_agree_again);
     RUN_TEST(messages_to_a_previous_life_consume_no_credit);
     RUN_TEST(a_restarted_component_is_heard_before_it_is_reported);
-    RUN_TEST(no_history_of_restarts_doubles_or_disorders);
-    RUN_TEST(the_frame_is_as_the_header_says);
+    RUN_TEST(random_restarts_neither_double_nor_reorder_messages);
+    RUN_TEST(the_frame_has_the_layout_of_its_header_file);
     RUN_TEST(a_frame_is_refused_at_every_shorter_length);
     RUN_TEST(each_field_is_checked);
     RUN_TEST(a_sequence_beyond_the_window_is_not_accepted);

@@ -147,7 +147,7 @@ static void other_lives_than_that_change_nothing(void)
 }
 
 /// Without lives from the run, the first frame to a life that was never heard cannot be judged.
-static void tell_somebody_unheard(void)
+static void send_to_a_life_that_was_never_heard(void)
 {
     party_restart(&party, 1U, 2U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 1U));
@@ -164,7 +164,7 @@ static void tell_somebody_unheard(void)
 
 static void a_lost_first_frame_is_reported(void)
 {
-    party_in_each_form(&party, tell_somebody_unheard);
+    party_in_each_form(&party, send_to_a_life_that_was_never_heard);
 }
 
 /// The supervisor has ordered a start and dies: its position is of the peer's previous life.
@@ -274,7 +274,7 @@ static void be_far_ahead(void)
     TEST_ASSERT_EQUAL(103U, end(1U)->counters.lost);
 }
 
-static void a_sequence_far_ahead_is_found_again(void)
+static void a_receiver_finds_a_sequence_number_far_ahead(void)
 {
     party_in_each_form(&party, be_far_ahead);
 }
@@ -327,7 +327,7 @@ static void no_forged_frame_leaves_a_channel_dead(void)
     party_in_each_form(&party, forge_each_field);
 }
 
-static void a_forged_life_is_corrected_without_lives_from_the_run(void)
+static void without_lives_from_the_run_a_forged_life_is_corrected(void)
 {
     uint8_t frame[MESSAGE_HEADER_OCTETS + 4U];
     party_open(&party, PARTY_RING);
@@ -380,9 +380,9 @@ int main(void)
     RUN_TEST(a_lost_first_frame_is_reported);
     RUN_TEST(a_position_of_an_earlier_life_is_not_resumed);
     RUN_TEST(one_exchange_later_all_is_counted_and_data_passes);
-    RUN_TEST(a_sequence_far_ahead_is_found_again);
+    RUN_TEST(a_receiver_finds_a_sequence_number_far_ahead);
     RUN_TEST(no_forged_frame_leaves_a_channel_dead);
-    RUN_TEST(a_forged_life_is_corrected_without_lives_from_the_run);
+    RUN_TEST(without_lives_from_the_run_a_forged_life_is_corrected);
     RUN_TEST(damaged_frames_leave_no_channel_dead);
     return UNITY_END();
 }

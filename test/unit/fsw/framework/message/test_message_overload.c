@@ -121,7 +121,7 @@ static void send_to_a_sleeper(void)
     TEST_ASSERT_TRUE(refused > (PACKETS / 10U));
 }
 
-static void a_slow_receiver_loses_nothing_silently(void)
+static void every_loss_of_a_slow_receiver_is_counted(void)
 {
     party_in_each_form(&party, send_to_a_sleeper);
 }
@@ -167,7 +167,7 @@ static uint32_t lose_both_windows(void)
     return lost;
 }
 
-static void survive_a_cut_in_both_directions(void)
+static void lose_both_directions_and_continue(void)
 {
     exchange(3U);
     const uint32_t lost = lose_both_windows();
@@ -192,7 +192,7 @@ static void survive_a_cut_in_both_directions(void)
 
 static void both_windows_lost_are_counted_and_given_back(void)
 {
-    party_in_each_form(&party, survive_a_cut_in_both_directions);
+    party_in_each_form(&party, lose_both_directions_and_continue);
 }
 
 static void ask_after_a_hint(void)
@@ -210,7 +210,7 @@ static void ask_after_a_hint(void)
     TEST_ASSERT_EQUAL(5U, take_numbered(1U));
 }
 
-static void a_hint_asks_at_once(void)
+static void a_hint_starts_a_query_at_once(void)
 {
     party_in_each_form(&party, ask_after_a_hint);
 }
@@ -248,7 +248,7 @@ static void credit_that_was_lost_is_reported_again(void)
     party_in_each_form(&party, offer_the_same_credit_again);
 }
 
-static void flood_a_sleeper(void)
+static void flood_a_receiver_that_sleeps(void)
 {
     for (uint32_t i = 0U; i < 1000000U; i++) {
         TEST_ASSERT_EQUAL((i < MESSAGE_WINDOW) ? STATUS_OK : STATUS_FULL,
@@ -258,9 +258,9 @@ static void flood_a_sleeper(void)
     TEST_ASSERT_EQUAL(1000000U - MESSAGE_WINDOW, counters(0U)->no_credit);
 }
 
-static void asking_does_not_fill_the_way(void)
+static void repeated_queries_do_not_fill_the_carrier(void)
 {
-    party_in_each_form(&party, flood_a_sleeper);
+    party_in_each_form(&party, flood_a_receiver_that_sleeps);
 }
 
 /// However long the connection was cut, the ends detect it within a bounded number of attempts.
@@ -285,7 +285,7 @@ static void cut_for_long(void)
     TEST_ASSERT_EQUAL(lost, counters(1U)->lost);
 }
 
-static void a_long_cut_is_found_to_be_over(void)
+static void the_end_of_a_long_interruption_is_detected(void)
 {
     party_in_each_form(&party, cut_for_long);
 }
@@ -293,11 +293,11 @@ static void a_long_cut_is_found_to_be_over(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_slow_receiver_loses_nothing_silently);
+    RUN_TEST(every_loss_of_a_slow_receiver_is_counted);
     RUN_TEST(both_windows_lost_are_counted_and_given_back);
-    RUN_TEST(a_hint_asks_at_once);
+    RUN_TEST(a_hint_starts_a_query_at_once);
     RUN_TEST(credit_that_was_lost_is_reported_again);
-    RUN_TEST(asking_does_not_fill_the_way);
-    RUN_TEST(a_long_cut_is_found_to_be_over);
+    RUN_TEST(repeated_queries_do_not_fill_the_carrier);
+    RUN_TEST(the_end_of_a_long_interruption_is_detected);
     return UNITY_END();
 }

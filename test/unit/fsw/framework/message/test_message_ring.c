@@ -58,7 +58,7 @@ static void a_block_fills_the_ring_to_the_last_octet(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, message_ring_put(&ring, octets, 17U));
 }
 
-static void empty_blocks_count(void)
+static void empty_blocks_count_as_blocks(void)
 {
     uint8_t storage[16];
     uint8_t octets[1];
@@ -267,7 +267,7 @@ static void a_run_of_octets_fills_another_ring(void)
     TEST_ASSERT_EQUAL(0U, second.blocks);
 }
 
-static void the_self_test_sees_damage(void)
+static void the_self_test_detects_damage(void)
 {
     static const uint8_t octets[6] = {0};
     uint8_t storage[64];
@@ -282,7 +282,7 @@ static void the_self_test_sees_damage(void)
     TEST_ASSERT_FALSE(octet_ring_is_consistent(&ring));
 }
 
-static void blocks_are_looked_at_where_they_lie(void)
+static void blocks_are_read_in_place(void)
 {
     uint8_t storage[40];
     uint8_t head[3];
@@ -337,14 +337,14 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_new_ring_is_empty);
     RUN_TEST(a_block_fills_the_ring_to_the_last_octet);
-    RUN_TEST(empty_blocks_count);
+    RUN_TEST(empty_blocks_count_as_blocks);
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
     RUN_TEST(a_block_comes_in_two_parts);
     RUN_TEST(the_largest_block_survives);
     RUN_TEST(a_ring_behaves_like_a_list);
-    RUN_TEST(blocks_are_looked_at_where_they_lie);
+    RUN_TEST(blocks_are_read_in_place);
     RUN_TEST(a_run_of_octets_fills_another_ring);
-    RUN_TEST(the_self_test_sees_damage);
+    RUN_TEST(the_self_test_detects_damage);
     RUN_TEST(coding_errors_are_caught);
     return UNITY_END();
 }

@@ -112,7 +112,7 @@ static void deliver_twice(void)
                                                                end(1U)->places[0].channel.position.told));
 }
 
-static void a_frame_that_comes_twice_is_delivered_once(void)
+static void a_duplicated_frame_is_delivered_once(void)
 {
     party_in_each_form(&party, deliver_twice);
 }
@@ -148,7 +148,7 @@ static void claim_credit_twice(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.lost + end(0U)->counters.stale);
 }
 
-static void credit_that_is_told_twice_is_given_once(void)
+static void credit_that_is_received_twice_is_given_once(void)
 {
     party_in_each_form(&party, claim_credit_twice);
 }
@@ -156,7 +156,7 @@ static void credit_that_is_told_twice_is_given_once(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_frame_that_comes_twice_is_delivered_once);
-    RUN_TEST(credit_that_is_told_twice_is_given_once);
+    RUN_TEST(a_duplicated_frame_is_delivered_once);
+    RUN_TEST(credit_that_is_received_twice_is_given_once);
     return UNITY_END();
 }

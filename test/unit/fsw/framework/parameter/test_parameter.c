@@ -155,7 +155,7 @@ static void an_entry_is_read_without_the_lock(void)
 }
 
 /// The octets of the value overlap the guard, as if the owner had written in between.
-static void a_read_that_the_owner_overtakes_takes_the_lock(void)
+static void a_read_during_a_write_is_repeated_under_the_lock(void)
 {
     static const uint8_t expected[] = {0x3F, 0x80, 0x00, 0x00};
     const parameter_entry_t* entry  = NULL;
@@ -391,7 +391,7 @@ int main(void)
     RUN_TEST(refuses_parameters_already_published_or_without_room);
     RUN_TEST(a_read_that_does_not_fit_writes_nothing);
     RUN_TEST(an_entry_is_read_without_the_lock);
-    RUN_TEST(a_read_that_the_owner_overtakes_takes_the_lock);
+    RUN_TEST(a_read_during_a_write_is_repeated_under_the_lock);
     RUN_TEST(while_values_change_an_entry_is_read_with_the_lock);
     RUN_TEST(writes_only_settable_parameters);
     RUN_TEST(a_write_changes_all_fields_or_none);

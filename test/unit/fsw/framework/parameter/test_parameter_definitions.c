@@ -60,7 +60,7 @@ static void a_definition_agrees_with_its_fields(void)
     TEST_ASSERT_TRUE(assertion_fails(publish));
 }
 
-static void a_value_is_written_whole_or_not_at_all(void)
+static void a_value_is_written_completely_or_refused(void)
 {
     uint8_t octets[16];
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &good, storage));
@@ -104,7 +104,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_definition_agrees_with_its_fields);
-    RUN_TEST(a_value_is_written_whole_or_not_at_all);
+    RUN_TEST(a_value_is_written_completely_or_refused);
     RUN_TEST(self_test_finds_damage);
     return UNITY_END();
 }

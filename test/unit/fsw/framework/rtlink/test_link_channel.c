@@ -102,7 +102,7 @@ static void live_and_die(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, rtlink_consumer_read(&consumer, 0U));
 }
 
-static void a_link_lives_from_open_to_close(void)
+static void a_link_exists_from_open_to_close(void)
 {
     over_each_method(live_and_die);
 }
@@ -202,7 +202,7 @@ static void wrap(void)
     TEST_ASSERT_EQUAL(6U, consumer.counters.frames);
 }
 
-static void the_sequence_goes_around(void)
+static void the_sequence_number_wraps(void)
 {
     over_each_method(wrap);
 }
@@ -266,7 +266,7 @@ static void an_old_reader_of_replaced_memory_goes_stale(void)
 
 // ---- What cannot be opened ----
 
-static void an_impossible_opening_is_reported(void)
+static void opening_an_impossible_link_is_refused(void)
 {
     rtlink_terms_t terms = links_terms(RTLINK_METHOD_SHARED_MEMORY, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_producer_open(&producer, &links, LINK_UNKNOWN, &terms, 1U));
@@ -361,7 +361,7 @@ static void datagrams_are_checked(void)
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(0U));
 }
 
-static void an_overtaken_datagram_is_left_aside(void)
+static void a_datagram_overtaken_by_a_later_one_is_ignored(void)
 {
     static const uint32_t order[] = {5U, 5U, 4U, 8U, 6U, 9U};
     rtlink_frame_header_t frame   = {.producer_state = 5U, .link = LINK, .epoch = 1U};
@@ -442,7 +442,7 @@ static bool name_as_wanted(void* context, uint16_t link, char* out_name, size_t 
     return wanted_name[0] != '\0';
 }
 
-static void a_name_that_cannot_be_is_said(void)
+static void an_impossible_name_of_shared_memory_is_refused(void)
 {
     rtlink_resolver_t named    = links;
     named.shm_name             = name_as_wanted;
@@ -464,7 +464,7 @@ static void a_name_that_cannot_be_is_said(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(wanted_name));
 }
 
-static void nobody_need_know_what_was_delivered(void)
+static void the_callback_for_delivered_samples_is_optional(void)
 {
     rtlink_resolver_t silent   = links;
     silent.delivered           = NULL;
@@ -478,24 +478,24 @@ static void nobody_need_know_what_was_delivered(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_link_lives_from_open_to_close);
+    RUN_TEST(a_link_exists_from_open_to_close);
     RUN_TEST(the_latest_sample_is_read);
     RUN_TEST(a_sample_is_stale_beyond_its_age_and_not_at_it);
     RUN_TEST(losses_are_counted_per_sample_that_should_have_come);
-    RUN_TEST(the_sequence_goes_around);
+    RUN_TEST(the_sequence_number_wraps);
     RUN_TEST(an_earlier_opening_is_forgotten);
     RUN_TEST(an_old_producer_is_not_accepted);
     RUN_TEST(an_old_reader_of_replaced_memory_goes_stale);
-    RUN_TEST(an_impossible_opening_is_reported);
+    RUN_TEST(opening_an_impossible_link_is_refused);
     RUN_TEST(memory_of_another_size_is_not_read);
     RUN_TEST(a_closed_link_leaves_no_name);
     RUN_TEST(a_damaged_slot_is_refused);
     RUN_TEST(datagrams_are_checked);
-    RUN_TEST(an_overtaken_datagram_is_left_aside);
+    RUN_TEST(a_datagram_overtaken_by_a_later_one_is_ignored);
     RUN_TEST(no_datagram_reaches_a_link_by_memory);
     RUN_TEST(a_datagram_that_does_not_leave_is_counted);
     RUN_TEST(why_a_frame_over_tipc_does_not_leave_is_reported);
-    RUN_TEST(a_name_that_cannot_be_is_said);
-    RUN_TEST(nobody_need_know_what_was_delivered);
+    RUN_TEST(an_impossible_name_of_shared_memory_is_refused);
+    RUN_TEST(the_callback_for_delivered_samples_is_optional);
     return UNITY_END();
 }

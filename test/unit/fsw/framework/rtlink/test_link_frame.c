@@ -28,7 +28,7 @@ static uint8_t draw(void)
     return (uint8_t)(random_state >> 24U);
 }
 
-static void the_frame_is_as_the_header_says(void)
+static void the_frame_has_the_layout_of_its_header_file(void)
 {
     static const uint8_t expected[27] = {0x52U, 0x54U, 0x01U, 0x05U, 0x01U, 0x02U, 0x00U, 0x00U, 0x03U,
                                          0x04U, 0x05U, 0x06U, 0x07U, 0x08U, 0x09U, 0x0AU, 0x0BU, 0x0CU,
@@ -45,7 +45,7 @@ static void the_frame_is_as_the_header_says(void)
     }
 }
 
-static void every_size_comes_back(void)
+static void every_size_of_record_is_read_back(void)
 {
     for (size_t size = 1U; size <= RTLINK_PAYLOAD_MAX; size++) {
         for (unsigned with_crc = 0U; with_crc < 2U; with_crc++) {
@@ -81,7 +81,7 @@ static status_t decode(const uint8_t* frame, size_t size, size_t payload_size, b
     return rtlink_frame_decode(last, size, payload_size, with_crc, &found, &octets);
 }
 
-static void every_other_length_is_refused(void)
+static void every_wrong_length_is_refused(void)
 {
     uint8_t payload[RTLINK_PAYLOAD_MAX] = {0};
     uint8_t frame[LINK_FRAME_MAX]       = {0};
@@ -97,7 +97,7 @@ static void every_other_length_is_refused(void)
     }
 }
 
-static void no_flipped_bit_goes_unseen(void)
+static void every_flipped_bit_is_detected(void)
 {
     uint8_t payload[32];
     uint8_t frame[LINK_FRAME_MAX];
@@ -133,7 +133,7 @@ static void without_a_checksum_the_fixed_fields_are_checked(void)
     }
 }
 
-static void the_epoch_is_told_without_decoding(void)
+static void the_epoch_is_read_without_decoding_the_frame(void)
 {
     const uint8_t payload[1] = {9U};
     uint8_t frame[LINK_FRAME_MAX];
@@ -148,11 +148,11 @@ static void the_epoch_is_told_without_decoding(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_frame_is_as_the_header_says);
-    RUN_TEST(every_size_comes_back);
-    RUN_TEST(every_other_length_is_refused);
-    RUN_TEST(no_flipped_bit_goes_unseen);
+    RUN_TEST(the_frame_has_the_layout_of_its_header_file);
+    RUN_TEST(every_size_of_record_is_read_back);
+    RUN_TEST(every_wrong_length_is_refused);
+    RUN_TEST(every_flipped_bit_is_detected);
     RUN_TEST(without_a_checksum_the_fixed_fields_are_checked);
-    RUN_TEST(the_epoch_is_told_without_decoding);
+    RUN_TEST(the_epoch_is_read_without_decoding_the_frame);
     return UNITY_END();
 }

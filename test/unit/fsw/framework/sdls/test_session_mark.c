@@ -71,7 +71,7 @@ static void test_a_copy_may_decay(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
 }
 
-static void test_lost_marks_and_marks_of_another_key(void)
+static void test_missing_marks_and_marks_of_another_key_are_refused(void)
 {
     check[0] ^= 1U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
@@ -157,7 +157,7 @@ int main(void)
     RUN_TEST(test_numbers_stay);
     RUN_TEST(test_both_copies_follow);
     RUN_TEST(test_a_copy_may_decay);
-    RUN_TEST(test_lost_marks_and_marks_of_another_key);
+    RUN_TEST(test_missing_marks_and_marks_of_another_key_are_refused);
     RUN_TEST(test_a_disk_that_refuses);
     RUN_TEST(test_power_cuts);
     return UNITY_END();

@@ -185,7 +185,7 @@ static bool takes(const subsystem_descriptor_t* of, subsystem_misfit_t* out_misf
     return true;
 }
 
-static void the_subsystem_has_the_last_word(void)
+static void a_subsystem_can_refuse_its_descriptor(void)
 {
     callbacks.fits = refuses;
     expect(false, 7U, "no");
@@ -219,7 +219,7 @@ int main(void)
     RUN_TEST(a_configuration_has_room_for_sixteen_structures);
     RUN_TEST(a_structure_has_room_for_eight_sets);
     RUN_TEST(a_structure_has_room_for_its_octets);
-    RUN_TEST(the_subsystem_has_the_last_word);
+    RUN_TEST(a_subsystem_can_refuse_its_descriptor);
     RUN_TEST(the_refusal_is_an_error_with_file_and_line);
     RUN_TEST(without_a_descriptor_nothing_is_asked);
     return UNITY_END();

@@ -86,7 +86,7 @@ void tearDown(void)
     fixture_close();
 }
 
-static void they_are_stepped_in_every_cycle_in_offline_too(void)
+static void optional_services_are_stepped_in_every_cycle_also_in_offline(void)
 {
     fixture_run(3U);
     TEST_ASSERT_EQUAL_UINT32(3U, storage.steps);
@@ -289,7 +289,7 @@ static void the_component_is_read_but_not_written(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(they_are_stepped_in_every_cycle_in_offline_too);
+    RUN_TEST(optional_services_are_stepped_in_every_cycle_also_in_offline);
     RUN_TEST(records_go_to_the_service_they_are_of);
     RUN_TEST(a_request_whose_effect_is_not_stored_fails);
     RUN_TEST(a_subsystem_reaches_itself_and_the_supervisor);

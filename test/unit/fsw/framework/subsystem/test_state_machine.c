@@ -164,7 +164,7 @@ static void every_event_in_every_state(void)
     }
 }
 
-static void an_error_goes_to_six_before_anything_else(void)
+static void an_error_leads_to_error_operational_before_its_action(void)
 {
     static const state_action_t actions[] = {ACTION_CONFIGURE,    ACTION_START_CONTROL, ACTION_ENGAGE,
                                              ACTION_STOP_CONTROL, ACTION_DISENGAGE,     ACTION_SECURE};
@@ -249,7 +249,7 @@ static void on_the_way_down_nothing_stops_a_failure(void)
 }
 
 /// The failure belongs to the request before: a later request that succeeds is not reported as failed.
-static void a_failure_is_forgotten_by_the_next_request(void)
+static void the_next_request_clears_an_earlier_failure(void)
 {
     for (unsigned i = 0U; i < (sizeof outcome_rows / sizeof outcome_rows[0]); i++) {
         state_machine_t machine = machine_running(outcome_rows[i].action);
@@ -394,10 +394,10 @@ int main(void)
     RUN_TEST(configurations_are_selected_in_pre_operational_only);
     RUN_TEST(a_refused_descriptor_stays_offline);
     RUN_TEST(every_event_in_every_state);
-    RUN_TEST(an_error_goes_to_six_before_anything_else);
+    RUN_TEST(an_error_leads_to_error_operational_before_its_action);
     RUN_TEST(every_outcome_of_every_action);
     RUN_TEST(on_the_way_down_nothing_stops_a_failure);
-    RUN_TEST(a_failure_is_forgotten_by_the_next_request);
+    RUN_TEST(the_next_request_clears_an_earlier_failure);
     RUN_TEST(requests_for_0_and_6_cut_an_action_short);
     RUN_TEST(all_other_requests_wait);
     RUN_TEST(a_request_at_rest_supersedes_nothing);

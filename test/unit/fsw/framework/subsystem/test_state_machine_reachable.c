@@ -193,7 +193,7 @@ static unsigned longest_walk(const state_machine_t* machine, unsigned depth)
     return longest;
 }
 
-static void every_walk_ends_whatever_fails(void)
+static void every_sequence_of_transitions_ends_whatever_fails(void)
 {
     explore();
     for (unsigned i = 0U; i < visited_count; i++) {
@@ -201,7 +201,7 @@ static void every_walk_ends_whatever_fails(void)
     }
 }
 
-static void every_walk_reaches_its_target_if_nothing_fails(void)
+static void every_sequence_of_transitions_reaches_its_target_if_nothing_fails(void)
 {
     explore();
     for (unsigned i = 0U; i < visited_count; i++) {
@@ -234,8 +234,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_reachable_configuration_is_sound);
-    RUN_TEST(every_walk_ends_whatever_fails);
-    RUN_TEST(every_walk_reaches_its_target_if_nothing_fails);
+    RUN_TEST(every_sequence_of_transitions_ends_whatever_fails);
+    RUN_TEST(every_sequence_of_transitions_reaches_its_target_if_nothing_fails);
     RUN_TEST(offline_can_be_reached_from_everywhere);
     return UNITY_END();
 }

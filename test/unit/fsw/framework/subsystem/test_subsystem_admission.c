@@ -63,7 +63,7 @@ static void an_accepted_request_receives_all_its_answers(void)
     TEST_ASSERT_EQUAL(0U, reports_lost());
 }
 
-static void a_high_event_and_its_transition_have_room_behind_them(void)
+static void a_high_event_leaves_room_for_the_report_of_its_transition(void)
 {
     (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_run(40U);
@@ -83,7 +83,7 @@ static void a_high_event_and_its_transition_have_room_behind_them(void)
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.process.counters.lost_firm);
 }
 
-static void while_an_answer_is_unfinished_nothing_is_taken_in(void)
+static void no_request_is_read_while_an_answer_is_unfinished(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture.is_port_closed = true;
@@ -138,8 +138,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(an_accepted_request_receives_all_its_answers);
-    RUN_TEST(a_high_event_and_its_transition_have_room_behind_them);
-    RUN_TEST(while_an_answer_is_unfinished_nothing_is_taken_in);
+    RUN_TEST(a_high_event_leaves_room_for_the_report_of_its_transition);
+    RUN_TEST(no_request_is_read_while_an_answer_is_unfinished);
     RUN_TEST(events_that_wait_keep_no_request_out);
     RUN_TEST(of_many_refused_instructions_the_first_and_their_number_are_reported);
     return UNITY_END();

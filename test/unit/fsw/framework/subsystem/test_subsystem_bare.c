@@ -23,7 +23,7 @@ void tearDown(void)
     fixture_close();
 }
 
-static void without_callbacks_it_walks_through_all_states(void)
+static void a_subsystem_without_callbacks_reaches_all_states(void)
 {
     fixture.subsystem.config.callbacks = &nothing;
     (void)fixture_state(STATE_PRE_OPERATIONAL);
@@ -89,7 +89,7 @@ static void reports_of_other_processes_go_to_their_carrier(void)
     fixture_expect("");
 }
 
-static void it_misses_no_supervisor_that_it_never_heard(void)
+static void a_subsystem_does_not_time_out_before_its_first_message_of_the_supervisor(void)
 {
     TEST_ASSERT_EQUAL(ANSWER_NO, subsystem_request(&fixture.subsystem, STATE_OPERATIONAL, CAUSE_REQUEST));
     TEST_ASSERT_EQUAL(ANSWER_NO, subsystem_select(&fixture.subsystem, FIXTURE_ALONE));
@@ -125,7 +125,7 @@ static status_t go_on(const subsystem_function_t* function)
     return STATUS_BUSY;
 }
 
-static void how_long_a_device_may_be_silent_is_the_missions(void)
+static void the_mission_sets_the_deadline_of_devices(void)
 {
     subsystem_config_t config = fixture.subsystem.config;
     TEST_ASSERT_EQUAL_UINT64(0U, subsystem_device_deadline_ns(&fixture.subsystem)); // Of its own clock.
@@ -205,7 +205,7 @@ static status_t end_itself(const subsystem_function_t* function)
     return STATUS_OK;
 }
 
-static void a_function_that_ended_itself_leaves_no_token(void)
+static void a_function_that_ends_at_once_releases_its_token(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture.in_perform = end_itself;
@@ -229,7 +229,7 @@ static void a_name_of_eight_characters_is_a_whole_name(void)
 
 // ---- Differences between the program's parameters and the descriptor ----
 
-static void a_field_that_is_not_published_is_no_fault(void)
+static void a_field_that_the_program_does_not_publish_is_accepted(void)
 {
     fixture_open_with("<ParamRef name='STATE' type='INT32'/>",
                       "<ParamRef name='STATE' type='INT32'/><ParamRef name='MORE' type='INT32' init='3'/>");
@@ -348,19 +348,19 @@ static void a_program_may_bring_services_of_its_own(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(without_callbacks_it_walks_through_all_states);
+    RUN_TEST(a_subsystem_without_callbacks_reaches_all_states);
     RUN_TEST(a_parameter_is_set_without_a_callback_for_it);
     RUN_TEST(without_a_supervisor_errors_are_reported_and_change_nothing);
     RUN_TEST(reports_of_other_processes_go_to_their_carrier);
-    RUN_TEST(it_misses_no_supervisor_that_it_never_heard);
+    RUN_TEST(a_subsystem_does_not_time_out_before_its_first_message_of_the_supervisor);
     RUN_TEST(an_event_the_descriptor_lacks_is_not_raised);
-    RUN_TEST(how_long_a_device_may_be_silent_is_the_missions);
+    RUN_TEST(the_mission_sets_the_deadline_of_devices);
     RUN_TEST(the_time_between_events_follows_from_their_rate);
     RUN_TEST(suppressed_events_are_reported_by_an_event_with_fitting_fields);
     RUN_TEST(a_pool_warns_only_where_there_is_an_event_for_it);
-    RUN_TEST(a_function_that_ended_itself_leaves_no_token);
+    RUN_TEST(a_function_that_ends_at_once_releases_its_token);
     RUN_TEST(a_name_of_eight_characters_is_a_whole_name);
-    RUN_TEST(a_field_that_is_not_published_is_no_fault);
+    RUN_TEST(a_field_that_the_program_does_not_publish_is_accepted);
     RUN_TEST(an_initial_value_that_does_not_fit_ends_the_initialisation);
     RUN_TEST(an_initial_value_that_does_not_fit_refuses_the_configuration);
     RUN_TEST(more_sets_than_a_report_can_have_refuse_the_configuration);

@@ -40,7 +40,7 @@ static void failing_actions_are_reported(void)
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
 }
 
-static void a_failing_action_turns_the_walk(void)
+static void a_failing_action_reverses_the_transition(void)
 {
     spoil(ACTION_SOFTWARE_INIT, false);
     (void)fixture_state(STATE_PRE_OPERATIONAL);
@@ -138,7 +138,7 @@ static void devices_that_cannot_be_secured_are_an_event(void)
     fixture_expect("129.2 6>6 UNSECURED cause 1 code 0301 cfg 1\n5.4 event 10 aux \n");
 }
 
-static void failures_on_the_way_down_are_events_and_stop_nothing(void)
+static void failures_of_downward_transitions_are_reported_and_stop_nothing(void)
 {
     for (unsigned hangs = 0U; hangs < 2U; hangs++) {
         static const state_action_t actions[] = {ACTION_POST, ACTION_HARDWARE_DEINIT, ACTION_SOFTWARE_DEINIT};
@@ -221,7 +221,7 @@ static unsigned count_ends(void)
     return ends;
 }
 
-static void no_history_breaks_the_chain_of_states(void)
+static void random_histories_report_consecutive_states(void)
 {
     for (unsigned history = 0U; history < 60U; history++) {
         fixture_close();
@@ -381,7 +381,7 @@ static void publishing_all_ends_at_the_first_that_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find(dictionary, definitions[2].id, &entry));
 }
 
-static void a_strain_waits_four_cycles_for_the_order(void)
+static void a_medium_error_waits_four_cycles_for_the_order_of_the_supervisor(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     raise_left         = 1U;
@@ -397,7 +397,7 @@ static void a_strain_waits_four_cycles_for_the_order(void)
     fixture_expect("");
 }
 
-static void the_order_in_time_is_followed(void)
+static void requests_are_released_in_the_order_of_their_times(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     (void)subsystem_raise(&fixture.subsystem, FIXTURE_STRAINED, NULL, 0U);
@@ -414,7 +414,7 @@ static void the_order_in_time_is_followed(void)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-static void a_strain_below_operational_is_logged(void)
+static void a_medium_error_below_operational_is_logged_only(void)
 {
     static const state_t states[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
                                      STATE_ERROR_OPERATIONAL};
@@ -491,7 +491,7 @@ static void reports_that_the_port_refuses_are_sent_later_in_order(void)
     TEST_ASSERT_EQUAL(0U, subsystem_process(&fixture.subsystem)->counters.lost);
 }
 
-static void a_port_that_refuses_for_long_costs_no_cycle(void)
+static void a_port_that_refuses_for_long_delays_no_cycle(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     fixture.is_port_closed = true;
@@ -512,15 +512,15 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(failing_actions_are_reported);
-    RUN_TEST(a_failing_action_turns_the_walk);
+    RUN_TEST(a_failing_action_reverses_the_transition);
     RUN_TEST(a_hanging_action_is_ended);
     RUN_TEST(controllers_that_do_not_start_are_stopped);
     RUN_TEST(actuators_that_do_not_engage_are_switched_off);
     RUN_TEST(actuators_that_do_not_disengage_are_secured);
     RUN_TEST(a_configuration_that_fails_is_revoked);
     RUN_TEST(devices_that_cannot_be_secured_are_an_event);
-    RUN_TEST(failures_on_the_way_down_are_events_and_stop_nothing);
-    RUN_TEST(no_history_breaks_the_chain_of_states);
+    RUN_TEST(failures_of_downward_transitions_are_reported_and_stop_nothing);
+    RUN_TEST(random_histories_report_consecutive_states);
     RUN_TEST(every_request_ends_exactly_once);
     RUN_TEST(an_error_secures_before_anything_is_emitted);
     RUN_TEST(an_error_inside_an_action_takes_over);
@@ -529,12 +529,12 @@ int main(void)
     RUN_TEST(events_without_their_data_sample_parameters);
     RUN_TEST(only_events_of_low_severity_are_raised_by_command);
     RUN_TEST(publishing_all_ends_at_the_first_that_is_refused);
-    RUN_TEST(a_strain_waits_four_cycles_for_the_order);
-    RUN_TEST(the_order_in_time_is_followed);
-    RUN_TEST(a_strain_below_operational_is_logged);
+    RUN_TEST(a_medium_error_waits_four_cycles_for_the_order_of_the_supervisor);
+    RUN_TEST(requests_are_released_in_the_order_of_their_times);
+    RUN_TEST(a_medium_error_below_operational_is_logged_only);
     RUN_TEST(without_a_supervisor_nothing_stays_operational);
     RUN_TEST(heartbeats_keep_it_operational);
     RUN_TEST(reports_that_the_port_refuses_are_sent_later_in_order);
-    RUN_TEST(a_port_that_refuses_for_long_costs_no_cycle);
+    RUN_TEST(a_port_that_refuses_for_long_delays_no_cycle);
     return UNITY_END();
 }

@@ -68,7 +68,7 @@ static void two_readers_of_one_port_get_every_sample(void)
     rtlink_consumer_close(&second);
 }
 
-static void a_reader_comes_and_goes_and_the_other_loses_nothing(void)
+static void a_reader_that_opens_and_closes_costs_the_other_no_sample(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     open_reader(&reader, FIRST, FIRST_EPOCH, 1U);
@@ -212,7 +212,7 @@ static void each_reader_has_a_method_of_its_own(void)
 }
 
 /// Datagrams are lost only at a socket that is not read.
-static void a_reader_whose_socket_is_full_costs_the_other_nothing(void)
+static void a_reader_whose_socket_is_full_costs_the_other_no_sample(void)
 {
     uint8_t frame[LINK_FRAME_MAX];
     const int room   = 4096;
@@ -242,7 +242,7 @@ static void a_reader_whose_socket_is_full_costs_the_other_nothing(void)
 }
 
 /// A reader that hangs reads nothing for a while: it loses its own samples, whatever its method.
-static void a_reader_that_hangs_costs_the_other_nothing(void)
+static void a_reader_that_hangs_costs_the_other_no_sample(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     open_reader(&reader, FIRST, FIRST_EPOCH, 1U);
@@ -269,13 +269,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(two_readers_of_one_port_get_every_sample);
-    RUN_TEST(a_reader_comes_and_goes_and_the_other_loses_nothing);
+    RUN_TEST(a_reader_that_opens_and_closes_costs_the_other_no_sample);
     RUN_TEST(each_reader_has_a_decimation_of_its_own);
     RUN_TEST(a_port_has_at_most_four_readers);
     RUN_TEST(a_link_number_stands_for_one_port);
     RUN_TEST(a_required_port_has_one_writer);
     RUN_TEST(each_reader_has_a_method_of_its_own);
-    RUN_TEST(a_reader_that_hangs_costs_the_other_nothing);
-    RUN_TEST(a_reader_whose_socket_is_full_costs_the_other_nothing);
+    RUN_TEST(a_reader_that_hangs_costs_the_other_no_sample);
+    RUN_TEST(a_reader_whose_socket_is_full_costs_the_other_no_sample);
     return UNITY_END();
 }

@@ -25,7 +25,7 @@ static void go_up_to_pre_operational(void)
                    "129.2 2>3 UNCONFIGURED cause 0 code 0000 cfg 0\n1.5 #0 step 3\n1.7 #0\n");
 }
 
-static void the_whole_way_up_and_down(void)
+static void a_subsystem_goes_from_offline_to_operational_and_back(void)
 {
     go_up_to_pre_operational();
     (void)fixture_select(FIXTURE_ALONE);
@@ -168,7 +168,7 @@ static void causes_name_the_requester(void)
     TEST_ASSERT_TRUE(fixture_has("129.2 6>7 ENTERING cause 4"));
 }
 
-static void a_cycle_keeps_its_order(void)
+static void the_steps_of_a_cycle_have_a_fixed_order(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture.shows_cycle   = true;
@@ -333,14 +333,14 @@ static void a_refused_descriptor_keeps_it_offline(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_whole_way_up_and_down);
+    RUN_TEST(a_subsystem_goes_from_offline_to_operational_and_back);
     RUN_TEST(only_requested_verification_is_reported);
     RUN_TEST(refused_requests_change_nothing);
     RUN_TEST(malformed_requests_are_rejected);
     RUN_TEST(a_superseded_request_ends);
     RUN_TEST(a_request_cut_short_by_an_error_ends_too);
     RUN_TEST(causes_name_the_requester);
-    RUN_TEST(a_cycle_keeps_its_order);
+    RUN_TEST(the_steps_of_a_cycle_have_a_fixed_order);
     RUN_TEST(no_loop_runs_without_an_active_configuration);
     RUN_TEST(an_action_runs_once_a_cycle);
     RUN_TEST(callbacks_receive_the_time);

@@ -18,7 +18,7 @@ static void open_with(const char* old, const char* with)
     fixture.in_control = cycle;
 }
 
-static void a_method_that_does_not_reach_is_not_offered(void)
+static void a_method_that_cannot_reach_the_partner_is_not_offered(void)
 {
     rtlink_resolver_t limited      = *fixture_links();
     limited.methods                = methods;
@@ -76,7 +76,7 @@ static void more_links_than_there_is_room_for_are_refused(void)
     TEST_ASSERT_TRUE(fixture_has("130.5 reason 5"));
 }
 
-static void the_wrong_end_of_a_link_is_closed_to_its_user(void)
+static void a_subsystem_cannot_use_the_other_end_of_its_link(void)
 {
     double value = 3.5;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
@@ -97,7 +97,7 @@ static void the_wrong_end_of_a_link_is_closed_to_its_user(void)
     TEST_ASSERT_EQUAL_DOUBLE(3.5, value);
 }
 
-static void the_status_of_a_producer_tells_what_it_sent(void)
+static void the_status_of_a_producer_contains_what_it_sent(void)
 {
     static const uint8_t frame[8] = {0x52U, 0x54U, 1U, 3U, 0U, 2U, 0U, 0U};
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
@@ -165,12 +165,12 @@ static void a_component_without_links_and_callback_is_released_too(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_method_that_does_not_reach_is_not_offered);
+    RUN_TEST(a_method_that_cannot_reach_the_partner_is_not_offered);
     RUN_TEST(without_links_every_request_is_refused);
     RUN_TEST(a_method_of_another_kind_is_never_offered);
     RUN_TEST(more_links_than_there_is_room_for_are_refused);
-    RUN_TEST(the_wrong_end_of_a_link_is_closed_to_its_user);
-    RUN_TEST(the_status_of_a_producer_tells_what_it_sent);
+    RUN_TEST(a_subsystem_cannot_use_the_other_end_of_its_link);
+    RUN_TEST(the_status_of_a_producer_contains_what_it_sent);
     RUN_TEST(a_lost_link_is_reported_only_where_there_is_an_event_for_it);
     RUN_TEST(a_released_subsystem_has_closed_its_links);
     RUN_TEST(a_component_without_links_and_callback_is_released_too);

@@ -53,7 +53,7 @@ static void a_stale_link_is_reported_by_the_state(void)
                           "5.4 event 6 aux \n129.2 6>6 SECURED cause 1 code 0000 cfg 2\n");
 }
 
-static void a_stale_link_bars_operational_until_it_is_fresh(void)
+static void a_stale_link_prevents_operational_until_it_has_fresh_samples(void)
 {
     bring_linked(STATE_SAFE_OPERATIONAL);
     other_writes = false;
@@ -69,7 +69,7 @@ static void a_stale_link_bars_operational_until_it_is_fresh(void)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-static void a_link_that_never_brings_anything_is_stale(void)
+static void a_link_that_never_receives_a_sample_is_stale(void)
 {
     const rtlink_terms_t terms = terms_of(PORT_IN);
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
@@ -118,7 +118,7 @@ static void a_closed_link_is_as_lost_as_a_stale_one(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "0111 100002\n"));
 }
 
-static void links_that_are_not_required_are_only_told(void)
+static void the_loss_of_an_optional_link_is_only_reported(void)
 {
     const rtlink_terms_t terms = terms_of(PORT_EXTRA);
     const uint32_t value       = 7U;
@@ -139,7 +139,7 @@ static void links_that_are_not_required_are_only_told(void)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-static void a_peer_in_error_takes_this_one_along(void)
+static void an_error_of_the_link_partner_leads_to_an_error_here(void)
 {
     for (state_t state = STATE_PRE_OPERATIONAL; state <= STATE_OPERATIONAL; state++) {
         char expected[160];
@@ -181,12 +181,12 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(required_links_are_needed_for_safe_operational);
     RUN_TEST(a_stale_link_is_reported_by_the_state);
-    RUN_TEST(a_stale_link_bars_operational_until_it_is_fresh);
-    RUN_TEST(a_link_that_never_brings_anything_is_stale);
+    RUN_TEST(a_stale_link_prevents_operational_until_it_has_fresh_samples);
+    RUN_TEST(a_link_that_never_receives_a_sample_is_stale);
     RUN_TEST(samples_of_an_earlier_opening_do_not_count);
     RUN_TEST(a_closed_link_is_as_lost_as_a_stale_one);
-    RUN_TEST(links_that_are_not_required_are_only_told);
-    RUN_TEST(a_peer_in_error_takes_this_one_along);
+    RUN_TEST(the_loss_of_an_optional_link_is_only_reported);
+    RUN_TEST(an_error_of_the_link_partner_leads_to_an_error_here);
     RUN_TEST(a_producer_closed_by_request_continues);
     return UNITY_END();
 }

@@ -294,7 +294,7 @@ static void a_second_request_replaces_the_first(void)
     TEST_ASSERT_TRUE(strstr(fixture_look(), "1.4 #3 0201 1") != NULL);
 }
 
-static void links_go_with_their_configuration(void)
+static void links_close_with_their_configuration(void)
 {
     bring_linked(STATE_SAFE_OPERATIONAL);
     (void)fixture_state(STATE_PRE_OPERATIONAL);
@@ -309,7 +309,7 @@ static void links_go_with_their_configuration(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, in_status);
 }
 
-static void link_status_tells_counters(void)
+static void the_link_status_contains_the_counters(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     connect_in();
@@ -352,8 +352,8 @@ int main(void)
     RUN_TEST(a_link_that_cannot_be_opened_is_refused);
     RUN_TEST(an_accepted_link_waits_five_seconds);
     RUN_TEST(a_second_request_replaces_the_first);
-    RUN_TEST(links_go_with_their_configuration);
-    RUN_TEST(link_status_tells_counters);
+    RUN_TEST(links_close_with_their_configuration);
+    RUN_TEST(the_link_status_contains_the_counters);
     RUN_TEST(datagrams_without_an_addressee_are_ignored);
     return UNITY_END();
 }

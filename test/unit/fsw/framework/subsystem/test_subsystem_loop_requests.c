@@ -108,7 +108,7 @@ static void a_service_that_no_loop_names_is_performed_at_once(void)
     TEST_ASSERT_TRUE(fixture_has("1.7 #0"));
 }
 
-static void without_the_configuration_all_is_performed_at_once(void)
+static void without_a_configuration_requests_are_performed_at_once(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
     values(1U, &fixture_count_id);
@@ -137,7 +137,7 @@ static void a_request_performed_in_the_loop_is_refused_like_any_other(void)
     TEST_ASSERT_EQUAL(0U, count_lines(lines, "1.7") + count_lines(lines, "1.8 #1"));
 }
 
-static void a_full_inbox_refuses_and_tells_how_many_wait(void)
+static void a_full_inbox_refuses_with_the_number_of_waiting_requests(void)
 {
     static const unsigned sent = 300U;
     begin();
@@ -267,9 +267,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_request_waits_for_its_loop_and_nothing_else_does);
     RUN_TEST(a_service_that_no_loop_names_is_performed_at_once);
-    RUN_TEST(without_the_configuration_all_is_performed_at_once);
+    RUN_TEST(without_a_configuration_requests_are_performed_at_once);
     RUN_TEST(a_request_performed_in_the_loop_is_refused_like_any_other);
-    RUN_TEST(a_full_inbox_refuses_and_tells_how_many_wait);
+    RUN_TEST(a_full_inbox_refuses_with_the_number_of_waiting_requests);
     RUN_TEST(no_report_of_the_longest_request_is_lost);
     RUN_TEST(queued_requests_are_performed_before_the_configuration_ends);
     RUN_TEST(another_configuration_may_be_selected_with_requests_waiting);

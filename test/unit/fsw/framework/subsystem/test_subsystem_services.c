@@ -109,7 +109,7 @@ static void unknown_functions_and_shapes_are_refused(void)
     TEST_ASSERT_TRUE(fixture_has("1.4 #3 0201 9"));
 }
 
-static void a_function_ends_as_it_says(void)
+static void a_function_ends_with_the_outcome_that_it_returns(void)
 {
     static const struct {
         status_t status;
@@ -247,7 +247,7 @@ static status_t break_inside(const subsystem_function_t* function)
     return next_status;
 }
 
-static void a_function_that_breaks_something_ends_once(void)
+static void a_function_that_causes_an_error_ends_once(void)
 {
     static const status_t ends[]     = {STATUS_OK, STATUS_IO, STATUS_BUSY};
     static const char* const lines[] = {"1.7 #0\n", "1.8 #0 0403 14\n", "1.8 #0 0405 0\n"};
@@ -492,12 +492,12 @@ int main(void)
     RUN_TEST(arguments_are_bounded);
     RUN_TEST(functions_keep_to_their_states_and_configurations);
     RUN_TEST(unknown_functions_and_shapes_are_refused);
-    RUN_TEST(a_function_ends_as_it_says);
+    RUN_TEST(a_function_ends_with_the_outcome_that_it_returns);
     RUN_TEST(a_function_may_end_later);
     RUN_TEST(too_many_functions_at_once_are_refused_after_a_warning);
     RUN_TEST(the_last_place_is_kept_for_the_ground);
     RUN_TEST(functions_end_when_the_hardware_goes);
-    RUN_TEST(a_function_that_breaks_something_ends_once);
+    RUN_TEST(a_function_that_causes_an_error_ends_once);
     RUN_TEST(parameters_are_set_within_their_bounds);
     RUN_TEST(parameters_are_known_while_the_software_is);
     RUN_TEST(housekeeping_is_sampled_as_the_descriptor_says);

@@ -189,7 +189,7 @@ static void an_event_carries_the_values_of_its_monitor(void)
                                  "4035000000000000\n"));
 }
 
-static void an_event_of_another_size_tells_what_its_definition_samples(void)
+static void an_event_of_another_size_contains_the_parameters_of_its_definition(void)
 {
     monitored(1U, FIXTURE_NOTE, FIXTURE_LINK_STALE);
     fixture.limit = 1.0;
@@ -312,7 +312,7 @@ static void parameters_that_are_absent_are_not_checked(void)
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_HIGH, storage.pmons[storage.order[0]].status);
 }
 
-static void a_definition_comes_back_from_its_record(void)
+static void a_definition_is_restored_from_its_record(void)
 {
     begin(&persistence);
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
@@ -386,14 +386,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(an_event_carries_the_values_of_its_monitor);
-    RUN_TEST(an_event_of_another_size_tells_what_its_definition_samples);
+    RUN_TEST(an_event_of_another_size_contains_the_parameters_of_its_definition);
     RUN_TEST(an_event_with_values_of_another_raiser_is_refused);
     RUN_TEST(only_events_of_the_descriptor_can_be_named);
     RUN_TEST(an_event_that_a_new_descriptor_does_not_have_is_not_raised);
     RUN_TEST(a_callback_of_the_subsystem_selects_the_monitored_parameters);
     RUN_TEST(functional_monitoring_raises_events_too);
     RUN_TEST(parameters_that_are_absent_are_not_checked);
-    RUN_TEST(a_definition_comes_back_from_its_record);
+    RUN_TEST(a_definition_is_restored_from_its_record);
     RUN_TEST(intervals_are_of_time_and_not_of_cycles);
     RUN_TEST(no_interval_is_shorter_than_a_millisecond);
     RUN_TEST(a_statistic_comes_back_from_its_record);

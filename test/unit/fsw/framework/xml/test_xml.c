@@ -84,7 +84,7 @@ static const char sample[] =
     "  <B/>\n  <B x=''><C/></B>\n</A>\n";
 static const char sample_trace[] = "<A@3.1#1 one=1 two=<2><B@4.3#2>B@4<B@5.3#2 x=<C@5.11#3>C@5>B@5>A@6";
 
-static void tells_elements_attributes_and_places(void)
+static void elements_attributes_and_lines_are_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, parse(sample));
     TEST_ASSERT_EQUAL_STRING(sample_trace, trace);
@@ -302,7 +302,7 @@ static void refuses_a_document_of_a_hundred_megabytes(void)
 }
 
 /// One name, or one value, longer than any arena: an error, not a crash.
-static void a_token_that_never_ends_uses_up_the_arena(void)
+static void a_token_without_end_exhausts_the_arena(void)
 {
     static char letters[4096];
     memset(letters, 'x', sizeof letters);
@@ -377,7 +377,7 @@ static void survives_random_damage(void)
     }
 }
 
-static void a_cut_is_told_from_an_error(void)
+static void a_cut_is_distinguished_from_an_error(void)
 {
     static const struct {
         const char* document;
@@ -409,7 +409,7 @@ static void after_a_refusal_nothing_is_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(tells_elements_attributes_and_places);
+    RUN_TEST(elements_attributes_and_lines_are_reported);
     RUN_TEST(any_size_of_pieces_gives_the_same);
     RUN_TEST(finds_attributes_by_name);
     RUN_TEST(a_document_cut_at_every_octet_is_an_error_not_a_crash);
@@ -418,12 +418,12 @@ int main(void)
     RUN_TEST(refuses_encodings_other_than_utf8);
     RUN_TEST(refuses_versions_that_are_none);
     RUN_TEST(takes_nothing_before_the_beginning_and_after_the_end);
-    RUN_TEST(a_cut_is_told_from_an_error);
+    RUN_TEST(a_cut_is_distinguished_from_an_error);
     RUN_TEST(refuses_entities_however_they_come);
     RUN_TEST(refuses_nesting_of_a_hundred_thousand);
     RUN_TEST(each_limit_is_reached_and_not_passed);
     RUN_TEST(refuses_a_document_of_a_hundred_megabytes);
-    RUN_TEST(a_token_that_never_ends_uses_up_the_arena);
+    RUN_TEST(a_token_without_end_exhausts_the_arena);
     RUN_TEST(stops_where_the_handler_refuses);
     RUN_TEST(after_a_refusal_nothing_is_reported);
     RUN_TEST(an_arena_of_any_size_parses_the_document_or_is_reported_as_used_up);

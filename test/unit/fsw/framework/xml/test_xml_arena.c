@@ -50,7 +50,7 @@ static void blocks_are_aligned_wherever_the_arena_begins(void)
     }
 }
 
-static void the_newest_block_grows_where_it_is(void)
+static void the_newest_block_grows_in_place(void)
 {
     char* const block = xml_arena_take(4U);
     (void)memcpy(block, "abc", 4U);
@@ -125,7 +125,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(blocks_are_aligned_wherever_the_arena_begins);
-    RUN_TEST(the_newest_block_grows_where_it_is);
+    RUN_TEST(the_newest_block_grows_in_place);
     RUN_TEST(an_older_block_moves_with_its_content);
     RUN_TEST(a_block_that_fits_stays);
     RUN_TEST(no_block_to_resize_is_a_new_one);

@@ -23,7 +23,7 @@ void tearDown(void)
 
 // ---- Up ----
 
-static void a_request_goes_up_wherever_the_stream_is_cut(void)
+static void a_request_is_received_wherever_the_stream_is_divided(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
     unsigned count = 0U;
@@ -68,7 +68,7 @@ static void many_requests_in_one_segment_keep_their_order(void)
     TEST_ASSERT_EQUAL(used, fixture.communication.parameters.counters.octets_received);
 }
 
-static void the_largest_request_goes_up(void)
+static void the_largest_request_is_received(void)
 {
     fixture_connect(0U);
     fixture_write_request(0U, 1U, 1U, PUS_TC_DATA_MAX);
@@ -212,7 +212,7 @@ static void time_packets_go_to_all(void)
     }
 }
 
-static void a_user_whose_connection_is_gone_is_forgotten(void)
+static void a_user_is_removed_with_its_connection(void)
 {
     fixture_connect(0U);
     fixture_write_request(0U, 1U, 1U, 0U);
@@ -316,7 +316,7 @@ static void a_slow_reader_loses_housekeeping_only(void)
     TEST_ASSERT_EQUAL(events, seen);
 }
 
-static void a_reader_that_reads_nothing_at_all_is_let_go(void)
+static void a_client_that_never_reads_is_disconnected(void)
 {
     fixture_connect(0U);
     for (uint32_t i = 0U; (i < 20000U) && flow_tcp_is_connected(&fixture.communication.flow, 0U); i++) {
@@ -369,7 +369,7 @@ static void the_port_answers_when_it_is_configured(void)
     fixture_run_until_requests(1U);
 }
 
-static void a_port_that_is_none_is_an_error(void)
+static void an_invalid_port_is_an_error(void)
 {
     fixture_close();
     fixture_open();
@@ -416,7 +416,7 @@ static void exactly_the_announced_octets_of_the_participant_are_taken(void)
     TEST_ASSERT_EQUAL(before + 2U, fixture.intrusions);
 }
 
-static void a_participant_waits_for_room_above_without_being_missed(void)
+static void a_participant_waits_for_room_without_a_timeout(void)
 {
     fixture_connect(0U);
     fixture.participant    = fixture.ports[0];
@@ -431,7 +431,7 @@ static void a_participant_waits_for_room_above_without_being_missed(void)
     TEST_ASSERT_EQUAL(0U, fixture.communication.owed);
 }
 
-static void a_participant_that_hangs_up_owes_nothing(void)
+static void no_reply_is_awaited_from_a_disconnected_participant(void)
 {
     fixture_connect(0U);
     fixture.participant = fixture.ports[0];
@@ -446,7 +446,7 @@ static void a_participant_that_hangs_up_owes_nothing(void)
 
 /// It closes its connection within its last grant; the report of that belongs to the next grant of
 /// communication.
-static void the_end_of_a_participant_that_left_is_waited_for(void)
+static void the_end_of_a_participant_that_left_is_awaited(void)
 {
     fixture_connect(0U);
     fixture_connect(1U); // Another client, which stays and is not waited for.
@@ -462,7 +462,7 @@ static void the_end_of_a_participant_that_left_is_waited_for(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
-static void one_that_left_without_hanging_up_is_let_go(void)
+static void a_client_that_vanished_is_disconnected(void)
 {
     fixture_connect(1U);
     fixture_connect(0U);
@@ -475,7 +475,7 @@ static void one_that_left_without_hanging_up_is_let_go(void)
 }
 
 /// The scheduler names its port before the kernel shows its connection.
-static void the_connection_of_a_participant_is_waited_for_and_told(void)
+static void the_connection_of_a_participant_is_awaited_and_reported(void)
 {
     fixture.participant = 1U; // No client connects from this port.
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U));
@@ -513,30 +513,30 @@ static void a_participant_whose_connection_is_ended_is_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_request_goes_up_wherever_the_stream_is_cut);
+    RUN_TEST(a_request_is_received_wherever_the_stream_is_divided);
     RUN_TEST(many_requests_in_one_segment_keep_their_order);
-    RUN_TEST(the_largest_request_goes_up);
+    RUN_TEST(the_largest_request_is_received);
     RUN_TEST(garbage_ends_the_connection_and_no_other);
     RUN_TEST(the_communication_forwards_every_framed_packet_unchecked);
     RUN_TEST(random_octets_break_nothing);
     RUN_TEST(a_full_mailbox_keeps_requests_waiting);
     RUN_TEST(reports_go_where_their_user_spoke_last);
     RUN_TEST(time_packets_go_to_all);
-    RUN_TEST(a_user_whose_connection_is_gone_is_forgotten);
+    RUN_TEST(a_user_is_removed_with_its_connection);
     RUN_TEST(more_users_than_places_share_the_last);
     RUN_TEST(reports_to_on_board_users_are_not_for_the_ground);
     RUN_TEST(every_sent_octet_is_counted);
     RUN_TEST(a_slow_reader_loses_housekeeping_only);
-    RUN_TEST(a_reader_that_reads_nothing_at_all_is_let_go);
+    RUN_TEST(a_client_that_never_reads_is_disconnected);
     RUN_TEST(clients_beyond_the_limit_are_turned_away);
     RUN_TEST(the_port_answers_when_it_is_configured);
-    RUN_TEST(a_port_that_is_none_is_an_error);
+    RUN_TEST(an_invalid_port_is_an_error);
     RUN_TEST(exactly_the_announced_octets_of_the_participant_are_taken);
-    RUN_TEST(a_participant_waits_for_room_above_without_being_missed);
-    RUN_TEST(a_participant_that_hangs_up_owes_nothing);
-    RUN_TEST(the_end_of_a_participant_that_left_is_waited_for);
-    RUN_TEST(one_that_left_without_hanging_up_is_let_go);
-    RUN_TEST(the_connection_of_a_participant_is_waited_for_and_told);
+    RUN_TEST(a_participant_waits_for_room_without_a_timeout);
+    RUN_TEST(no_reply_is_awaited_from_a_disconnected_participant);
+    RUN_TEST(the_end_of_a_participant_that_left_is_awaited);
+    RUN_TEST(a_client_that_vanished_is_disconnected);
+    RUN_TEST(the_connection_of_a_participant_is_awaited_and_reported);
     RUN_TEST(a_participant_whose_connection_is_ended_is_reported);
     return UNITY_END();
 }

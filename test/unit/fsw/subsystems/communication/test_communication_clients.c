@@ -20,7 +20,7 @@ void tearDown(void)
 
 /// Four idle connections, one of which has sent half a header: the operator, who connects fifth, gets a
 /// place.
-static void idle_clients_give_their_place_up(void)
+static void idle_clients_are_disconnected_to_make_room(void)
 {
     static const uint8_t half[3] = {0x18U, 0x01U, 0xC0U};
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -65,7 +65,7 @@ static void keep_busy(const unsigned first, const unsigned clients, const uint64
 
 /// Four clients send valid requests without end. The operator, who connects fifth, gets a place after a
 /// bounded time, and keeps it for that time, whichever clients connect then.
-static void busy_clients_take_turns(void)
+static void busy_clients_are_served_in_turn(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
         fixture_connect(i);
@@ -131,7 +131,7 @@ static void a_participant_keeps_its_place(void)
 }
 
 /// Simulated time waits for it, so no bound of simulated time may keep it out.
-static void a_participant_that_comes_gets_a_place_at_once(void)
+static void a_new_participant_gets_a_place_at_once(void)
 {
     osal_address_t own = {0U, 0U};
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -151,7 +151,7 @@ static void a_participant_that_comes_gets_a_place_at_once(void)
     TEST_ASSERT_TRUE(fixture_is_ended(0U));
 }
 
-static void misuse_is_counted_and_told_once_a_second(void)
+static void misuse_is_counted_and_reported_once_a_second(void)
 {
     uint8_t garbage[64];
     uint8_t packet[PUS_PACKET_MAX];
@@ -189,7 +189,7 @@ static void a_client_that_poses_as_a_user_on_board_is_counted_and_reported(void)
 }
 
 /// A client that sends requests and does not read has to wait; its connection stays.
-static void a_client_that_does_not_read_sends_no_more(void)
+static void a_client_that_does_not_read_is_no_longer_read(void)
 {
     fixture_connect(0U);
     fixture_write_request(0U, 1U, 1U, 0U);
@@ -234,14 +234,14 @@ static void released_it_has_ended_every_connection(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(idle_clients_give_their_place_up);
-    RUN_TEST(busy_clients_take_turns);
+    RUN_TEST(idle_clients_are_disconnected_to_make_room);
+    RUN_TEST(busy_clients_are_served_in_turn);
     RUN_TEST(a_client_without_a_valid_request_keeps_no_place);
     RUN_TEST(a_participant_keeps_its_place);
-    RUN_TEST(a_participant_that_comes_gets_a_place_at_once);
-    RUN_TEST(misuse_is_counted_and_told_once_a_second);
+    RUN_TEST(a_new_participant_gets_a_place_at_once);
+    RUN_TEST(misuse_is_counted_and_reported_once_a_second);
     RUN_TEST(a_client_that_poses_as_a_user_on_board_is_counted_and_reported);
-    RUN_TEST(a_client_that_does_not_read_sends_no_more);
+    RUN_TEST(a_client_that_does_not_read_is_no_longer_read);
     RUN_TEST(released_it_has_ended_every_connection);
     return UNITY_END();
 }

@@ -84,13 +84,13 @@ static void order_is_kept_across_both_kinds(void)
     TEST_ASSERT_EQUAL(0U, queue.dropped);
 }
 
-static void order_survives_the_wrap_of_the_stamps(void)
+static void the_order_is_kept_when_the_stamps_wrap(void)
 {
     queue.next_stamp = UINT32_MAX - 20U;
     order_is_kept_across_both_kinds();
 }
 
-static void the_oldest_housekeeping_goes_first(void)
+static void the_oldest_housekeeping_is_dropped_first(void)
 {
     const uint32_t fits = GROUND_QUEUE_OCTETS / (1000U + 8U);
     TEST_ASSERT_EQUAL(STATUS_OK, put(false, 7777U, 100U));
@@ -219,8 +219,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(order_is_kept_across_both_kinds);
-    RUN_TEST(order_survives_the_wrap_of_the_stamps);
-    RUN_TEST(the_oldest_housekeeping_goes_first);
+    RUN_TEST(the_order_is_kept_when_the_stamps_wrap);
+    RUN_TEST(the_oldest_housekeeping_is_dropped_first);
     RUN_TEST(a_partly_sent_packet_is_sent_to_its_end);
     RUN_TEST(a_firm_report_is_refused_when_the_queue_is_full);
     RUN_TEST(other_reports_of_service_3_are_no_housekeeping);

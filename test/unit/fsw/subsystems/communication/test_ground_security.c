@@ -100,7 +100,7 @@ static void requests_go_up(void)
     TEST_ASSERT_EQUAL_UINT32(5U, fixture_next_report(0U));
 }
 
-static void one_waits_for_room_above(void)
+static void one_participant_waits_for_room(void)
 {
     connect(0U);
     fixture.uplink_room = 1U;
@@ -149,7 +149,7 @@ static void the_third_refusal_ends_a_connection(void)
     fixture_run_until_requests(2U);
 }
 
-static void a_recorded_connection_is_worth_nothing(void)
+static void a_recorded_connection_cannot_be_replayed(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
     sealed_t frame;
@@ -289,10 +289,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(requests_go_up);
-    RUN_TEST(one_waits_for_room_above);
+    RUN_TEST(one_participant_waits_for_room);
     RUN_TEST(packets_without_protection_end_their_connection);
     RUN_TEST(the_third_refusal_ends_a_connection);
-    RUN_TEST(a_recorded_connection_is_worth_nothing);
+    RUN_TEST(a_recorded_connection_cannot_be_replayed);
     RUN_TEST(an_authentic_frame_must_contain_exactly_one_request);
     RUN_TEST(many_refusals_are_few_events);
     RUN_TEST(a_disk_that_refuses_is_reported);

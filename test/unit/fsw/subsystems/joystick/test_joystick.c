@@ -183,7 +183,7 @@ static void the_displayed_torque_rises_smoothly_to_the_robot_s_torque(void)
     EXPECT_WITHIN(-0.33, 1.0e-4, joystick.parameters.cur_values.felt_torque[0]);
 }
 
-static void a_torque_that_is_not_renewed_is_forgotten(void)
+static void a_torque_that_is_not_renewed_expires(void)
 {
     robot_feels(-11.0, 8.0);
     bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
@@ -398,7 +398,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(telepresence_from_offline_and_back);
     RUN_TEST(the_displayed_torque_rises_smoothly_to_the_robot_s_torque);
-    RUN_TEST(a_torque_that_is_not_renewed_is_forgotten);
+    RUN_TEST(a_torque_that_is_not_renewed_expires);
     RUN_TEST(the_force_is_off_until_engaged);
     RUN_TEST(unplugging_is_noticed_at_once);
     RUN_TEST(force_displays_a_torque_for_a_time);

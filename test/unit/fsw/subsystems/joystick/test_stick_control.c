@@ -136,7 +136,7 @@ static void a_displayed_torque_has_its_damping(void)
     EXPECT_WITHIN(-0.2, 1.0e-12, control.command_nm[1]);
 }
 
-static void a_force_rises_holds_and_is_gone_in_time(void)
+static void a_force_rises_holds_and_ends_within_its_time(void)
 {
     const double goal[2] = {0.3, -0.6};
     const double rate    = 7.5; // 1.5 Nm in 0.2 s.
@@ -173,7 +173,7 @@ static void a_short_force_never_passes_its_time(void)
     EXPECT_WITHIN(0.375, 0.01, largest);
 }
 
-static void a_lasting_force_ends_by_stop_and_can_be_taken_over(void)
+static void a_force_without_end_is_ended_by_stop_or_by_another_function(void)
 {
     const double goal[2]  = {0.3, 0.3};
     const double other[2] = {-0.3, 0.3};
@@ -209,8 +209,8 @@ int main(void)
     RUN_TEST(the_ceiling_holds_whatever_is_felt);
     RUN_TEST(damping_takes_energy_from_a_swinging_stick);
     RUN_TEST(a_displayed_torque_has_its_damping);
-    RUN_TEST(a_force_rises_holds_and_is_gone_in_time);
+    RUN_TEST(a_force_rises_holds_and_ends_within_its_time);
     RUN_TEST(a_short_force_never_passes_its_time);
-    RUN_TEST(a_lasting_force_ends_by_stop_and_can_be_taken_over);
+    RUN_TEST(a_force_without_end_is_ended_by_stop_or_by_another_function);
     return UNITY_END();
 }

@@ -150,7 +150,7 @@ static void motion_starts_a_tare_anew(void)
     EXPECT_WITHIN(0.1, 1.0e-15, tare.offset_nm[0]);
 }
 
-static void a_contact_is_no_offset(void)
+static void a_contact_force_is_not_taken_for_a_sensor_offset(void)
 {
     manipulator_arm_tare_t tare;
     manipulator_arm_tare_init(&tare);
@@ -312,7 +312,7 @@ static void without_a_hand_the_arm_is_held(void)
     EXPECT_WITHIN(held, 0.001, arm.link[0]);
 }
 
-static void a_hand_that_comes_late_takes_over_where_the_arm_is(void)
+static void a_joystick_that_connects_late_takes_over_at_the_position_of_the_arm(void)
 {
     const double hand[2] = {0.3, 0.3};
     hold(NULL);
@@ -340,7 +340,7 @@ int main(void)
     RUN_TEST(an_offset_of_the_sensor_is_taken_out_by_its_zero);
     RUN_TEST(a_tare_is_the_mean_at_rest);
     RUN_TEST(motion_starts_a_tare_anew);
-    RUN_TEST(a_contact_is_no_offset);
+    RUN_TEST(a_contact_force_is_not_taken_for_a_sensor_offset);
     RUN_TEST(engaging_is_without_a_step_wherever_hand_and_arm_are);
     RUN_TEST(engaging_under_load_lets_the_arm_settle_slowly);
     RUN_TEST(the_motor_target_begins_where_the_motor_is);
@@ -349,6 +349,6 @@ int main(void)
     RUN_TEST(a_hand_position_that_is_not_a_number_is_ignored);
     RUN_TEST(the_ceiling_of_the_torque_holds);
     RUN_TEST(without_a_hand_the_arm_is_held);
-    RUN_TEST(a_hand_that_comes_late_takes_over_where_the_arm_is);
+    RUN_TEST(a_joystick_that_connects_late_takes_over_at_the_position_of_the_arm);
     return UNITY_END();
 }

@@ -64,7 +64,7 @@ static void leaving_operation_takes_one_cycle(void)
     TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[0]->status[0]);
 }
 
-static void it_lives_twice(void)
+static void a_subsystem_that_ended_can_be_initialised_again(void)
 {
     for (unsigned life = 0U; life < 2U; life++) {
         rig_hand_at(0.0, 0.0);
@@ -83,7 +83,7 @@ static void it_lives_twice(void)
     TEST_ASSERT_EQUAL_UINT(2U, rig_generic.event_count);
 }
 
-static void a_bus_that_is_not_there_fails_at_once(void)
+static void a_missing_bus_fails_at_once(void)
 {
     scripted_bus_close(&rig_bus);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rig_cycle(rig_callbacks->hardware_init));
@@ -191,7 +191,7 @@ static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
     TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
 }
 
-static void a_zero_stays_while_the_hardware_is_up(void)
+static void a_sensor_zero_is_kept_while_the_hardware_is_initialised(void)
 {
     rig_hand_at(0.0, 0.0);
     rig_show(GRAVITY1 + 0.2, GRAVITY2);
@@ -410,15 +410,15 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(telepresence_from_offline_and_back);
     RUN_TEST(leaving_operation_takes_one_cycle);
-    RUN_TEST(it_lives_twice);
-    RUN_TEST(a_bus_that_is_not_there_fails_at_once);
+    RUN_TEST(a_subsystem_that_ended_can_be_initialised_again);
+    RUN_TEST(a_missing_bus_fails_at_once);
     RUN_TEST(released_it_has_let_go_of_its_bus);
     RUN_TEST(only_a_descriptor_of_two_joints_fits);
     RUN_TEST(joints_in_two_modes_do_not_fit);
     RUN_TEST(the_sensors_are_tared_on_the_brake);
     RUN_TEST(torque_mode_waits_for_the_tare);
     RUN_TEST(torque_mode_does_not_engage_in_contact_without_a_zero);
-    RUN_TEST(a_zero_stays_while_the_hardware_is_up);
+    RUN_TEST(a_sensor_zero_is_kept_while_the_hardware_is_initialised);
     RUN_TEST(a_command_takes_over_the_tare_that_began_by_itself);
     RUN_TEST(engaging_commands_the_present_torques_of_the_joints);
     RUN_TEST(exceeding_the_torque_limit_is_reported_once_per_excess);
