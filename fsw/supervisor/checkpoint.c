@@ -293,7 +293,7 @@ static bool is_run_sound(const checkpoint_member_t* const member, const uint64_t
 {
     const recommission_t* const run = &member->recommission;
     return (member->rested < (uint8_t)STATE_COUNT) && (member->error_ns <= now_ns) &&
-           (run->since_ns <= now_ns) && is_truth(&run->is_active) && is_truth(&run->is_walking) &&
+           (run->since_ns <= now_ns) && is_truth(&run->is_active) && is_truth(&run->has_left_offline) &&
            (run->target < STATE_COUNT) && (run->ordered <= STATE_COUNT) && (run->seen <= STATE_COUNT) &&
            (run->seen_phase <= PHASE_UNSECURED);
 }

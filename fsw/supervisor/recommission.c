@@ -105,8 +105,9 @@ static void order(supervisor_t* const supervisor, registry_entry_t* const entry,
         may_pass(supervisor, entry, PUS_MANAGEMENT_REQUEST_STATE, octets, sizeof octets)) {
         (void)supervisor_order_state(supervisor, entry->mission->apid, state,
                                      PUS_CAUSE_REQUEST); // Use the properties that were requested before.
-        entry->recommission.ordered    = state;
-        entry->recommission.is_walking = entry->recommission.is_walking || (state != STATE_OFFLINE);
+        entry->recommission.ordered = state;
+        entry->recommission.has_left_offline =
+            entry->recommission.has_left_offline || (state != STATE_OFFLINE);
     }
 }
 
@@ -151,7 +152,7 @@ static bool has_arrived(const registry_entry_t* const entry)
 }
 
 /// Order the next higher state, or end the recommissioning.
-static void walk(supervisor_t* const supervisor, registry_entry_t* const entry)
+static void order_next_step(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     if ((entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_UNCONFIGURED)) {
         configure(supervisor, entry);
@@ -182,7 +183,7 @@ static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entr
         return false;
     }
     const bool has_plan = supervisor_plan_runner_of(&supervisor->plans, entry->mission->apid) != NULL;
-    if (run->is_walking && (has_plan || (entry->state == STATE_ERROR_OPERATIONAL))) {
+    if (run->has_left_offline && (has_plan || (entry->state == STATE_ERROR_OPERATIONAL))) {
         report_end(supervisor, entry, PUS_FAILURE_STATE); // The member failed again.
         return false;
     }
@@ -200,7 +201,8 @@ static void step_member(supervisor_t* const supervisor, registry_entry_t* const 
         return;
     }
     if ((entry->state != run->seen) || (entry->phase != run->seen_phase)) {
-        const bool is_back = run->is_walking && (run->seen != STATE_COUNT) && (entry->state < run->seen);
+        const bool is_back =
+            run->has_left_offline && (run->seen != STATE_COUNT) && (entry->state < run->seen);
         if (is_back) {
             report_end(supervisor, entry, PUS_FAILURE_STATE); // Another cause orders it to a lower state.
             return;
@@ -214,7 +216,7 @@ static void step_member(supervisor_t* const supervisor, registry_entry_t* const 
         report_end(supervisor, entry, PUS_FAILURE_TIMEOUT);
         return;
     }
-    walk(supervisor, entry);
+    order_next_step(supervisor, entry);
 }
 
 // ---- All ----

@@ -21,7 +21,7 @@
 
 typedef struct { // Private: of one subsystem.
     bool is_active;
-    bool is_walking; // It has left OFFLINE again.
+    bool has_left_offline; // It has left OFFLINE again.
     state_t target;
     uint16_t configuration;
     state_t ordered; // Ordered from its present stable state; STATE_COUNT: no order yet.

@@ -154,8 +154,8 @@ static bool has_socketcan(void)
 typedef void (*attribute_taker_t)(const struct rtattr* attribute, osal_can_interface_t* interface);
 
 /// Each attribute in `size` octets.
-static void walk(const void* const octets, const size_t size, const attribute_taker_t take,
-                 osal_can_interface_t* const interface)
+static void for_each_attribute(const void* const octets, const size_t size, const attribute_taker_t take,
+                               osal_can_interface_t* const interface)
 {
     const struct rtattr* attribute = octets;
     size_t left                    = size;
@@ -206,7 +206,7 @@ static void take_information(const struct rtattr* const attribute, osal_can_inte
     if (attribute->rta_type == (unsigned short)IFLA_INFO_KIND) {
         interface->is_virtual = is_kind(attribute, "vcan") || is_kind(attribute, "vxcan");
     } else if ((attribute->rta_type == (unsigned short)IFLA_INFO_DATA) && !interface->is_virtual) {
-        walk(RTA_DATA(attribute), RTA_PAYLOAD(attribute), take_controller, interface);
+        for_each_attribute(RTA_DATA(attribute), RTA_PAYLOAD(attribute), take_controller, interface);
     } else {
         // Statistics.
     }
@@ -224,7 +224,7 @@ static void take_link(const struct rtattr* const attribute, osal_can_interface_t
         (void)memcpy(interface->label, RTA_DATA(attribute), size);
         break;
     case IFLA_LINKINFO:
-        walk(RTA_DATA(attribute), size, take_information, interface);
+        for_each_attribute(RTA_DATA(attribute), size, take_information, interface);
         break;
     default:
         break;
@@ -258,7 +258,7 @@ status_t osal_can_interface_look(const char* const name, osal_can_interface_t* c
         return STATUS_NOT_OURS;
     }
     out_interface->is_up = ((device->ifi_flags & (unsigned)IFF_UP) != 0U);
-    walk(IFLA_RTA(device), IFLA_PAYLOAD(header), take_link, out_interface);
+    for_each_attribute(IFLA_RTA(device), IFLA_PAYLOAD(header), take_link, out_interface);
     return STATUS_OK;
 }
 

@@ -29,7 +29,7 @@
 #define PUS_FIRM_REPORT 48U
 #define PUS_FIRM_OF_REQUEST (8U * PUS_FIRM_REPORT) ///< All that a request reports until its end.
 /// Room that remains for requests under way when a new request is taken in: 16 requests under way with an end
-/// each, a walk over 10 states with a transition and a step each, 8 links that change twice.
+/// each, a passage through 10 states with a transition and a step each, 8 links that change twice.
 #define PUS_FIRM_STANDING ((16U + (10U * 2U) + (8U * 2U)) * PUS_FIRM_REPORT)
 #define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS ///< Each HIGH event is kept once at most, or its notice.
 #define PUS_FIRM_SIZE 5632U                  ///< Ring of FIRM reports [octets].

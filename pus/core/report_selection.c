@@ -298,7 +298,7 @@ static void edit_ids(edit_t* const edit, const uint16_t apid, const uint8_t coun
     }
 }
 
-static void walk(edit_t* const edit)
+static void edit_entries(edit_t* const edit)
 {
     octet_reader_t* const reader = &edit->request->reader;
     const uint8_t processes      = octet_read_u8(reader);
@@ -346,7 +346,7 @@ static pus_reply_t change(const pus_selection_editor_t* const editor, pus_select
                               .is_addition = is_addition};
     edit.selection.entries = editor->candidate;
     copy_entries(&edit.selection, selection);
-    walk(&edit);
+    edit_entries(&edit);
     const status_t status = edit.is_changed ? pus_selection_put(editor, &edit.selection, key) : STATUS_OK;
     if (status != STATUS_OK) {
         return pus_failed(PUS_FAILURE_IO, (uint32_t)status);

@@ -23,56 +23,57 @@ typedef struct {
     uint8_t selector;
     uint8_t depth;
     loop_t loops[PUS_REQUEST_FORMAT_DEPTH];
-} walk_t;
+} interpreter_t;
 
-static uint8_t operand(walk_t* const walk)
+static uint8_t operand(interpreter_t* const interpreter)
 {
-    const uint8_t value = *walk->next;
-    walk->next++;
+    const uint8_t value = *interpreter->next;
+    interpreter->next++;
     return value;
 }
 
 /// Enter the body, or go past it if the count is 0.
-static bool count(walk_t* const walk)
+static bool count(interpreter_t* const interpreter)
 {
-    const uint8_t least  = operand(walk);
-    const uint8_t length = operand(walk);
-    const uint8_t found  = octet_read_u8(walk->reader);
-    if (walk->reader->failed || (found < least)) {
+    const uint8_t least  = operand(interpreter);
+    const uint8_t length = operand(interpreter);
+    const uint8_t found  = octet_read_u8(interpreter->reader);
+    if (interpreter->reader->failed || (found < least)) {
         return false;
     }
     if (found == 0U) {
-        walk->next += length;
+        interpreter->next += length;
         return true;
     }
-    FSW_ASSERT(walk->depth < PUS_REQUEST_FORMAT_DEPTH);
-    walk->loops[walk->depth] =
-        (loop_t){.body = walk->next, .end = walk->next + length, .left = (uint8_t)(found - 1U)};
-    walk->depth++;
+    FSW_ASSERT(interpreter->depth < PUS_REQUEST_FORMAT_DEPTH);
+    interpreter->loops[interpreter->depth] =
+        (loop_t){.body = interpreter->next, .end = interpreter->next + length, .left = (uint8_t)(found - 1U)};
+    interpreter->depth++;
     return true;
 }
 
 /// At the end of a body: once more, or out of it.
-static void repeat(walk_t* const walk)
+static void repeat(interpreter_t* const interpreter)
 {
-    while ((walk->depth > 0U) && (walk->next == walk->loops[walk->depth - 1U].end)) {
-        loop_t* const loop = &walk->loops[walk->depth - 1U];
+    while ((interpreter->depth > 0U) &&
+           (interpreter->next == interpreter->loops[interpreter->depth - 1U].end)) {
+        loop_t* const loop = &interpreter->loops[interpreter->depth - 1U];
         if (loop->left > 0U) {
             loop->left--;
-            walk->next = loop->body;
+            interpreter->next = loop->body;
             return;
         }
-        walk->depth--;
+        interpreter->depth--;
     }
 }
 
-static bool value(walk_t* const walk)
+static bool value(interpreter_t* const interpreter)
 {
-    const uint32_t layout = walk->layouts[operand(walk)];
+    const uint32_t layout = interpreter->layouts[operand(interpreter)];
     if (layout >= (uint32_t)VALUE_SCALARS) {
         return false;
     }
-    (void)octet_read_octets(walk->reader, value_size((value_type_t)layout));
+    (void)octet_read_octets(interpreter->reader, value_size((value_type_t)layout));
     return true;
 }
 
@@ -94,37 +95,37 @@ static bool packet(octet_reader_t* const reader)
 }
 
 /// Perform one word of the program other than END. False: the data is wrong.
-static bool step(walk_t* const walk, const uint8_t word)
+static bool step(interpreter_t* const interpreter, const uint8_t word)
 {
-    octet_reader_t* const reader = walk->reader;
+    octet_reader_t* const reader = interpreter->reader;
     uint8_t place                = 0U;
     switch (word) {
     case PUS_REQUEST_FORMAT_SKIP:
-        (void)octet_read_octets(reader, operand(walk));
+        (void)octet_read_octets(reader, operand(interpreter));
         return true;
     case PUS_REQUEST_FORMAT_COUNT:
-        return count(walk);
+        return count(interpreter);
     case PUS_REQUEST_FORMAT_SELECT:
-        walk->selector = octet_read_u8(reader);
+        interpreter->selector = octet_read_u8(reader);
         return true;
     case PUS_REQUEST_FORMAT_CASE:
-        place = operand(walk);
-        walk->next += (place == walk->selector) ? 1U : (1U + (size_t)*walk->next);
+        place = operand(interpreter);
+        interpreter->next += (place == interpreter->selector) ? 1U : (1U + (size_t)*interpreter->next);
         return true;
     case PUS_REQUEST_FORMAT_JUMP:
-        place = operand(walk);
-        walk->next += place;
+        place = operand(interpreter);
+        interpreter->next += place;
         return true;
     case PUS_REQUEST_FORMAT_ID:
-        place                = operand(walk);
-        walk->layouts[place] = (octet_read_u32(reader) >> LAYOUT_SHIFT) & LAYOUT_MASK;
+        place                       = operand(interpreter);
+        interpreter->layouts[place] = (octet_read_u32(reader) >> LAYOUT_SHIFT) & LAYOUT_MASK;
         return true;
     case PUS_REQUEST_FORMAT_LAYOUT:
-        place                = operand(walk);
-        walk->layouts[place] = octet_read_u8(reader);
+        place                       = operand(interpreter);
+        interpreter->layouts[place] = octet_read_u8(reader);
         return true;
     case PUS_REQUEST_FORMAT_VALUE:
-        return value(walk);
+        return value(interpreter);
     case PUS_REQUEST_FORMAT_SIZED:
         (void)octet_read_octets(reader, octet_read_u16(reader));
         return true;
@@ -138,16 +139,17 @@ static bool step(walk_t* const walk, const uint8_t word)
     }
 }
 
-bool pus_request_format_walk(const uint8_t* const program, octet_reader_t* const reader)
+bool pus_request_format_check(const uint8_t* const program, octet_reader_t* const reader)
 {
     FSW_ASSERT((program != NULL) && (reader != NULL));
-    walk_t walk = {.next = program, .reader = reader};
-    repeat(&walk);
-    for (uint8_t word = operand(&walk); word != (uint8_t)PUS_REQUEST_FORMAT_END; word = operand(&walk)) {
-        if (!step(&walk, word) || reader->failed) {
+    interpreter_t interpreter = {.next = program, .reader = reader};
+    repeat(&interpreter);
+    for (uint8_t word = operand(&interpreter); word != (uint8_t)PUS_REQUEST_FORMAT_END;
+         word         = operand(&interpreter)) {
+        if (!step(&interpreter, word) || reader->failed) {
             return false;
         }
-        repeat(&walk);
+        repeat(&interpreter);
     }
     return true;
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Format of a request: a short program, made from the catalogue of messages (pus/catalogue), that walks
+/// Format of a request: a short program, made from the catalogue of messages (pus/catalogue), that reads
 /// through application data without effect, so that every count, length and selector is checked before a
 /// service sees the request.
 ///
 ///     COUNT least length body   a count (u8) of at least `least`, and the body so many times
 ///     SELECT CASE value length body JUMP length ... FAIL   a selector (u8) and what follows it by its value
 ///     ID r, LAYOUT r            a parameter id, or the code of a scalar layout; kept in register r (0, 1)
-///     VALUE r                   a value of that layout; only scalars can be walked
+///     VALUE r                   a value of that layout; only scalars can be read
 ///     SIZED                     u16 length and so many octets; PACKET a whole request; REST all that is left
 ///
 /// Context    Any; no state.
@@ -36,6 +36,6 @@ enum {
 
 /// Walk. False: a count, a selector, a layout or an embedded request is wrong, at the reader's position; or
 /// the reader has failed, because octets are missing. The caller sees whether octets are left over.
-bool pus_request_format_walk(const uint8_t* program, octet_reader_t* reader);
+bool pus_request_format_check(const uint8_t* program, octet_reader_t* reader);
 
 #endif // PUS_CORE_REQUEST_FORMAT_H

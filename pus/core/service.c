@@ -193,8 +193,9 @@ static pus_failure_t find(const pus_dispatcher_t* const dispatcher, const uint8_
         return pus_failure(PUS_FAILURE_SUBTYPE, ((uint32_t)out_tc->service << 8U) | out_tc->subtype);
     }
     octet_reader_t reader = octet_reader(out_tc->data, out_tc->size);
-    const bool has_format = (subtype->has_format != NULL) ? subtype->has_format(service->self, &reader)
-                                                          : pus_request_format_walk(subtype->format, &reader);
+    const bool has_format = (subtype->has_format != NULL)
+                                ? subtype->has_format(service->self, &reader)
+                                : pus_request_format_check(subtype->format, &reader);
     if (!has_format || !octet_reader_is_done(&reader)) {
         return pus_failure(PUS_FAILURE_DATA, (uint32_t)reader.position);
     }

@@ -41,11 +41,11 @@ void pus_device_access_init(pus_device_access_t* const access, const pus_device_
 
 // Instructions.
 
-static pus_device_walk_t walk_of(const octet_reader_t* const reader, const uint8_t kind)
+static pus_device_cursor_t cursor_of(const octet_reader_t* const reader, const uint8_t kind)
 {
-    pus_device_walk_t walk = {.reader = *reader, .kind = kind};
-    walk.left              = octet_read_u8(&walk.reader);
-    return walk;
+    pus_device_cursor_t cursor = {.reader = *reader, .kind = kind};
+    cursor.left                = octet_read_u8(&cursor.reader);
+    return cursor;
 }
 
 static void read_sized(octet_reader_t* const reader, pus_device_action_t* const action)
@@ -55,33 +55,33 @@ static void read_sized(octet_reader_t* const reader, pus_device_action_t* const 
 }
 
 /// A pulse; the reserved bit shows in its exponent.
-static void read_pulse(pus_device_walk_t* const walk, pus_device_action_t* const action)
+static void read_pulse(pus_device_cursor_t* const cursor, pus_device_action_t* const action)
 {
-    if (walk->inner == 0U) {
-        walk->cpdu  = octet_read_u8(&walk->reader);
-        walk->inner = octet_read_u8(&walk->reader);
-        walk->place = (uint32_t)walk->reader.position;
+    if (cursor->inner == 0U) {
+        cursor->cpdu  = octet_read_u8(&cursor->reader);
+        cursor->inner = octet_read_u8(&cursor->reader);
+        cursor->place = (uint32_t)cursor->reader.position;
     }
-    const uint16_t pulse = octet_read_u16(&walk->reader);
-    walk->inner--;
-    walk->left       = (uint8_t)(walk->left + ((walk->inner > 0U) ? 1U : 0U)); // The CPDU has more pulses.
-    action->device   = walk->cpdu;
-    action->command  = (uint16_t)(pulse >> LINE_SHIFT);
+    const uint16_t pulse = octet_read_u16(&cursor->reader);
+    cursor->inner--;
+    cursor->left    = (uint8_t)(cursor->left + ((cursor->inner > 0U) ? 1U : 0U)); // The CPDU has more pulses.
+    action->device  = cursor->cpdu;
+    action->command = (uint16_t)(pulse >> LINE_SHIFT);
     action->exponent = (uint8_t)(pulse & (PULSE_RESERVED | PULSE_EXPONENT));
 }
 
 /// Read the next instruction. False: there is none.
-static bool read_next(pus_device_walk_t* const walk, pus_device_action_t* const action)
+static bool read_next(pus_device_cursor_t* const cursor, pus_device_action_t* const action)
 {
-    octet_reader_t* const reader = &walk->reader;
-    if (walk->left == 0U) {
+    octet_reader_t* const reader = &cursor->reader;
+    if (cursor->left == 0U) {
         return false;
     }
-    *action     = (pus_device_action_t){.kind = walk->kind};
-    walk->place = (uint32_t)reader->position;
-    walk->left--;
-    walk->number++;
-    switch (walk->kind) {
+    *action       = (pus_device_action_t){.kind = cursor->kind};
+    cursor->place = (uint32_t)reader->position;
+    cursor->left--;
+    cursor->number++;
+    switch (cursor->kind) {
     case PUS_DEVICE_SWITCH:
         action->device = octet_read_u16(reader);
         break;
@@ -91,7 +91,7 @@ static bool read_next(pus_device_walk_t* const walk, pus_device_action_t* const 
         action->data    = octet_read_octets(reader, REGISTER_SIZE);
         break;
     case PUS_DEVICE_PULSE:
-        read_pulse(walk, action);
+        read_pulse(cursor, action);
         break;
     case PUS_DEVICE_DUMP_REGISTER:
         action->address = octet_read_u32(reader);
@@ -102,9 +102,9 @@ static bool read_next(pus_device_walk_t* const walk, pus_device_action_t* const 
         read_sized(reader, action);
         break;
     case PUS_DEVICE_ACQUIRE:
-        walk->transaction = octet_read_u16(reader);
-        action->device    = octet_read_u16(reader);
-        action->protocol  = octet_read_octets(reader, PUS_DEVICE_PROTOCOL_SIZE);
+        cursor->transaction = octet_read_u16(reader);
+        action->device      = octet_read_u16(reader);
+        action->protocol    = octet_read_octets(reader, PUS_DEVICE_PROTOCOL_SIZE);
         break;
     case PUS_DEVICE_LOGICAL_COMMAND:
         action->device  = octet_read_u16(reader);
@@ -112,9 +112,9 @@ static bool read_next(pus_device_walk_t* const walk, pus_device_action_t* const 
         read_sized(reader, action);
         break;
     default: // PUS_DEVICE_LOGICAL_ACQUIRE
-        walk->transaction = octet_read_u16(reader);
-        action->device    = octet_read_u16(reader);
-        action->address   = octet_read_u32(reader);
+        cursor->transaction = octet_read_u16(reader);
+        action->device      = octet_read_u16(reader);
+        action->address     = octet_read_u32(reader);
         break;
     }
     return true;
@@ -129,7 +129,7 @@ static uint32_t name_of(const pus_device_action_t* const action)
 }
 
 /// Why an instruction cannot be performed, or PUS_FAILURE_NONE.
-static pus_failure_t judge(const pus_device_access_t* const access, const pus_device_walk_t* const walk,
+static pus_failure_t judge(const pus_device_access_t* const access, const pus_device_cursor_t* const cursor,
                            const pus_device_action_t* const action)
 {
     const pus_device_port_t* const port = &access->config.port;
@@ -143,7 +143,7 @@ static pus_failure_t judge(const pus_device_access_t* const access, const pus_de
     case STATUS_FORBIDDEN:
         return pus_failure(PUS_FAILURE_STATE, name_of(action));
     default:
-        return pus_failure(PUS_FAILURE_OUT_OF_RANGE, walk->place);
+        return pus_failure(PUS_FAILURE_OUT_OF_RANGE, cursor->place);
     }
 }
 
@@ -171,24 +171,24 @@ static bool is_command(const uint8_t kind)
 static pus_reply_t judge_all(pus_device_access_t* const access, pus_request_t* const request,
                              pus_device_operation_t* const operation)
 {
-    const uint8_t kind     = request->token.subtype;
-    pus_device_walk_t walk = walk_of(&request->reader, kind);
+    const uint8_t kind         = request->token.subtype;
+    pus_device_cursor_t cursor = cursor_of(&request->reader, kind);
     pus_device_action_t action;
-    while (read_next(&walk, &action)) {
-        pus_reply_t reply = {PUS_REFUSED, judge(access, &walk, &action)};
+    while (read_next(&cursor, &action)) {
+        pus_reply_t reply = {PUS_REFUSED, judge(access, &cursor, &action)};
         if (reply.failure.code == PUS_FAILURE_NONE) {
             continue;
         }
         access->counters.refused++;
         if (is_command(kind)) {
-            reply.failure.instruction = walk.number;
+            reply.failure.instruction = cursor.number;
             return reply;
         }
-        pus_request_refuse(request, walk.number, reply.failure.code, reply.failure.detail);
-        leave_out(operation, walk.number);
+        pus_request_refuse(request, cursor.number, reply.failure.code, reply.failure.detail);
+        leave_out(operation, cursor.number);
         operation->refused++;
     }
-    return (operation->refused < walk.number) ? pus_later() : pus_done();
+    return (operation->refused < cursor.number) ? pus_later() : pus_done();
 }
 
 static pus_reply_t take(void* const self, pus_request_t* const request)
@@ -213,7 +213,7 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
     const pus_reply_t reply = judge_all(access, request, operation);
     if (reply.kind == PUS_LATER) {
         const octet_reader_t reader = octet_reader(operation->data, operation->size);
-        operation->walk             = walk_of(&reader, request->token.subtype);
+        operation->cursor           = cursor_of(&reader, request->token.subtype);
         operation->phase            = NEXT;
         access->running++;
     }
@@ -224,10 +224,10 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
 static bool report_acquired(const pus_device_access_t* const access,
                             const pus_device_operation_t* const operation, const uint64_t now_ns)
 {
-    const uint8_t subtype = (operation->walk.kind == PUS_DEVICE_ACQUIRE) ? PHYSICAL_DATA : LOGICAL_DATA;
+    const uint8_t subtype = (operation->cursor.kind == PUS_DEVICE_ACQUIRE) ? PHYSICAL_DATA : LOGICAL_DATA;
     octet_writer_t writer = pus_tm_begin(access->config.process, PUS_SERVICE_DEVICE_ACCESS, subtype,
                                          operation->token.source, now_ns);
-    octet_write_u16(&writer, operation->walk.transaction);
+    octet_write_u16(&writer, operation->cursor.transaction);
     octet_write_u16(&writer, operation->result.return_code);
     if (subtype == PHYSICAL_DATA) {
         octet_write_u16(&writer, operation->result.size);
@@ -241,16 +241,16 @@ static bool report_registers(const pus_device_access_t* const access,
                              const pus_device_operation_t* const operation, const uint64_t now_ns)
 {
     const octet_reader_t reader = octet_reader(operation->data, operation->size);
-    pus_device_walk_t walk      = walk_of(&reader, PUS_DEVICE_DUMP_REGISTER);
+    pus_device_cursor_t cursor  = cursor_of(&reader, PUS_DEVICE_DUMP_REGISTER);
     octet_writer_t writer       = pus_tm_begin(access->config.process, PUS_SERVICE_DEVICE_ACCESS, REGISTERS,
                                                operation->token.source, now_ns);
     uint8_t* const count        = octet_write_space(&writer, sizeof(uint16_t));
     uint16_t entries            = 0U;
     pus_device_action_t action;
-    while (read_next(&walk, &action)) {
-        if (!is_left_out(operation, walk.number)) {
+    while (read_next(&cursor, &action)) {
+        if (!is_left_out(operation, cursor.number)) {
             octet_write_u32(&writer, action.address);
-            octet_write_u32(&writer, operation->values[walk.number - 1U]);
+            octet_write_u32(&writer, operation->values[cursor.number - 1U]);
             entries++;
         }
     }
@@ -262,8 +262,8 @@ static bool report_registers(const pus_device_access_t* const access,
 static void settle(pus_device_access_t* const access, pus_device_operation_t* const operation,
                    const status_t status, const uint64_t now_ns)
 {
-    const uint8_t kind    = operation->walk.kind;
-    const uint16_t number = operation->walk.number;
+    const uint8_t kind    = operation->cursor.kind;
+    const uint16_t number = operation->cursor.number;
     const bool is_read    = (kind == PUS_DEVICE_ACQUIRE) || (kind == PUS_DEVICE_LOGICAL_ACQUIRE);
     operation->phase      = is_read ? REPORTING : NEXT;
     if (status == STATUS_OK) {
@@ -287,7 +287,7 @@ static void settle(pus_device_access_t* const access, pus_device_operation_t* co
         operation->failure = failure;
     }
     if (is_command(kind)) {
-        operation->walk.left = 0U; // Later commands may depend on the failed one.
+        operation->cursor.left = 0U; // Later commands may depend on the failed one.
     }
 }
 
@@ -300,9 +300,9 @@ static uint8_t slot_of(const pus_device_access_t* const access, const pus_device
 static void take_next(pus_device_access_t* const access, pus_device_operation_t* const operation,
                       const uint64_t now_ns)
 {
-    bool has_next = read_next(&operation->walk, &operation->action);
-    while (has_next && is_left_out(operation, operation->walk.number)) {
-        has_next = read_next(&operation->walk, &operation->action);
+    bool has_next = read_next(&operation->cursor, &operation->action);
+    while (has_next && is_left_out(operation, operation->cursor.number)) {
+        has_next = read_next(&operation->cursor, &operation->action);
     }
     operation->phase       = has_next ? BEGINNING : ENDING;
     operation->deadline_ns = now_ns + access->config.timeout_ns;
@@ -343,7 +343,8 @@ static bool end(pus_device_access_t* const access, pus_device_operation_t* const
                 const uint64_t now_ns)
 {
     pus_failure_t failure = operation->failure;
-    if ((operation->walk.kind == PUS_DEVICE_DUMP_REGISTER) && !report_registers(access, operation, now_ns)) {
+    if ((operation->cursor.kind == PUS_DEVICE_DUMP_REGISTER) &&
+        !report_registers(access, operation, now_ns)) {
         return false;
     }
     if ((failure.code == PUS_FAILURE_NONE) && (operation->refused > 0U)) {

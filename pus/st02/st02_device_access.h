@@ -67,7 +67,7 @@ typedef struct {
     void (*abandon)(void* context, uint8_t slot);
 } pus_device_port_t;
 
-typedef struct { // Private: where a walk through the instructions of a request is.
+typedef struct { // Private: position in the instructions of a request.
     octet_reader_t reader;
     uint8_t kind;
     uint8_t left;  // Instructions, or CPDUs.
@@ -76,11 +76,11 @@ typedef struct { // Private: where a walk through the instructions of a request 
     uint16_t transaction;
     uint16_t number; // Of the instruction, from 1.
     uint32_t place;  // Its octet offset.
-} pus_device_walk_t;
+} pus_device_cursor_t;
 
 typedef struct {   // Private: a request under way.
     uint8_t phase; // 0: free.
-    pus_device_walk_t walk;
+    pus_device_cursor_t cursor;
     pus_device_action_t action;
     pus_device_result_t result;
     uint64_t deadline_ns;

@@ -45,11 +45,11 @@ static void decide(pus_parameters_t* const parameters, pus_request_t* const requ
     }
 }
 
-/// Walk through the ids of a request and decide about each: refuse what cannot be reported or does not fit,
+/// Read the ids of a request and decide about each: refuse what cannot be reported or does not fit,
 /// and perform the rest; or, with a writer, write {id, value} of that rest, by the same decisions. Returns
 /// the source data that rest takes [octets].
-static size_t walk_values(pus_parameters_t* const parameters, pus_request_t* const request,
-                          octet_writer_t* const writer)
+static size_t report_or_write_values(pus_parameters_t* const parameters, pus_request_t* const request,
+                                     octet_writer_t* const writer)
 {
     const pus_parameter_port_t* const port = &parameters->port;
     const uint8_t count                    = octet_read_u8(&request->reader);
@@ -82,7 +82,7 @@ static pus_reply_t report_values(void* const self, pus_request_t* const request)
 {
     pus_parameters_t* const parameters = self;
     const octet_reader_t list          = request->reader;
-    const size_t size                  = walk_values(parameters, request, NULL);
+    const size_t size                  = report_or_write_values(parameters, request, NULL);
     if (request->performed > 0U) {
         octet_writer_t writer;
         if (pus_tm_begin_sized(request->process, request->token.service, VALUES, request->token.source,
@@ -91,7 +91,7 @@ static pus_reply_t report_values(void* const self, pus_request_t* const request)
         }
         octet_write_u16(&writer, request->performed);
         request->reader = list;
-        (void)walk_values(parameters, request, &writer);
+        (void)report_or_write_values(parameters, request, &writer);
         (void)pus_tm_post_sized(request->process, &writer); // The process counts lost reports.
     }
     return pus_done();

@@ -14,7 +14,7 @@
 #define DEPTH_MAX 3U // Of lists in lists.
 #define WORD_MAX 32U // Characters of a name or type.
 
-/// A list that is being walked.
+/// A list that is being decoded.
 typedef struct {
     const char* body;
     unsigned left; ///< Remaining entries, the present one included.
@@ -30,81 +30,83 @@ typedef struct {
     bool is_cut;
     list_t lists[DEPTH_MAX];
     size_t depth;
-} walk_t;
+} decoder_t;
 
-static void put(walk_t* const walk, const char* const format, ...) __attribute__((format(printf, 2, 3)));
+static void put(decoder_t* const decoder, const char* const format, ...)
+    __attribute__((format(printf, 2, 3)));
 
-static void put(walk_t* const walk, const char* const format, ...)
+static void put(decoder_t* const decoder, const char* const format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    const int count = vsnprintf(&walk->text[walk->length], walk->capacity - walk->length, format, arguments);
+    const int count =
+        vsnprintf(&decoder->text[decoder->length], decoder->capacity - decoder->length, format, arguments);
     va_end(arguments);
-    if ((count < 0) || ((size_t)count >= (walk->capacity - walk->length))) {
-        walk->is_cut             = true;
-        walk->text[walk->length] = '\0';
+    if ((count < 0) || ((size_t)count >= (decoder->capacity - decoder->length))) {
+        decoder->is_cut                = true;
+        decoder->text[decoder->length] = '\0';
     } else {
-        walk->length += (size_t)count;
+        decoder->length += (size_t)count;
     }
 }
 
-static void put_name(walk_t* const walk, const char* const name)
+static void put_name(decoder_t* const decoder, const char* const name)
 {
-    const char* const glue = walk->as_json ? "," : " ";
-    put(walk, walk->as_json ? "%s\"%s\":" : "%s%s=", walk->needs_glue ? glue : "", name);
-    walk->needs_glue = true;
+    const char* const glue = decoder->as_json ? "," : " ";
+    put(decoder, decoder->as_json ? "%s\"%s\":" : "%s%s=", decoder->needs_glue ? glue : "", name);
+    decoder->needs_glue = true;
 }
 
-static void put_hex(walk_t* const walk, const uint8_t* const octets, const size_t size)
+static void put_hex(decoder_t* const decoder, const uint8_t* const octets, const size_t size)
 {
-    put(walk, "%s", walk->as_json ? "\"" : "");
+    put(decoder, "%s", decoder->as_json ? "\"" : "");
     for (size_t i = 0U; (octets != NULL) && (i < size); i++) {
-        put(walk, "%02x", octets[i]);
+        put(decoder, "%02x", octets[i]);
     }
-    put(walk, "%s", walk->as_json ? "\"" : "");
+    put(decoder, "%s", decoder->as_json ? "\"" : "");
 }
 
 /// Text of a name in a packet: characters other than printable ASCII, and quotes, become question marks.
-static void put_text(walk_t* const walk, const uint8_t* const octets, const size_t size)
+static void put_text(decoder_t* const decoder, const uint8_t* const octets, const size_t size)
 {
-    const char* const quote = walk->as_json ? "\"" : "";
-    put(walk, "%s", quote);
+    const char* const quote = decoder->as_json ? "\"" : "";
+    put(decoder, "%s", quote);
     for (size_t i = 0U; (octets != NULL) && (i < size) && (octets[i] != 0U); i++) {
         const bool is_plain =
             (octets[i] > 0x20U) && (octets[i] < 0x7FU) && (octets[i] != '"') && (octets[i] != '\\');
-        put(walk, "%c", is_plain ? (char)octets[i] : '?');
+        put(decoder, "%c", is_plain ? (char)octets[i] : '?');
     }
-    put(walk, "%s", quote);
+    put(decoder, "%s", quote);
 }
 
-static void put_time(walk_t* const walk)
+static void put_time(decoder_t* const decoder)
 {
     uint8_t p_field  = 0U;
     uint64_t time_ns = 0U;
-    if (dump_time_read(&walk->reader, &p_field, &time_ns) != STATUS_OK) {
-        walk->reader.failed = true;
+    if (dump_time_read(&decoder->reader, &p_field, &time_ns) != STATUS_OK) {
+        decoder->reader.failed = true;
     }
-    put(walk, walk->as_json ? "%" PRIu64 "%s" : "%" PRIu64 "%s", time_ns, walk->as_json ? "" : "ns");
+    put(decoder, decoder->as_json ? "%" PRIu64 "%s" : "%" PRIu64 "%s", time_ns, decoder->as_json ? "" : "ns");
 }
 
-static void put_code(walk_t* const walk)
+static void put_code(decoder_t* const decoder)
 {
-    const uint16_t code = octet_read_u16(&walk->reader);
-    if (walk->as_json) {
-        put(walk, "%u,\"meaning\":\"%s\"", (unsigned)code, failure_words(code));
+    const uint16_t code = octet_read_u16(&decoder->reader);
+    if (decoder->as_json) {
+        put(decoder, "%u,\"meaning\":\"%s\"", (unsigned)code, failure_words(code));
     } else {
-        put(walk, "0x%04X (%s)", (unsigned)code, failure_words(code));
+        put(decoder, "0x%04X (%s)", (unsigned)code, failure_words(code));
     }
 }
 
-static void put_request_id(walk_t* const walk)
+static void put_request_id(decoder_t* const decoder)
 {
-    const uint32_t id = octet_read_u32(&walk->reader);
-    put(walk, walk->as_json ? "{\"apid\":%u,\"seq\":%u}" : "%u/%u", (unsigned)((id >> 16U) & 0x7FFU),
+    const uint32_t id = octet_read_u32(&decoder->reader);
+    put(decoder, decoder->as_json ? "{\"apid\":%u,\"seq\":%u}" : "%u/%u", (unsigned)((id >> 16U) & 0x7FFU),
         (unsigned)(id & 0x3FFFU));
 }
 
-static void put_number(walk_t* const walk, const char* const type)
+static void put_number(decoder_t* const decoder, const char* const type)
 {
     const bool is_hex     = (type[0] == 'x');
     const unsigned digits = (strcmp(&type[1], "8") == 0)    ? 2U
@@ -113,34 +115,34 @@ static void put_number(walk_t* const walk, const char* const type)
                                                             : 16U;
     uint64_t value        = 0U;
     for (unsigned i = 0U; i < (digits / 2U); i++) {
-        value = (value << 8U) | octet_read_u8(&walk->reader);
+        value = (value << 8U) | octet_read_u8(&decoder->reader);
     }
     if (is_hex) {
-        put(walk, walk->as_json ? "\"0x%0*" PRIX64 "\"" : "0x%0*" PRIX64, (int)digits, value);
+        put(decoder, decoder->as_json ? "\"0x%0*" PRIX64 "\"" : "0x%0*" PRIX64, (int)digits, value);
     } else {
-        put(walk, "%" PRIu64, value);
+        put(decoder, "%" PRIu64, value);
     }
 }
 
-static void put_value(walk_t* const walk, const char* const name, const char* const type)
+static void put_value(decoder_t* const decoder, const char* const name, const char* const type)
 {
-    put_name(walk, name);
+    put_name(decoder, name);
     if (strcmp(type, "code") == 0) {
-        put_code(walk);
+        put_code(decoder);
     } else if (strcmp(type, "id") == 0) {
-        put_request_id(walk);
+        put_request_id(decoder);
     } else if (strcmp(type, "time") == 0) {
-        put_time(walk);
+        put_time(decoder);
     } else if (strcmp(type, "text") == 0) {
-        put_text(walk, octet_read_octets(&walk->reader, PUS_NAME_SIZE), PUS_NAME_SIZE);
+        put_text(decoder, octet_read_octets(&decoder->reader, PUS_NAME_SIZE), PUS_NAME_SIZE);
     } else if (strcmp(type, "octets") == 0) {
-        const uint8_t size = octet_read_u8(&walk->reader);
-        put_hex(walk, octet_read_octets(&walk->reader, size), size);
+        const uint8_t size = octet_read_u8(&decoder->reader);
+        put_hex(decoder, octet_read_octets(&decoder->reader, size), size);
     } else if (strcmp(type, "rest") == 0) {
-        const size_t size = octet_reader_left(&walk->reader);
-        put_hex(walk, octet_read_octets(&walk->reader, size), size);
+        const size_t size = octet_reader_left(&decoder->reader);
+        put_hex(decoder, octet_read_octets(&decoder->reader, size), size);
     } else {
-        put_number(walk, type);
+        put_number(decoder, type);
     }
 }
 
@@ -156,44 +158,44 @@ static const char* after_list(const char* body)
     return (*body == ' ') ? (body + 1) : body;
 }
 
-static void open_entry(walk_t* const walk)
+static void open_entry(decoder_t* const decoder)
 {
-    put(walk, "%s", walk->as_json ? "{" : "");
-    walk->needs_glue = false;
+    put(decoder, "%s", decoder->as_json ? "{" : "");
+    decoder->needs_glue = false;
 }
 
 /// Begin a list; returns where the layout continues.
-static const char* open_list(walk_t* const walk, const char* const name, const char* const width,
+static const char* open_list(decoder_t* const decoder, const char* const name, const char* const width,
                              const char* const body)
 {
     const unsigned count =
-        (strcmp(width, "8") == 0) ? octet_read_u8(&walk->reader) : octet_read_u16(&walk->reader);
-    put_name(walk, name);
-    put(walk, "[");
-    if ((count == 0U) || (walk->depth >= DEPTH_MAX)) {
-        put(walk, "]");
+        (strcmp(width, "8") == 0) ? octet_read_u8(&decoder->reader) : octet_read_u16(&decoder->reader);
+    put_name(decoder, name);
+    put(decoder, "[");
+    if ((count == 0U) || (decoder->depth >= DEPTH_MAX)) {
+        put(decoder, "]");
         return after_list(body);
     }
-    walk->lists[walk->depth] = (list_t){.body = body, .left = count};
-    walk->depth++;
-    open_entry(walk);
+    decoder->lists[decoder->depth] = (list_t){.body = body, .left = count};
+    decoder->depth++;
+    open_entry(decoder);
     return body;
 }
 
 /// End an entry; returns where the layout continues: at the next entry or after the list.
-static const char* close_entry(walk_t* const walk, const char* const next)
+static const char* close_entry(decoder_t* const decoder, const char* const next)
 {
-    list_t* const list = &walk->lists[walk->depth - 1U];
-    put(walk, "%s", walk->as_json ? "}" : "");
+    list_t* const list = &decoder->lists[decoder->depth - 1U];
+    put(decoder, "%s", decoder->as_json ? "}" : "");
     list->left--;
-    if ((list->left > 0U) && !walk->reader.failed && !walk->is_cut) {
-        put(walk, walk->as_json ? "," : ", ");
-        open_entry(walk);
+    if ((list->left > 0U) && !decoder->reader.failed && !decoder->is_cut) {
+        put(decoder, decoder->as_json ? "," : ", ");
+        open_entry(decoder);
         return list->body;
     }
-    put(walk, "]");
-    walk->needs_glue = true;
-    walk->depth--;
+    put(decoder, "]");
+    decoder->needs_glue = true;
+    decoder->depth--;
     return next;
 }
 
@@ -214,28 +216,28 @@ static const char* take_word(const char* from, const char* const ends, char* con
 bool dump_fields(const char* const layout, const uint8_t* const data, const size_t size, const bool as_json,
                  char* const text, const size_t capacity)
 {
-    walk_t walk = {
+    decoder_t decoder = {
         .reader = octet_reader(data, size), .as_json = as_json, .text = text, .capacity = capacity};
     const char* next = layout;
     text[0]          = '\0';
-    put(&walk, "%s", as_json ? "{" : "");
-    while ((*next != '\0') && !walk.reader.failed && !walk.is_cut) {
+    put(&decoder, "%s", as_json ? "{" : "");
+    while ((*next != '\0') && !decoder.reader.failed && !decoder.is_cut) {
         char name[WORD_MAX];
         char type[WORD_MAX];
         char end = '\0';
         next     = take_word(next, ":[ ", name, &end);
         if (strcmp(name, "]") == 0) {
-            next = close_entry(&walk, next);
+            next = close_entry(&decoder, next);
         } else {
             const bool is_list = (end == '[');
             next               = take_word(next, " ", type, &end);
             if (is_list) {
-                next = open_list(&walk, name, type, next);
+                next = open_list(&decoder, name, type, next);
             } else {
-                put_value(&walk, name, type);
+                put_value(&decoder, name, type);
             }
         }
     }
-    put(&walk, "%s", as_json ? "}" : "");
-    return octet_reader_is_done(&walk.reader) && !walk.is_cut;
+    put(&decoder, "%s", as_json ? "}" : "");
+    return octet_reader_is_done(&decoder.reader) && !decoder.is_cut;
 }

@@ -31,7 +31,7 @@ static void print_changes(const state_machine_t* const machine)
 
 /// End the running action, and those that follow, successfully until the state is reached or the machine
 /// rests.
-static void walk_to(state_machine_t* const machine, const state_t state)
+static void go_to(state_machine_t* const machine, const state_t state)
 {
     while ((machine->action != ACTION_NONE) && (machine->state != state)) {
         subsystem_state_machine_outcome(machine, OUTCOME_DONE);
@@ -41,7 +41,7 @@ static void walk_to(state_machine_t* const machine, const state_t state)
 static void go(state_machine_t* const machine, const state_t target)
 {
     (void)subsystem_state_machine_request(machine, target, CAUSE_REQUEST);
-    walk_to(machine, STATE_COUNT);
+    go_to(machine, STATE_COUNT);
 }
 
 static state_machine_t configured(void)
@@ -50,7 +50,7 @@ static state_machine_t configured(void)
     subsystem_state_machine_init(&machine, true);
     go(&machine, STATE_PRE_OPERATIONAL);
     (void)subsystem_state_machine_configure(&machine);
-    walk_to(&machine, STATE_COUNT);
+    go_to(&machine, STATE_COUNT);
     return machine;
 }
 
@@ -65,7 +65,7 @@ static state_machine_t machine_in(const state_t state)
         subsystem_state_machine_init(&machine, true);
         if (state != STATE_OFFLINE) {
             (void)subsystem_state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
-            walk_to(&machine, state);
+            go_to(&machine, state);
         }
         break;
     case STATE_PRE_OPERATIONAL:
@@ -73,12 +73,12 @@ static state_machine_t machine_in(const state_t state)
     case STATE_POST_OPERATIONAL: // On its way to PRE_OPERATIONAL.
         go(&machine, STATE_SAFE_OPERATIONAL);
         (void)subsystem_state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
-        walk_to(&machine, state);
+        go_to(&machine, state);
         break;
     case STATE_HARDWARE_DEINIT:
     case STATE_SOFTWARE_DEINIT:
         (void)subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_REQUEST);
-        walk_to(&machine, state);
+        go_to(&machine, state);
         break;
     default:
         go(&machine, STATE_SAFE_OPERATIONAL);
@@ -132,7 +132,7 @@ static void print_events(const state_t state)
     }
 }
 
-/// A machine that runs an action, found by walking from each state towards each target.
+/// A machine that runs an action, found by requests for each state from each state.
 static state_machine_t machine_running(const state_action_t action)
 {
     for (unsigned state = 0U; state < (unsigned)STATE_COUNT; state++) {

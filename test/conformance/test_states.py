@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/states.md and its drawing agree with the state machine: its tables are compared with walks through the
-code.
+"""docs/states.md and its drawing agree with the state machine: its tables are compared with runs of the code.
 
 UPDATE_STATES=1 writes the tables and docs/images/states.svg again."""
 
@@ -31,7 +30,7 @@ FILLS = {0: "#f6f7f9", 4: "#fdf1dd", 5: "#e4f3ea", 6: "#fbe7e5"}
 
 
 @pytest.fixture(scope="module")
-def walks(tmp_path_factory):
+def sequences(tmp_path_factory):
     """Output of the probe: list of [words of the line, states passed after it]."""
     program = tmp_path_factory.mktemp("states") / "probe"
     subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-D_POSIX_C_SOURCE=200809L", f"-I{ROOT}", "-o", program, *SOURCES], check=True)
@@ -56,12 +55,12 @@ def cell(answer, passed):
     return " ".join(str(state) for _, state in passed) if answer == "started" else answer
 
 
-def tables(walks):
+def tables(sequences):
     """Dict name of a table -> its lines."""
     states, phases = names("STATE"), names("PHASE")
-    requests = {tuple(words[1:3]): cell(words[3], passed) for words, passed in walks if words[0] == "request"}
-    events = {tuple(words[1:3]): cell(words[3], passed) for words, passed in walks if words[0] == "event"}
-    failures = [(words, walks[index + 1][0], passed) for index, (words, passed) in enumerate(walks) if words[0] == "failure"]
+    requests = {tuple(words[1:3]): cell(words[3], passed) for words, passed in sequences if words[0] == "request"}
+    events = {tuple(words[1:3]): cell(words[3], passed) for words, passed in sequences if words[0] == "event"}
+    failures = [(words, sequences[index + 1][0], passed) for index, (words, passed) in enumerate(sequences) if words[0] == "failure"]
     made = {
         "requests": ["| in \\ request for | " + " | ".join(f"{target} {states[target]}" for target in TARGETS) + " |", "|---|" + "---|" * len(TARGETS)],
         "events": ["| event \\ in | " + " | ".join(str(state) for state in states) + " |", "|---|" + "---|" * len(states)],
@@ -75,14 +74,14 @@ def tables(walks):
     return made
 
 
-def drawing(walks):
+def drawing(sequences):
     """The changes of state as a graph with fixed places, for graphviz."""
     lines = ['digraph states{bgcolor="white";node[shape=box,style="rounded,filled",color="#9aa5b1",fillcolor="#eaf1fa",fontname="Helvetica",'
              'fontsize=11,width=2.1,height=.42,fixedsize=true];edge[arrowsize=.6]']
     for state, name in names("STATE").items():
         column, row = PLACES[state]
         lines.append(f's{state}[label="{state} {name}",pos="{column * 250:g},{row * 70}",fillcolor="{FILLS.get(state, "#eaf1fa")}"]')
-    for start, end in sorted({change for _, passed in walks for change in passed}):
+    for start, end in sorted({change for _, passed in sequences for change in passed}):
         colour = "#b3261e" if end == 6 else "#2f6db3" if start < end <= 5 else "#667080"
         lines.append(f's{start}->s{end}[color="{colour}"]')
     return "\n".join([*lines, "}"])
@@ -93,20 +92,20 @@ def block(text, name):
     return re.search(rf"<!-- table: {name} -->\n(.*?)<!-- end -->", text, re.DOTALL)
 
 
-def test_tables_and_drawing_are_those_of_the_code(walks):
+def test_tables_and_drawing_are_those_of_the_code(sequences):
     if os.environ.get("UPDATE_STATES"):
         text = PAGE.read_text(encoding="utf-8")
-        for name, lines in tables(walks).items():
+        for name, lines in tables(sequences).items():
             found = block(text, name)
             text = text[: found.start(1)] + "".join(f"{line}\n" for line in lines) + text[found.end(1) :]
         PAGE.write_text(text, encoding="utf-8")
-        made = subprocess.run(["neato", "-n2", "-Tsvg"], input=drawing(walks), capture_output=True, text=True, check=True).stdout
+        made = subprocess.run(["neato", "-n2", "-Tsvg"], input=drawing(sequences), capture_output=True, text=True, check=True).stdout
         DRAWING.write_text(made[made.index("<svg") :], encoding="utf-8")
     text = PAGE.read_text(encoding="utf-8")
-    for name, lines in tables(walks).items():
+    for name, lines in tables(sequences).items():
         assert block(text, name)[1].splitlines() == lines, name
     drawn = {(int(start), int(end)) for start, end in re.findall(r"<title>s(\d)&#45;&gt;s(\d)</title>", DRAWING.read_text(encoding="utf-8"))}
-    assert drawn == {change for _, passed in walks for change in passed}
+    assert drawn == {change for _, passed in sequences for change in passed}
 
 
 def test_table_of_states_has_the_numbers_and_names_of_the_header():

@@ -127,24 +127,24 @@ def test_below_safe_operational_nothing_is_enabled(flight, buses, state):
 
 def test_drives_walk_the_power_states_of_cia_402(buses):
     for name, times, words in _statuswords(buses):
-        walk = [int(state) for state, _ in itertools.groupby(_state(words).tolist())]
-        assert walk[0] == SWITCH_ON_DISABLED, name
-        assert ENABLED in walk, name
-        for before, after in itertools.pairwise(walk):
+        power_states = [int(state) for state, _ in itertools.groupby(_state(words).tolist())]
+        assert power_states[0] == SWITCH_ON_DISABLED, name
+        assert ENABLED in power_states, name
+        for before, after in itertools.pairwise(power_states):
             assert after in LEGAL[before] or (before == QUICK_STOP and after == READY), f"{name}: {before:#x} -> {after:#x}"
 
 
 def test_commands_lead_up_one_state_at_a_time(buses):
     """Each transition upwards is commanded by 0x06, 0x07, 0x0F in this order; none is skipped."""
     for name, _, words in _controlwords(buses):
-        walk = [word for word, _ in itertools.groupby((words & 0x8F).tolist())]
-        assert 0x0F in walk, name
-        for before, after in itertools.pairwise(walk):
+        power_states = [word for word, _ in itertools.groupby((words & 0x8F).tolist())]
+        assert 0x0F in power_states, name
+        for before, after in itertools.pairwise(power_states):
             if after == 0x0F:
                 assert before == 0x07, f"{name}: {before:#04x} -> 0x0F"
             if after == 0x07:
                 assert before in (0x06, 0x0F), f"{name}: {before:#04x} -> 0x07"
-        assert 0x80 not in walk, f"{name}: there was no fault to reset"
+        assert 0x80 not in power_states, f"{name}: there was no fault to reset"
 
 
 def test_joystick_engages_without_a_push(flight, buses):

@@ -213,9 +213,9 @@ def test_progress_steps_are_the_states_passed(packets):
 @pytest.mark.parametrize("name", SUBSYSTEMS)
 def test_transitions_are_a_walk_of_the_table(packets, name):
     state = 0
-    walk = _reports(packets, 129, 2, SUBSYSTEMS[name])
-    assert walk
-    for report in walk:
+    transition_reports = _reports(packets, 129, 2, SUBSYSTEMS[name])
+    assert transition_reports
+    for report in transition_reports:
         previous, now = report.data[0], report.data[1]
         assert previous == state, report
         assert now in NEXT[previous] or now == previous, f"{previous} -> {now} at {report.time_ns / 1e9} s"

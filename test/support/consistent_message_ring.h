@@ -10,19 +10,19 @@
 /// Lengths in the ring add up to `used`, and there are `blocks` of them.
 static inline bool octet_ring_is_consistent(const message_ring_t* ring)
 {
-    size_t walked   = 0U;
+    size_t offset   = 0U;
     uint32_t blocks = 0U;
-    while ((walked < ring->used) && (blocks < ring->blocks)) {
+    while ((offset < ring->used) && (blocks < ring->blocks)) {
         uint8_t octets[sizeof(uint32_t)];
         uint32_t length = 0U;
         for (size_t i = 0U; i < sizeof octets; i++) {
-            octets[i] = ring->storage[(ring->head + walked + i) % ring->capacity];
+            octets[i] = ring->storage[(ring->head + offset + i) % ring->capacity];
         }
         (void)memcpy(&length, octets, sizeof length);
-        walked += sizeof octets + length;
+        offset += sizeof octets + length;
         blocks++;
     }
-    return (walked == ring->used) && (blocks == ring->blocks) && (ring->used <= ring->capacity);
+    return (offset == ring->used) && (blocks == ring->blocks) && (ring->used <= ring->capacity);
 }
 
 #endif // TEST_SUPPORT_CONSISTENT_MESSAGE_RING_H

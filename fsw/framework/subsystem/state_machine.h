@@ -99,12 +99,12 @@ typedef struct {      // One reported transition.
 typedef struct { // Read-only outside; changed by the functions below.
     state_t state;
     state_phase_t phase;
-    state_t target;        ///< Where the present walk ends; equal to state at rest.
+    state_t target;        ///< Where the transitions end; equal to `state` at rest.
     state_action_t action; ///< To be carried out now; ACTION_NONE at rest.
     state_cause_t cause;
     bool is_configured;
-    bool has_failed;     ///< The walk towards the request failed on the way.
-    bool is_superseded;  ///< The walk of an earlier request was pre-empted by the last call.
+    bool has_failed;     ///< A transition towards the requested state failed.
+    bool is_superseded;  ///< The last call pre-empted an earlier request.
     bool is_backing_out; ///< START_CONTROL failed: stop the controllers and stay configured.
     state_transition_t transitions[STATE_TRANSITIONS_MAX]; ///< Made by the last call, in order.
     uint8_t transition_count;

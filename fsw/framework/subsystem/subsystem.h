@@ -2,7 +2,7 @@
 /// The generic subsystem: state machine, cyclic step, services and links of one component.
 ///
 /// A specific subsystem is a table of callbacks (subsystem_callbacks_t) and one descriptor. The generic part
-/// answers telecommands, walks through the states, reads and writes links and samples housekeeping; the
+/// answers telecommands, goes through the states, reads and writes links and samples housekeeping; the
 /// callbacks drive the devices. One cycle, every samplingTime of the applied configuration:
 ///
 ///     sense                       read device data

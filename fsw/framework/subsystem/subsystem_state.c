@@ -228,7 +228,7 @@ void subsystem_machine_event(subsystem_t* const subsystem, const state_event_t e
 
 // ---- Requests ----
 
-/// The cycle runs at once when a walk begins in OFFLINE, else at its time.
+/// The cycle runs at once when a transition begins in OFFLINE, else at its time.
 static void take_on(subsystem_t* const subsystem, const pus_token_t* const token)
 {
     supersede_pending(subsystem);
@@ -270,7 +270,7 @@ pus_reply_t subsystem_request_state(void* const context, const pus_state_order_t
     }
     take_on(subsystem, token);
     subsystem->is_medium_pending = false;
-    pus_verify_started(&subsystem->process, token, now_ns); // Before the first step of the walk.
+    pus_verify_started(&subsystem->process, token, now_ns); // Before the first transition.
     (void)subsystem_request(subsystem, (state_t)target, (state_cause_t)order->cause);
     return pus_started();
 }

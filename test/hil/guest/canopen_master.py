@@ -241,10 +241,10 @@ def prepared(master, mode):
 def case_cia_402_from_switch_on_disabled_to_operation_enabled_and_back():
     master = WORLD.master("robot")
     drive = prepared(master, 8)
-    walked = []
-    drive.tpdo[1].add_callback(lambda tpdo: walked.append(drive.state))
+    states_seen = []
+    drive.tpdo[1].add_callback(lambda tpdo: states_seen.append(drive.state))
     with master.cycles(drive.rpdo[1].transmit):
-        until(lambda: walked, "TPDO1")
+        until(lambda: states_seen, "TPDO1")
         assert drive.state == "SWITCH ON DISABLED"
         drive.state = "READY TO SWITCH ON"
         drive.state = "SWITCHED ON"
@@ -258,7 +258,7 @@ def case_cia_402_from_switch_on_disabled_to_operation_enabled_and_back():
         drive.state = "SWITCH ON DISABLED"
         drive.rpdo[1]["Controlword"].raw = 0
         master.pass_steps(40)
-    assert [state for number, state in enumerate(walked) if number == 0 or state != walked[number - 1]] == [
+    assert [state for number, state in enumerate(states_seen) if number == 0 or state != states_seen[number - 1]] == [
         "SWITCH ON DISABLED", "READY TO SWITCH ON", "SWITCHED ON", "OPERATION ENABLED", "SWITCHED ON", "SWITCH ON DISABLED"]
 
 

@@ -18,17 +18,17 @@ void tearDown(void)
 
 static void drives_come_up_run_and_go_down(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     TEST_ASSERT_EQUAL_UINT(1U, joints[0]->boots);
     TEST_ASSERT_TRUE(network.devices[0].device.axes[0].scale.torque_nm == 0.01);
     TEST_ASSERT_TRUE(network.devices[1].device.axes[0].scale.torque_max_nm == 40.0);
     TEST_ASSERT_TRUE(now_ns < 50000000U); // Identification does not take long.
     set_torque_mode();
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
     TEST_ASSERT_EQUAL_UINT(4U, joints[1]->writes);
     TEST_ASSERT_EQUAL_UINT32(10U, scripted_object(joints[0], 0x6060U, 0U)->value);
     TEST_ASSERT_EQUAL_UINT(0U, bus.syncs);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_start));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
     TEST_ASSERT_EQUAL_HEX8(0x05U, joints[0]->nmt);
     TEST_ASSERT_EQUAL_UINT(0U,
                            joints[0]->pdos_received - 1U); // The first goes out with the cycle that starts.
@@ -146,7 +146,7 @@ static void a_node_that_does_not_boot_is_reported_again(void)
     // Raised once, though the device reports it twice more.
     expect_refusal(0x12U, REFUSAL_NOT_BOOTED, 0U, 0U);
     joints[1]->is_boot_mute = false;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     TEST_ASSERT_TRUE(now_ns < 1000000000U);
     expect_no_fault();
     TEST_ASSERT_EQUAL_UINT(1U, joints[0]->boots); // A device that has booted gets no further reset.
@@ -155,7 +155,7 @@ static void a_node_that_does_not_boot_is_reported_again(void)
 static void a_device_of_another_type_is_refused(void)
 {
     scripted_object(joints[1], 0x1000U, 0U)->value = 0x00010192U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(canopen_network_boot));
     expect_refusal(0x12U, REFUSAL_VALUE, 0x100000U, 0x00010192U);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns));
 }
@@ -164,11 +164,11 @@ static void a_device_of_another_type_is_refused(void)
 static void a_device_of_another_maker_or_kind_is_refused(void)
 {
     scripted_object(joints[1], 0x1018U, 1U)->value = 0x0000029CU;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(canopen_network_boot));
     expect_refusal(0x12U, REFUSAL_VALUE, 0x101801U, 0x0000029CU);
     scripted_object(joints[1], 0x1018U, 1U)->value = 0U;
     scripted_object(joints[0], 0x1018U, 2U)->value = 0x2015U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(canopen_network_boot));
     expect_refusal(0x11U, REFUSAL_VALUE, 0x101802U, 0x2015U);
     expect_no_fault();
 }
@@ -180,44 +180,44 @@ static void a_device_that_boots_again_meanwhile_is_refused(void)
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     }
     scripted_bus_deliver(&bus, 0x712U, &boot_up, 1U);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, run_action(canopen_network_boot));
     expect_refusal(0x12U, REFUSAL_REBOOTED, 0U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
 }
 
 static void a_device_that_maps_other_data_is_refused(void)
 {
     scripted_object(joints[0], 0x1A00U, 2U)->value = 0x60640010U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(canopen_network_boot));
     expect_refusal(0x11U, REFUSAL_VALUE, 0x1A0002U, 0x60640010U);
 }
 
 static void a_device_without_a_rated_torque_is_refused(void)
 {
     scripted_object(joints[0], 0x6076U, 0U)->value = 0U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(canopen_network_boot));
     expect_refusal(0x11U, REFUSAL_VALUE, 0x607600U, 0U);
 }
 
 static void an_abort_and_silence_end_commissioning(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     set(1U, 0x6060U, 0U, 1U, 77U);
     scripted_object(joints[1], 0x6060U, 0U)->abort_code = 0x06090030U;
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, walk(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, run_action(canopen_network_configure));
     expect_refusal(0x12U, REFUSAL_ABORTED, 0x606000U, 0x06090030U);
     scripted_object(joints[1], 0x6060U, 0U)->abort_code = 0U;
     joints[1]->is_sdo_mute                              = true;
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, walk(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, run_action(canopen_network_configure));
     expect_refusal(0x12U, REFUSAL_TIMEOUT, 0x606000U, 0U);
     joints[1]->is_sdo_mute = false;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure)); // The same once more.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // The same once more.
 }
 
 static void starting_waits_without_endy_device(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
     joints[1]->is_pdo_mute = true;
     for (unsigned i = 0U; i < 20U; i++) {
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_start));
@@ -230,7 +230,7 @@ static void starting_waits_without_endy_device(void)
     }
     expect_refusal(0x12U, REFUSAL_SILENT, 0U, 0U);
     joints[1]->is_pdo_mute = false;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_start));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
 }
 
 static void it_can_be_configured_again_for_another_mode(void)
@@ -238,9 +238,9 @@ static void it_can_be_configured_again_for_another_mode(void)
     run_to(CIA402_GOAL_STANDBY);
     TEST_ASSERT_EQUAL_UINT(1U, joints[0]->last_pdo);
     set_torque_mode();
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
     TEST_ASSERT_EQUAL_HEX8(0x7FU, joints[0]->nmt);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_start));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
     go(CIA402_GOAL_STANDBY);
     TEST_ASSERT_EQUAL_UINT(2U, joints[0]->last_pdo);
     expect_no_fault();

@@ -103,7 +103,7 @@ static status_t cycle(const action_t action)
     return status;
 }
 
-static status_t walk(const action_t action)
+static status_t run_action(const action_t action)
 {
     status_t status = STATUS_BUSY;
     for (unsigned i = 0U; (status == STATUS_BUSY) && (i < CYCLES_MAX); i++) {
@@ -121,9 +121,9 @@ static void idle(const unsigned cycles)
 
 static void run(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_start));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
 }
 
 static unsigned faults_of(const canopen_network_fault_kind_t kind, const uint16_t code)
@@ -184,7 +184,7 @@ static void a_channel_cut_has_the_reaction_of_an_unplug_and_an_order_recovers_th
     devices_on(NETWORK_CHANNELS);
     idle(4U);
     TEST_ASSERT_EQUAL_UINT(2U, faults_of(NETWORK_DEVICE_LOST, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
     idle(2000U);
     TEST_ASSERT_EQUAL_UINT8(A, network.channel); // The master does not change the channel by itself.
     TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
@@ -226,7 +226,7 @@ static void a_switch_in_mid_run_stops_process_data_first(void)
     TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[A], 0U)); // NMT PRE-OPERATIONAL, the last frame there.
     TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[B], MASTER_HEARTBEAT));
     TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus[B], 0x080U));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
     // All devices are commissioned again.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns));
     devices_on(B);

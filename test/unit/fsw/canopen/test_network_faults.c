@@ -75,7 +75,7 @@ static void without_devices_every_device_is_lost(void)
     idle(2U);
     expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
     expect_fault(NETWORK_DEVICE_LOST, 0x12U, 0U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
 }
 
 static void error_states_of_the_bus_are_reported_once_each(void)
@@ -106,7 +106,7 @@ static void a_node_that_boots_again_is_lost(void)
 
 static void heartbeats_watch_where_no_process_data_flow(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     idle(300U);
     expect_no_fault();
     joints[1]->is_plugged = false;
@@ -151,7 +151,7 @@ static void emergencies_go_by_their_class(void)
 static void an_emergency_before_the_reset_is_no_fault(void)
 {
     scripted_bus_emergency(&bus, 0x11U, 0x8130U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     expect_no_fault();
     idle(10U);
     expect_no_fault();
@@ -193,7 +193,7 @@ static void securing_brakes_then_takes_the_voltage(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
     joints[0]->status[0] = 0x0250U; // The drives have come to rest.
     joints[1]->status[0] = 0x0250U;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
     idle(10U);
     TEST_ASSERT_EQUAL_HEX16(0x0000U, joints[0]->control[0]);
     expect_no_fault();
@@ -203,8 +203,9 @@ static void braking_does_not_last_without_end(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     const uint64_t begun_ns = now_ns;
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      walk(canopen_network_secure)); // The drives stay in quick stop until told otherwise.
+    TEST_ASSERT_EQUAL(
+        STATUS_OK,
+        run_action(canopen_network_secure)); // The drives stay in quick stop until told otherwise.
     TEST_ASSERT_UINT64_WITHIN(5000000U, 200000000U, now_ns - begun_ns);
     TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[1]->status[0]);
 }
@@ -218,19 +219,19 @@ static void securing_works_with_one_drive_mute(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
     TEST_ASSERT_EQUAL_HEX16(0x0217U, joints[1]->status[0]);
     joints[1]->status[0] = 0x0250U;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
 }
 
 static void securing_from_every_goal(void)
 {
     run_to(CIA402_GOAL_DISABLED);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
     go(CIA402_GOAL_STANDBY);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
     TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]);
     joints[0]->status[0] = 0x0218U;
     idle(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
     // A drive in fault is safe as well, and keeps the fault for the report.
     TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]);
 }
@@ -255,7 +256,7 @@ static void an_unplugged_bus_comes_back_by_commissioning(void)
     joints[0]->is_plugged = false;
     joints[1]->is_plugged = false;
     idle(10U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
     canopen_network_reset_nodes(&network);
     idle(1U);
     canopen_network_close(&network);

@@ -66,7 +66,7 @@ status_t cycle(const action_t action)
 }
 
 /// Cycles until the action ends; its status.
-status_t walk(const action_t action)
+status_t run_action(const action_t action)
 {
     status_t status = STATUS_BUSY;
     for (unsigned i = 0U; (status == STATUS_BUSY) && (i < CYCLES_MAX); i++) {
@@ -111,14 +111,14 @@ void go(const canopen_cia402_goal_t goal)
 {
     canopen_network_set_goal(&network, goal, goal == CIA402_GOAL_STANDBY);
     (void)cycle(NULL);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(at_goal));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(at_goal));
 }
 
 void run_to(const canopen_cia402_goal_t goal)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_boot));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_configure));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(canopen_network_start));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
     if (goal != CIA402_GOAL_DISABLED) {
         go(CIA402_GOAL_STANDBY);
     }

@@ -26,7 +26,7 @@ void two_drives_close(void);
 
 status_t cycle(action_t action);
 /// Cycles until the action ends; its status.
-status_t walk(action_t action);
+status_t run_action(action_t action);
 void idle(unsigned cycles);
 void set(uint8_t index, uint16_t object, uint8_t subindex, uint8_t octets, uint32_t value);
 /// Settings of torque mode, as a descriptor gives them.

@@ -133,7 +133,7 @@ static status_t cycle(const action_t action)
     return status;
 }
 
-static status_t walk(const action_t action)
+static status_t run_action(const action_t action)
 {
     status_t status = STATUS_BUSY;
     for (unsigned i = 0U; (status == STATUS_BUSY) && (i < 1000U); i++) {
@@ -154,7 +154,7 @@ static void select(const uint16_t id)
 
 static void devices_of_all_configurations_are_brought_up_once(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     TEST_ASSERT_EQUAL_UINT8(2U, drives.network.device_count);
     TEST_ASSERT_NULL(drives_device(&drives, 0U));
     TEST_ASSERT_FALSE(drives_are_running(&drives));
@@ -170,30 +170,30 @@ static void a_deadline_of_the_mission_holds_at_both_ends(void)
         uint32_t syncs; // Periods of 0.5 ms.
         uint32_t event_ms;
     } cases[] = {{0U, 3U, 2U}, {1000000U, 3U, 2U}, {2100000U, 5U, 3U}, {10000000U, 20U, 10U}};
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         generic.device_deadline_ns = cases[i].deadline_ns;
         select(2U);
-        TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
         TEST_ASSERT_EQUAL_UINT32(cases[i].syncs, drives.network.config.lost_after_syncs);
         TEST_ASSERT_EQUAL_UINT32(cases[i].event_ms, scripted_object(nodes[0], 0x1400U, 5U)->value);
         select(1U);
-        TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     }
 }
 
 static void devices_are_identified_by_their_position_in_the_configuration(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_TRUE(drives_are_running(&drives));
     TEST_ASSERT_EQUAL_HEX8(0x12U, drives_device(&drives, 0U)->node);
     TEST_ASSERT_EQUAL_HEX8(0x11U, drives_device(&drives, 1U)->node);
     TEST_ASSERT_NULL(drives_device(&drives, 2U));
     TEST_ASSERT_EQUAL_HEX32(0x12345678U, scripted_object(nodes[1], 0x6065U, 0U)->value);
     select(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_EQUAL_HEX8(0x11U, drives_device(&drives, 0U)->node);
     TEST_ASSERT_NULL(drives_device(&drives, 1U));
     TEST_ASSERT_EQUAL_HEX32(0xFDU, scripted_object(nodes[0], 0x6060U, 0U)->value); // Octet of -3.
@@ -217,15 +217,15 @@ static void an_unknown_class_and_no_device_at_all_are_refused(void)
 
 static void a_device_that_was_not_brought_up_cannot_be_configured(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(1U);
     descriptor.endnodes[descriptor.devices[generic.configuration->first_device].first_endnode].node = 0x33U;
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_action(configure));
 }
 
 static void a_configuration_that_timed_out_starts_again(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
     nodes[1]->is_pdo_mute = true;
     for (unsigned i = 0U; i < 50U; i++) {
@@ -240,17 +240,17 @@ static void a_configuration_that_timed_out_starts_again(void)
     TEST_ASSERT_EQUAL_UINT(syncs, bus.syncs); // The network has stopped.
     TEST_ASSERT_EQUAL_HEX8(0x7FU, nodes[0]->nmt);
     const unsigned writes = nodes[1]->writes;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure)); // the operator tries again.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure)); // the operator tries again.
     TEST_ASSERT_EQUAL_UINT(writes + 1U, nodes[1]->writes);
 }
 
 static void a_drive_that_drops_out_raises_an_event_with_its_statusword(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_start_control));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_engage));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_start_control));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_engage));
     generic.state        = STATE_OPERATIONAL;
     nodes[0]->status[0]  = 0x0218U;
     const uint8_t told[] = {0x11U, 0x02U, 0x18U};
@@ -261,7 +261,7 @@ static void a_drive_that_drops_out_raises_an_event_with_its_statusword(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(told, generic.events[0].octets, 3U);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, generic.state);
     TEST_ASSERT_EQUAL_HEX16(0x0002U, nodes[1]->control[0]); // The other one brakes in the same cycle.
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_secure));
 }
 
 /// Last event DEVICE_REFUSED, the only one.
@@ -276,14 +276,14 @@ static void expect_refusal(const uint8_t told[10])
 static void the_reason_for_a_failed_commissioning_is_reported_as_an_event(void)
 {
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00010192U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, walk(drives_hardware_init)); // Raised in the cycle that fails.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(drives_hardware_init)); // Raised in the cycle that fails.
     expect_refusal((const uint8_t[]){0x12U, 4U, 0U, 0x10U, 0U, 0U, 0U, 0x01U, 0x01U, 0x92U});
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00020192U;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_deinit));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_deinit));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
     scripted_object(nodes[1], 0x6065U, 0U)->abort_code = 0x08000022U;
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, run_action(configure));
     expect_refusal((const uint8_t[]){0x12U, 3U, 0U, 0x60U, 0x65U, 0U, 0x08U, 0U, 0U, 0x22U});
     scripted_object(nodes[1], 0x6065U, 0U)->abort_code = 0U;
     nodes[0]->is_pdo_mute                              = true;
@@ -292,13 +292,13 @@ static void the_reason_for_a_failed_commissioning_is_reported_as_an_event(void)
     }
     expect_refusal((const uint8_t[]){0x11U, 7U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U});
     nodes[0]->is_pdo_mute = false;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
 
 static void an_event_the_descriptor_does_not_have_is_left_out(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     scripted_bus_emergency(&bus, 0x11U, 0x4310U); // DRIVE_WARNING is not in this descriptor.
     (void)cycle(NULL);
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
@@ -314,13 +314,13 @@ static void every_state_can_be_left_downwards(void)
             TEST_ASSERT_EQUAL(STATUS_OK, cycle(drives_hardware_deinit));
         }
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     nodes[0]->is_plugged = false;
     nodes[1]->is_plugged = false;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_deinit));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_deinit));
     nodes[0]->is_plugged = true;
     nodes[1]->is_plugged = true;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
 }
 
 static void a_bus_without_channel_b_has_none_to_select(void)
@@ -339,9 +339,9 @@ static void the_selected_channel_is_the_one_that_is_opened(void)
     has_channel_b = false;
     TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 1U));
     TEST_ASSERT_EQUAL_UINT8(1U, double_last_event(&generic, 5U)->octets[0]);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, walk(drives_hardware_init)); // This run has no such bus.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_action(drives_hardware_init)); // This run has no such bus.
     TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init)); // Channel A is enough,
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // Channel A is enough,
     (void)cycle(NULL);
     TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&generic, 4U)->size);     // a missing B is reported,
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and B is absent.
@@ -349,7 +349,7 @@ static void the_selected_channel_is_the_one_that_is_opened(void)
 
 static void limited_commands_of_all_axes_are_summed(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     TEST_ASSERT_EQUAL_UINT32(0U, drives_limited(&drives));
     uint32_t next = 1U;
     uint32_t sum  = 0U;
@@ -381,21 +381,21 @@ static void each_change_of_activity_ends_a_command_once(void)
                  {drives_secure, DRIVES_RESTING, DRIVES_RESTING},
                  {drives_start_control, DRIVES_RESTING, DRIVES_PREPARED},
                  {drives_post, DRIVES_RESTING, DRIVES_RESTING}};
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_EQUAL_UINT(0U, abandoned);
     for (size_t i = 0U; i < (sizeof steps / sizeof steps[0]); i++) {
         (void)cycle(steps[i].action);
         TEST_ASSERT_EQUAL(steps[i].before, drives.activity);
-        TEST_ASSERT_EQUAL(STATUS_OK, walk(steps[i].action));
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(steps[i].action));
         TEST_ASSERT_EQUAL(steps[i].after, drives.activity);
         TEST_ASSERT_EQUAL_UINT(i + 1U, abandoned);
     }
     drives_init(&drives, &generic, &resolver, NULL); // Nothing can be commanded: nothing is called.
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_start_control));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_start_control));
     TEST_ASSERT_EQUAL(DRIVES_PREPARED, drives.activity);
 }
 
@@ -412,9 +412,9 @@ static void counters_are_published_where_the_descriptor_names_them(void)
     memset(storage, 0xA5, sizeof storage);
     const uint32_t untouched = storage[0];
     drives_counters_place(&drives, &definition, storage);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     drives.network.devices[0].missed                      = 11U;
     drives.network.devices[1].missed                      = 12U; // Node 0x12 is the first of configuration 2.
     drives.network.devices[0].device.axes[0].limited      = 3U;
@@ -438,7 +438,7 @@ static void released_drives_have_closed_their_bus(void)
     TEST_ASSERT_NULL(unused.network.flow);
     drives_release(&drives); // It has no bus yet.
     TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
     const unsigned boots = nodes[0]->boots;
     for (unsigned i = 0U; i < 2U; i++) {
@@ -448,7 +448,7 @@ static void released_drives_have_closed_their_bus(void)
     scripted_bus_run(&bus);
     TEST_ASSERT_EQUAL_UINT(boots, nodes[0]->boots); // No reset, which an orderly end would send.
     TEST_ASSERT_EQUAL(STATUS_OK, drives_hardware_deinit(&drives));
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(drives_hardware_init)); // The hardware can be initialised again.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // The hardware can be initialised again.
 }
 
 int main(void)

@@ -284,7 +284,7 @@ static void an_impossible_subsystem_is_refused(void)
     REFUSED(CHECKPOINT_MEMBER, members[1].error_ns, NOW);
     REFUSED(CHECKPOINT_MEMBER, members[1].recommission.since_ns, NOW);
     NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[1].recommission.is_active);
-    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[1].recommission.is_walking);
+    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[1].recommission.has_left_offline);
     REFUSED(CHECKPOINT_MEMBER, members[1].recommission.target, STATE_COUNT);
     REFUSED(CHECKPOINT_MEMBER, members[1].recommission.ordered, STATE_COUNT + 1);
     REFUSED(CHECKPOINT_MEMBER, members[1].recommission.seen, STATE_COUNT + 1);

@@ -286,7 +286,7 @@ static void expect_taken_over(const registry_entry_t* was, const registry_entry_
     TEST_ASSERT_EQUAL(was->rested, entry->rested);
     TEST_ASSERT_EQUAL(was->rested_with, entry->rested_with);
     TEST_ASSERT_EQUAL(was->recommission.is_active, entry->recommission.is_active);
-    TEST_ASSERT_EQUAL(was->recommission.is_walking, entry->recommission.is_walking);
+    TEST_ASSERT_EQUAL(was->recommission.has_left_offline, entry->recommission.has_left_offline);
     TEST_ASSERT_EQUAL(was->recommission.target, entry->recommission.target);
     TEST_ASSERT_EQUAL(was->recommission.configuration, entry->recommission.configuration);
     TEST_ASSERT_EQUAL(was->recommission.ordered, entry->recommission.ordered);

@@ -21,7 +21,7 @@ void tearDown(void)
 static bool has_format(const uint8_t* const program, const uint8_t* const octets, const size_t size)
 {
     octet_reader_t reader = octet_reader(octets, size);
-    return pus_request_format_walk(program, &reader) && octet_reader_is_done(&reader);
+    return pus_request_format_check(program, &reader) && octet_reader_is_done(&reader);
 }
 
 /// The whole request is accepted; every part of it and one octet more are refused.

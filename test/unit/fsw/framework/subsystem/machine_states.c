@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#define LONGEST_WALK 16U // More actions than any walk has.
+#define MOST_ACTIONS 16U // More actions than any states_passed has.
 
 static void done(state_machine_t* machine)
 {
@@ -144,31 +144,31 @@ void machine_check_transitions(const state_machine_t* machine, state_t before, s
 }
 
 /// The states that the last call entered.
-static size_t note_states(const state_machine_t* machine, char* walk, size_t length)
+static size_t note_states(const state_machine_t* machine, char* states_passed, size_t length)
 {
     for (uint8_t i = 0U; i < machine->transition_count; i++) {
         const state_transition_t* const made = &machine->transitions[i];
         if (made->state != made->previous) {
-            TEST_ASSERT_TRUE((length + 3U) < WALK_TEXT);
+            TEST_ASSERT_TRUE((length + 3U) < STATES_TEXT);
             if (length > 0U) {
-                walk[length++] = ' ';
+                states_passed[length++] = ' ';
             }
-            walk[length++] = (char)('0' + (char)made->state);
+            states_passed[length++] = (char)('0' + (char)made->state);
         }
     }
-    walk[length] = '\0';
+    states_passed[length] = '\0';
     return length;
 }
 
-void machine_finish(state_machine_t* machine, state_outcome_t outcome, char walk[WALK_TEXT])
+void machine_finish(state_machine_t* machine, state_outcome_t outcome, char states_passed[STATES_TEXT])
 {
-    size_t length = note_states(machine, walk, 0U);
+    size_t length = note_states(machine, states_passed, 0U);
     for (unsigned i = 0U; machine->action != ACTION_NONE; i++) {
-        TEST_ASSERT_TRUE_MESSAGE(i < LONGEST_WALK, "the walk does not end");
+        TEST_ASSERT_TRUE_MESSAGE(i < MOST_ACTIONS, "the states_passed does not end");
         const state_t state       = machine->state;
         const state_phase_t phase = machine->phase;
         subsystem_state_machine_outcome(machine, outcome);
         machine_check_transitions(machine, state, phase);
-        length = note_states(machine, walk, length);
+        length = note_states(machine, states_passed, length);
     }
 }

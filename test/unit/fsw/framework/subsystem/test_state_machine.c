@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of docs/states.md row by row. They are written here as the page has them, as walks, and not as
-// the code has them.
+// The tables of docs/states.md row by row. They are written here as the page has them, as lists of states,
+// and not as the code has them.
 #include "fsw/framework/subsystem/state_machine.h"
 
 #include "test/unit/fsw/framework/subsystem/machine_states.h"
@@ -64,9 +64,9 @@ static void every_request_in_every_state(void)
                 TEST_ASSERT_EQUAL_MESSAGE(before.target, machine.target, cell);
                 continue;
             }
-            char walk[WALK_TEXT];
-            machine_finish(&machine, OUTCOME_DONE, walk);
-            TEST_ASSERT_EQUAL_STRING_MESSAGE(expected, walk, cell);
+            char states_passed[STATES_TEXT];
+            machine_finish(&machine, OUTCOME_DONE, states_passed);
+            TEST_ASSERT_EQUAL_STRING_MESSAGE(expected, states_passed, cell);
             TEST_ASSERT_FALSE_MESSAGE(machine.has_failed, cell);
             TEST_ASSERT_EQUAL_MESSAGE(machine.state, machine.target, cell);
             TEST_ASSERT_EQUAL_MESSAGE(CAUSE_PLAN, machine.cause, cell);
@@ -131,7 +131,7 @@ static void a_refused_descriptor_stays_offline(void)
     TEST_ASSERT_EQUAL(PHASE_INVALID, machine.phase);
 }
 
-// "event in". "log" and "stay" change nothing: the transition under way continues, as the walk after the bar
+// "event in". "log" and "stay" change nothing: the transition under way continues, as the states_passed after the bar
 // shows.
 static const char* const event_rows[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
@@ -156,9 +156,9 @@ static void every_event_in_every_state(void)
                 cell);
             machine_check_transitions(&machine, before.state, before.phase);
             TEST_ASSERT_EQUAL_MESSAGE(changes ? CAUSE_SUPERVISOR_LOST : before.cause, machine.cause, cell);
-            char walk[WALK_TEXT];
-            machine_finish(&machine, OUTCOME_DONE, walk);
-            TEST_ASSERT_EQUAL_STRING_MESSAGE(changes ? expected : &expected[1], walk, cell);
+            char states_passed[STATES_TEXT];
+            machine_finish(&machine, OUTCOME_DONE, states_passed);
+            TEST_ASSERT_EQUAL_STRING_MESSAGE(changes ? expected : &expected[1], states_passed, cell);
             TEST_ASSERT_FALSE_MESSAGE(machine.has_failed, cell);
         }
     }
@@ -176,7 +176,7 @@ static void an_error_leads_to_error_operational_before_its_action(void)
     }
 }
 
-// Columns "on DONE" and "on FAILED or TIMEOUT" of the table of states: the complete walk and its rest state.
+// Columns "on DONE" and "on FAILED or TIMEOUT" of the table of states: the complete states_passed and its rest state.
 typedef struct {
     state_action_t action;
     const char* on_done;
@@ -215,9 +215,9 @@ static void check_outcome(const outcome_row_t* row, state_outcome_t outcome)
         TEST_ASSERT_EQUAL_MESSAGE((outcome == OUTCOME_TIMEOUT) ? CAUSE_TIMEOUT : CAUSE_OWN_ERROR,
                                   machine.cause, name);
     }
-    char walk[WALK_TEXT];
-    machine_finish(&machine, OUTCOME_DONE, walk);
-    TEST_ASSERT_EQUAL_STRING_MESSAGE(is_done ? row->on_done : row->on_failed, walk, name);
+    char states_passed[STATES_TEXT];
+    machine_finish(&machine, OUTCOME_DONE, states_passed);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE(is_done ? row->on_done : row->on_failed, states_passed, name);
     TEST_ASSERT_EQUAL_MESSAGE(is_done ? row->rests_done : row->rests_failed, machine.phase, name);
     TEST_ASSERT_EQUAL_MESSAGE(machine.state, machine.target, name);
 }
@@ -238,8 +238,8 @@ static void on_the_way_down_nothing_stops_a_failure(void)
         for (int outcome = OUTCOME_FAILED; outcome <= OUTCOME_TIMEOUT; outcome++) {
             state_machine_t machine = machine_in((state_t)state);
             (void)subsystem_state_machine_request(&machine, STATE_OFFLINE, CAUSE_SHUTDOWN);
-            char walk[WALK_TEXT];
-            machine_finish(&machine, (state_outcome_t)outcome, walk);
+            char states_passed[STATES_TEXT];
+            machine_finish(&machine, (state_outcome_t)outcome, states_passed);
             // Actuators that cannot be switched off end in 6, where the next request finds them.
             TEST_ASSERT_EQUAL((state == STATE_OPERATIONAL) ? STATE_ERROR_OPERATIONAL : STATE_OFFLINE,
                               machine.state);
@@ -253,14 +253,14 @@ static void the_next_request_clears_an_earlier_failure(void)
 {
     for (unsigned i = 0U; i < (sizeof outcome_rows / sizeof outcome_rows[0]); i++) {
         state_machine_t machine = machine_running(outcome_rows[i].action);
-        char walk[WALK_TEXT];
+        char states_passed[STATES_TEXT];
         subsystem_state_machine_outcome(&machine, OUTCOME_FAILED);
-        machine_finish(&machine, OUTCOME_DONE, walk);
+        machine_finish(&machine, OUTCOME_DONE, states_passed);
         TEST_ASSERT_TRUE_MESSAGE(machine.has_failed, cell_name(outcome_rows[i].action, 0U));
         const state_t next = (machine.state == STATE_OFFLINE) ? STATE_PRE_OPERATIONAL : STATE_OFFLINE;
         TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_state_machine_request(&machine, next, CAUSE_REQUEST));
         TEST_ASSERT_FALSE_MESSAGE(machine.has_failed, cell_name(outcome_rows[i].action, 1U));
-        machine_finish(&machine, OUTCOME_DONE, walk);
+        machine_finish(&machine, OUTCOME_DONE, states_passed);
         TEST_ASSERT_EQUAL(next, machine.state);
         TEST_ASSERT_FALSE_MESSAGE(machine.has_failed, cell_name(outcome_rows[i].action, 2U));
     }
@@ -296,9 +296,9 @@ static void requests_for_0_and_6_cut_an_action_short(void)
             TEST_ASSERT_EQUAL_MESSAGE(ANSWER_STARTED,
                                       subsystem_state_machine_request(&machine, target, CAUSE_REQUEST), name);
             TEST_ASSERT_TRUE_MESSAGE(machine.is_superseded, name);
-            char walk[WALK_TEXT];
-            machine_finish(&machine, OUTCOME_DONE, walk);
-            TEST_ASSERT_EQUAL_STRING_MESSAGE(after[action][i], walk, name);
+            char states_passed[STATES_TEXT];
+            machine_finish(&machine, OUTCOME_DONE, states_passed);
+            TEST_ASSERT_EQUAL_STRING_MESSAGE(after[action][i], states_passed, name);
         }
     }
 }

@@ -63,7 +63,7 @@ static bool take_step(state_machine_t* machine, unsigned step)
     return true;
 }
 
-// Allowed successors of each state, from the walks of the tables: rows are from, columns are to.
+// Allowed successors of each state, from the lists of states in the tables: rows are from, columns are to.
 static const char* const followers[STATE_COUNT] = {"1", "29", "38", "467", "3567", "46", "7", "38", "9", "0"};
 
 static void check_transition(const state_transition_t* made)
@@ -179,7 +179,7 @@ static void every_reachable_configuration_is_sound(void)
 /// Longest chain of outcomes, whatever they are; the test fails where it does not end.
 static unsigned longest_walk(const state_machine_t* machine, unsigned depth)
 {
-    TEST_ASSERT_TRUE_MESSAGE(depth < 16U, "a walk that does not end");
+    TEST_ASSERT_TRUE_MESSAGE(depth < 16U, "a states_passed that does not end");
     if (machine->action == ACTION_NONE) {
         return depth;
     }

@@ -75,7 +75,7 @@ static status_t cycle(const action_t action)
     return status;
 }
 
-static status_t walk(const action_t action)
+static status_t run_action(const action_t action)
 {
     status_t status = STATUS_BUSY;
     for (unsigned i = 0U; (status == STATUS_BUSY) && (i < CYCLES_MAX); i++) {
@@ -107,20 +107,20 @@ static void robot_feels(const double first_nm, const double second_nm)
 static void bring(const uint16_t configuration, const state_t state)
 {
     generic.state = STATE_HARDWARE_INIT;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->hardware_init));
     generic.state         = STATE_PRE_OPERATIONAL;
     generic.configuration = descriptor_find_configuration(&descriptor, configuration);
     double_set_initials(&generic, generic.configuration);
     joystick.parameters.control.ramp_time = 0.2;
     joystick.parameters.control.fade_time = 0.2;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     if (state >= STATE_SAFE_OPERATIONAL) {
         generic.state = STATE_SAFE_OPERATIONAL;
-        TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->start_control));
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->start_control));
     }
     if (state == STATE_OPERATIONAL) {
         generic.state = STATE_OPERATIONAL;
-        TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->engage));
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->engage));
     }
 }
 
@@ -148,21 +148,21 @@ static void telepresence_from_offline_and_back(void)
     EXPECT_WITHIN(-0.02, 1.0e-9, hand.position[1]);
     robot_feels(0.0, 0.0);
     generic.state = STATE_SAFE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->start_control));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->start_control));
     TEST_ASSERT_EQUAL_HEX16(0x0233U, stick->status[0]);
     TEST_ASSERT_EQUAL_HEX16(0x0233U, stick->status[1]);
     generic.state = STATE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->engage));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->engage));
     TEST_ASSERT_EQUAL_HEX16(0x0237U, stick->status[1]);
     idle(50U);
     generic.state = STATE_SAFE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->disengage));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->disengage));
     TEST_ASSERT_EQUAL_HEX16(0x0233U, stick->status[0]);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->stop_control));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->stop_control));
     generic.state = STATE_POST_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->post));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->post));
     generic.state = STATE_HARDWARE_DEINIT;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->hardware_deinit));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->hardware_deinit));
     TEST_ASSERT_EQUAL_UINT(2U, stick->boots);
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
@@ -215,7 +215,7 @@ static void unplugging_is_noticed_at_once(void)
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, JOYSTICK_EVENT_DEVICE_LOST));
     TEST_ASSERT_EQUAL_HEX8(0x21U, double_last_event(&generic, JOYSTICK_EVENT_DEVICE_LOST)->octets[0]);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, generic.ports[HAND].written_state);
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->secure));
 }
 
 static void force_displays_a_torque_for_a_time(void)
@@ -227,7 +227,7 @@ static void force_displays_a_torque_for_a_time(void)
     bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_SAFE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, perform(JOYSTICK_FUNCTION_FORCE, &force, 1U));
     generic.state = STATE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, walk(callbacks->engage));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->engage));
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, perform(JOYSTICK_FUNCTION_FORCE, &large, 1U));
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, perform(JOYSTICK_FUNCTION_FORCE, &never, 1U));
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, perform(JOYSTICK_FUNCTION_FORCE, &none, 1U));
@@ -277,7 +277,7 @@ static void stop_and_leaving_operation_end_a_force(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, perform(JOYSTICK_FUNCTION_FORCE, &force, 3U));
     idle(500U);
     generic.state = STATE_SAFE_OPERATIONAL;
-    (void)walk(callbacks->disengage);
+    (void)run_action(callbacks->disengage);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, generic.results[1].code);
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, perform(JOYSTICK_FUNCTION_STOP, NULL, 4U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, perform(99U, NULL, 4U));

@@ -80,7 +80,7 @@ status_t rig_cycle(const rig_action_t action)
     return status;
 }
 
-status_t rig_walk(const rig_action_t action)
+status_t rig_run_action(const rig_action_t action)
 {
     status_t status = STATUS_BUSY;
     for (unsigned i = 0U; (status == STATUS_BUSY) && (i < CYCLES_MAX); i++) {
@@ -113,18 +113,18 @@ void rig_hand_at(const double first_rad, const double second_rad)
 void rig_bring(const uint16_t configuration, const state_t state)
 {
     rig_generic.state = STATE_HARDWARE_INIT;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->hardware_init));
     rig_generic.state         = STATE_PRE_OPERATIONAL;
     rig_generic.configuration = descriptor_find_configuration(&rig_descriptor, configuration);
     double_set_initials(&rig_generic, rig_generic.configuration);
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_configure));
     if (state >= STATE_SAFE_OPERATIONAL) {
         rig_generic.state = STATE_SAFE_OPERATIONAL;
-        TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->start_control));
+        TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->start_control));
     }
     if (state == STATE_OPERATIONAL) {
         rig_generic.state = STATE_OPERATIONAL;
-        TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+        TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
     }
 }
 

@@ -34,7 +34,7 @@ void rig_show(double torque1_nm, double torque2_nm);
 /// One cycle, with an entry action or null; its status.
 status_t rig_cycle(rig_action_t action);
 /// Cycles until the action ends; its status.
-status_t rig_walk(rig_action_t action);
+status_t rig_run_action(rig_action_t action);
 void rig_idle(unsigned cycles);
 /// Entry action: apply rig_generic.configuration.
 status_t rig_configure(void* self);

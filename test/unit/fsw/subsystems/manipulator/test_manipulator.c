@@ -31,25 +31,25 @@ static void telepresence_from_offline_and_back(void)
     TEST_ASSERT_TRUE(rig_generic.ports[ROBOT].writes > 5U); // Links work before the controllers do.
     rig_hand_at(0.0, 0.0);
     rig_generic.state = STATE_SAFE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->start_control));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->start_control));
     TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[0]->status[0]); // Brakes hold.
     TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[1]->status[0]);
     rig_generic.state = STATE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
     TEST_ASSERT_EQUAL_HEX16(0x0237U, rig_joints[0]->status[0]);
     rig_idle(100U);
     TEST_ASSERT_EQUAL_HEX16(0x0237U, rig_joints[1]->status[0]);
     rig_generic.state = STATE_SAFE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->disengage));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->disengage));
     TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[1]->status[0]);
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->stop_control));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->stop_control));
     TEST_ASSERT_EQUAL_HEX16(0x0250U, rig_joints[1]->status[0]);
     rig_generic.state = STATE_POST_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->post));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->post));
     rig_idle(2U);
     TEST_ASSERT_EQUAL_HEX8(0x7FU, rig_joints[0]->nmt);
     rig_generic.state = STATE_HARDWARE_DEINIT;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->hardware_deinit));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->hardware_deinit));
     TEST_ASSERT_EQUAL_UINT(2U, rig_joints[0]->boots);
     TEST_ASSERT_EQUAL_UINT(1U, rig_generic.event_count); // TARE_DONE and nothing else.
 }
@@ -70,11 +70,11 @@ static void a_subsystem_that_ended_can_be_initialised_again(void)
         rig_hand_at(0.0, 0.0);
         rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
         rig_generic.state = STATE_ERROR_OPERATIONAL;
-        (void)rig_walk(rig_callbacks->secure);
+        (void)rig_run_action(rig_callbacks->secure);
         rig_generic.state = STATE_POST_OPERATIONAL;
-        TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->post));
+        TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->post));
         rig_generic.state = STATE_HARDWARE_DEINIT;
-        TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->hardware_deinit));
+        TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->hardware_deinit));
         parameter_withdraw_all(&rig_generic.dictionary);
         TEST_ASSERT_EQUAL(STATUS_OK, double_software_init(&rig_generic));
         rig_generic.configuration = NULL;
@@ -167,7 +167,7 @@ static void torque_mode_waits_for_the_tare(void)
         TEST_ASSERT_EQUAL(STATUS_BUSY, rig_cycle(rig_callbacks->engage));
         TEST_ASSERT_EQUAL_HEX16(0x0233U, rig_joints[0]->status[0]);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
 }
 
 static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
@@ -176,7 +176,7 @@ static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
     rig_show(GRAVITY1 - 4.0, GRAVITY2);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
     rig_generic.state = STATE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_walk(rig_callbacks->engage));
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_run_action(rig_callbacks->engage));
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&rig_generic, MANIPULATOR_EVENT_TARE_DONE));
     rig_generic.state = STATE_SAFE_OPERATIONAL;
     rig_show(GRAVITY1, GRAVITY2); // No contact any more: tare by command.
@@ -188,7 +188,7 @@ static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
     TEST_ASSERT_EQUAL_UINT32(5U, rig_generic.results[0].call_token);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
     rig_generic.state = STATE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
 }
 
 static void a_sensor_zero_is_kept_while_the_hardware_is_initialised(void)
@@ -197,17 +197,17 @@ static void a_sensor_zero_is_kept_while_the_hardware_is_initialised(void)
     rig_show(GRAVITY1 + 0.2, GRAVITY2);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
     rig_generic.state = STATE_SAFE_OPERATIONAL;
-    (void)rig_walk(rig_callbacks->disengage);
-    (void)rig_walk(rig_callbacks->stop_control);
+    (void)rig_run_action(rig_callbacks->disengage);
+    (void)rig_run_action(rig_callbacks->stop_control);
     rig_show(GRAVITY1 - 4.0, GRAVITY2); // In contact now.
-    (void)rig_walk(rig_callbacks->start_control);
+    (void)rig_run_action(rig_callbacks->start_control);
     rig_idle(1500U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 3U));
     rig_idle(1500U);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_DEVICE, rig_generic.results[0].code);
     EXPECT_WITHIN(0.2, 0.02, rig_manipulator.parameters.torque_offset[0]);
     rig_generic.state = STATE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
 }
 
 static void a_command_takes_over_the_tare_that_began_by_itself(void)
@@ -292,7 +292,7 @@ static void an_unplugged_drive_takes_the_other_down_in_that_cycle(void)
     // The peer is informed.
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, rig_generic.ports[ROBOT].written_state);
     rig_joints[1]->status[0] = 0x0250U;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->secure));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->secure));
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_DEVICE_LOST));
 }
 

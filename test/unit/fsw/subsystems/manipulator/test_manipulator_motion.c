@@ -65,7 +65,7 @@ static void move_to_refuses_an_impermissible_motion(void)
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &good, 1U));
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_STOP, NULL, 1U));
     rig_generic.state = STATE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATUS_OK, rig_walk(rig_callbacks->engage));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
     const int32_t target = rig_joints[0]->target_position;
     for (unsigned i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_EQUAL(cases[i].status, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &cases[i].to, 1U));
@@ -99,7 +99,7 @@ static void leaving_operation_aborts_a_motion(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 4U));
     rig_idle(500U);
     rig_generic.state = STATE_SAFE_OPERATIONAL;
-    (void)rig_walk(rig_callbacks->disengage);
+    (void)rig_run_action(rig_callbacks->disengage);
     TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, rig_generic.results[0].code);
     rig_idle(10U); // Held where the arm is, ready to be engaged again.
