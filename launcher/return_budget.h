@@ -9,7 +9,7 @@
 
 #define RETURN_BUDGET 3U
 #define RETURN_PERIOD_NS 60000000000ULL
-/// Mission time that the members have to reach their safe state before a run without supervisor ends.
+/// Mission time that the subsystems have to reach their safe state before a run without supervisor ends.
 #define RETURN_ABANDON_NS 5000000000ULL
 
 typedef struct { // Private. All zeros: it has not died yet.

@@ -86,7 +86,7 @@ static void take_in(communication_program_t* const self, const uint32_t octets_d
 static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t octets_due)
 {
     communication_program_t* const self = (communication_program_t*)context;
-    subsystem_set_time(&self->host.component, now_ns);
+    subsystem_set_time(&self->host.subsystem, now_ns);
     take_in(self, octets_due);
     const uint64_t wake_ns = subsystem_host_step(&self->host, now_ns);
     communication_send_out(&self->communication);
@@ -129,7 +129,7 @@ bool communication_open(component_runtime_t* const runtime, component_instance_t
                              communication_callbacks())) {
         return false;
     }
-    communication_init(&storage.communication, &storage.host.component, &runtime->uplink, &hooks,
+    communication_init(&storage.communication, &storage.host.subsystem, &runtime->uplink, &hooks,
                        runtime->run->ground_descriptor);
     secure(&storage, runtime->run->key);
     subsystem_host_begin(&storage.host, &storage.communication,
@@ -139,7 +139,7 @@ bool communication_open(component_runtime_t* const runtime, component_instance_t
                                            .sockets       = sockets_of,
                                            .link_datagram = subsystem_host_link_datagram,
                                            .close         = close_it,
-                                           .component     = &storage.host.component,
+                                           .component     = &storage.host.subsystem,
                                            .storage       = &storage,
                                            .size          = sizeof storage};
     return true;

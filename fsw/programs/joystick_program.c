@@ -17,7 +17,7 @@ bool joystick_open(component_runtime_t* const runtime, component_instance_t* con
     if (!subsystem_host_load(&storage.host, runtime, JOYSTICK_INTERFACE_HASH, joystick_callbacks())) {
         return false;
     }
-    joystick_init(&storage.joystick, &storage.host.component, &runtime->flows);
+    joystick_init(&storage.joystick, &storage.host.subsystem, &runtime->flows);
     subsystem_host_begin(&storage.host, &storage.joystick,
                          (subsystem_services_t){&storage.services, joystick_add_services});
     *out_instance = subsystem_host_instance(&storage.host, &storage, sizeof storage);

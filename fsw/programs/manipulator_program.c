@@ -17,7 +17,7 @@ bool manipulator_open(component_runtime_t* const runtime, component_instance_t* 
     if (!subsystem_host_load(&storage.host, runtime, MANIPULATOR_INTERFACE_HASH, manipulator_callbacks())) {
         return false;
     }
-    manipulator_init(&storage.manipulator, &storage.host.component, &runtime->flows);
+    manipulator_init(&storage.manipulator, &storage.host.subsystem, &runtime->flows);
     subsystem_host_begin(&storage.host, &storage.manipulator,
                          (subsystem_services_t){&storage.services, manipulator_add_services});
     *out_instance = subsystem_host_instance(&storage.host, &storage, sizeof storage);

@@ -90,7 +90,7 @@ static void take_back(void* const context, const uint8_t table, const uint32_t k
                       const uint8_t* const octets, const size_t size)
 {
     subsystem_host_t* const host = (subsystem_host_t*)context;
-    if (subsystem_restore(&host->component, table, key, octets, size) != STATUS_OK) {
+    if (subsystem_restore(&host->subsystem, table, key, octets, size) != STATUS_OK) {
         host->records_refused++;
     }
 }
@@ -121,7 +121,7 @@ void subsystem_host_begin(subsystem_host_t* const host, void* const self, const 
         .persistence            = &host->persistence,
         .reload                 = reload,
         .reload_context         = host};
-    subsystem_init(&host->component, &config);
+    subsystem_init(&host->subsystem, &config);
     if (journal_replay(&host->records.journal, take_back, host) != STATUS_OK) {
         host->records_refused++;
     }
@@ -133,10 +133,10 @@ void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
     size_t size     = 0U;
     status_t status = STATUS_OK;
     message_take_control(&host->runtime->endpoint); // Process credit also while requests are not accepted.
-    while ((status != STATUS_EMPTY) && subsystem_may_accept(&host->component)) {
+    while ((status != STATUS_EMPTY) && subsystem_may_accept(&host->subsystem)) {
         status = message_receive(&host->runtime->endpoint, &from, host->packet, sizeof host->packet, &size);
         if ((status == STATUS_OK) && (size > 0U)) {
-            subsystem_accept(&host->component, host->packet, size, now_ns);
+            subsystem_accept(&host->subsystem, host->packet, size, now_ns);
         }
     }
 }
@@ -149,7 +149,7 @@ static void report_damage(subsystem_host_t* const host)
     const descriptor_event_t* const event = descriptor_find_event_name(host->in_force, "JOURNAL_DAMAGED");
     if (!host->has_reported_damage && (event != NULL) && (event->octets == JOURNAL_DAMAGE_SIZE) &&
         journal_report_damage(&host->records.journal, host->records_refused, octets)) {
-        (void)subsystem_raise(&host->component, event->id, octets, sizeof octets);
+        (void)subsystem_raise(&host->subsystem, event->id, octets, sizeof octets);
     }
     host->has_reported_damage = true;
 }
@@ -157,21 +157,21 @@ static void report_damage(subsystem_host_t* const host)
 uint64_t subsystem_host_step(subsystem_host_t* const host, const uint64_t now_ns)
 {
     subsystem_host_take_in(host, now_ns);
-    const uint64_t wake_ns = subsystem_step(&host->component, now_ns);
+    const uint64_t wake_ns = subsystem_step(&host->subsystem, now_ns);
     report_damage(host);
     return wake_ns;
 }
 
 void subsystem_host_link_datagram(void* const self, const uint8_t* const frame, const size_t size)
 {
-    subsystem_link_datagram(&((subsystem_host_t*)self)->component, frame, size);
+    subsystem_link_datagram(&((subsystem_host_t*)self)->subsystem, frame, size);
 }
 
 void subsystem_host_close(void* const self)
 {
     FSW_ASSERT(self != NULL);
     subsystem_host_t* const host = (subsystem_host_t*)self;
-    subsystem_release(&host->component);
+    subsystem_release(&host->subsystem);
     record_store_close(&host->records);
     host->runtime->own = host->in_force; // The descriptor may be another one after it was reloaded.
 }
@@ -190,7 +190,7 @@ component_instance_t subsystem_host_instance(subsystem_host_t* const host, void*
                                   .step          = step,
                                   .link_datagram = subsystem_host_link_datagram,
                                   .close         = subsystem_host_close,
-                                  .component     = &host->component,
+                                  .component     = &host->subsystem,
                                   .storage       = storage,
                                   .size          = size};
 }

@@ -14,7 +14,7 @@
 
 typedef struct { // Private, except `component`.
     component_runtime_t* runtime;
-    subsystem_t component;
+    subsystem_t subsystem;
     subsystem_descriptor_t* in_force;
     uint64_t interface_hash;
     const subsystem_callbacks_t* callbacks;
@@ -41,7 +41,7 @@ uint64_t subsystem_host_step(subsystem_host_t* host, uint64_t now_ns);
 /// Release the system resources of the component and its records, without any message.
 void subsystem_host_close(void* self);
 void subsystem_host_link_datagram(void* self, const uint8_t* frame, size_t size);
-/// The program of a member without work around its steps; `storage` contains the member and everything else.
+/// The program of a subsystem without work around its steps; `storage` contains host and subsystem.
 component_instance_t subsystem_host_instance(subsystem_host_t* host, void* storage, size_t size);
 
 /// Path of a descriptor named relative to the mission's file. False if it does not fit.

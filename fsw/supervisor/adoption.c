@@ -32,63 +32,65 @@ static checkpoint_rings_t rings_of(supervisor_t* const supervisor)
 
 static void keep_members(const supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
-    state->member_count = supervisor->mission->subsystem_count;
-    for (uint16_t i = 0U; i < state->member_count; i++) {
+    state->subsystem_count = supervisor->mission->subsystem_count;
+    for (uint16_t i = 0U; i < state->subsystem_count; i++) {
         const registry_entry_t* const entry = &supervisor->registry[i];
-        state->members[i]                   = (checkpoint_member_t){.heard_ns                = entry->heard_ns,
-                                                                    .started_ns              = entry->started_ns,
-                                                                    .interface_hash          = entry->interface_hash,
-                                                                    .configuration_hash      = entry->configuration_hash,
-                                                                    .apid                    = entry->mission->apid,
-                                                                    .configuration           = entry->configuration,
-                                                                    .process                 = (uint8_t)entry->process,
-                                                                    .state                   = (uint8_t)entry->state,
-                                                                    .phase                   = (uint8_t)entry->phase,
-                                                                    .is_heard                = entry->is_heard,
-                                                                    .restarts                = entry->restarts,
-                                                                    .is_order_owed           = entry->is_order_owed,
-                                                                    .ordered                 = (uint8_t)entry->ordered,
-                                                                    .order_cause             = (uint8_t)entry->order_cause,
-                                                                    .is_interface_mismatched = entry->is_interface_mismatched,
-                                                                    .is_restarted            = entry->is_restarted,
-                                                                    .error_ns                = entry->error_ns,
-                                                                    .rested                  = (uint8_t)entry->rested,
-                                                                    .rested_with             = entry->rested_with,
-                                                                    .recommission            = entry->recommission};
+        state->subsystems[i] =
+            (checkpoint_subsystem_t){.heard_ns                = entry->heard_ns,
+                                     .started_ns              = entry->started_ns,
+                                     .interface_hash          = entry->interface_hash,
+                                     .configuration_hash      = entry->configuration_hash,
+                                     .apid                    = entry->mission->apid,
+                                     .configuration           = entry->configuration,
+                                     .process                 = (uint8_t)entry->process,
+                                     .state                   = (uint8_t)entry->state,
+                                     .phase                   = (uint8_t)entry->phase,
+                                     .is_heard                = entry->is_heard,
+                                     .restarts                = entry->restarts,
+                                     .is_order_owed           = entry->is_order_owed,
+                                     .ordered                 = (uint8_t)entry->ordered,
+                                     .order_cause             = (uint8_t)entry->order_cause,
+                                     .is_interface_mismatched = entry->is_interface_mismatched,
+                                     .is_restarted            = entry->is_restarted,
+                                     .error_ns                = entry->error_ns,
+                                     .rested                  = (uint8_t)entry->rested,
+                                     .rested_with             = entry->rested_with,
+                                     .recommission            = entry->recommission};
     }
 }
 
 /// The supervisor itself starts again in OFFLINE; all others continue.
 static void take_members(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
-    for (uint16_t i = 0U; i < state->member_count; i++) {
-        const checkpoint_member_t* const member = &state->members[i];
-        registry_entry_t* const entry           = &supervisor->registry[i];
-        entry->restarts                         = member->restarts;
-        entry->deaths                           = member->restarts; // The strictest interpretation.
-        if (member->apid == SUPERVISOR_APID) {
+    for (uint16_t i = 0U; i < state->subsystem_count; i++) {
+        const checkpoint_subsystem_t* const subsystem = &state->subsystems[i];
+        registry_entry_t* const entry                 = &supervisor->registry[i];
+        entry->restarts                               = subsystem->restarts;
+        entry->deaths                                 = subsystem->restarts; // The strictest interpretation.
+        if (subsystem->apid == SUPERVISOR_APID) {
             continue;
         }
-        entry->process      = (process_state_t)member->process;
-        entry->is_start_due = (entry->process == PROCESS_LOST) &&
-                              (member->restarts < entry->mission->restart_budget); // A pause was under way.
-        entry->is_heard                = member->is_heard;
-        entry->state                   = (state_t)member->state;
-        entry->phase                   = (state_phase_t)member->phase;
-        entry->configuration           = member->configuration;
-        entry->is_order_owed           = member->is_order_owed;
-        entry->ordered                 = (state_t)member->ordered;
-        entry->order_cause             = (pus_cause_t)member->order_cause;
-        entry->heard_ns                = member->heard_ns;
-        entry->started_ns              = member->started_ns;
-        entry->interface_hash          = member->interface_hash;
-        entry->configuration_hash      = member->configuration_hash;
-        entry->is_interface_mismatched = member->is_interface_mismatched;
-        entry->is_restarted            = member->is_restarted;
-        entry->error_ns                = member->error_ns;
-        entry->rested                  = (state_t)member->rested;
-        entry->rested_with             = member->rested_with;
-        entry->recommission            = member->recommission;
+        entry->process = (process_state_t)subsystem->process;
+        entry->is_start_due =
+            (entry->process == PROCESS_LOST) &&
+            (subsystem->restarts < entry->mission->restart_budget); // A pause was under way.
+        entry->is_heard                = subsystem->is_heard;
+        entry->state                   = (state_t)subsystem->state;
+        entry->phase                   = (state_phase_t)subsystem->phase;
+        entry->configuration           = subsystem->configuration;
+        entry->is_order_owed           = subsystem->is_order_owed;
+        entry->ordered                 = (state_t)subsystem->ordered;
+        entry->order_cause             = (pus_cause_t)subsystem->order_cause;
+        entry->heard_ns                = subsystem->heard_ns;
+        entry->started_ns              = subsystem->started_ns;
+        entry->interface_hash          = subsystem->interface_hash;
+        entry->configuration_hash      = subsystem->configuration_hash;
+        entry->is_interface_mismatched = subsystem->is_interface_mismatched;
+        entry->is_restarted            = subsystem->is_restarted;
+        entry->error_ns                = subsystem->error_ns;
+        entry->rested                  = (state_t)subsystem->rested;
+        entry->rested_with             = subsystem->rested_with;
+        entry->recommission            = subsystem->recommission;
         entry->is_in_doubt             = (entry->process == PROCESS_RUNNING);
         entry->are_links_in_doubt      = entry->is_in_doubt;
     }
@@ -291,7 +293,7 @@ static uint16_t end_own(supervisor_t* const supervisor)
     return count;
 }
 
-/// The report of a member takes precedence: request its state, and its links if some were taken over.
+/// The report of a subsystem takes precedence: request its state, and its links if some were taken over.
 static void ask_members(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {

@@ -262,7 +262,7 @@ static bool is_truth(const void* const value)
     return *(const uint8_t*)value <= 1U;
 }
 
-static bool is_member(const checkpoint_limits_t* const limits, const uint16_t apid)
+static bool is_subsystem(const checkpoint_limits_t* const limits, const uint16_t apid)
 {
     return descriptor_mission_find_subsystem(limits->mission, apid) != NULL;
 }
@@ -271,7 +271,7 @@ static bool are_counts_sound(const checkpoint_state_t* const state, const checkp
 {
     FSW_ASSERT(limits->mission->subsystem_count <= MISSION_SUBSYSTEMS_MAX);
     return (state->lives >= 1U) && (state->message_life >= 1U) &&
-           (state->member_count == limits->mission->subsystem_count) &&
+           (state->subsystem_count == limits->mission->subsystem_count) &&
            (state->channel_count <= MESSAGE_PEERS_MAX) && (state->graph.count <= LINK_GRAPH_EDGES) &&
            (state->autostart_step <= 1U);
 }
@@ -288,28 +288,30 @@ static bool is_shutdown_sound(const checkpoint_state_t* const state)
            is_token_sound(&state->shutdown_token);
 }
 
-/// Check the fields of a recommissioning that is under way, or would start if the member died now.
-static bool is_run_sound(const checkpoint_member_t* const member, const uint64_t now_ns)
+/// Check the fields of a recommissioning that is under way, or would start if the subsystem died now.
+static bool is_run_sound(const checkpoint_subsystem_t* const subsystem, const uint64_t now_ns)
 {
-    const recommission_t* const run = &member->recommission;
-    return (member->rested < (uint8_t)STATE_COUNT) && (member->error_ns <= now_ns) &&
+    const recommission_t* const run = &subsystem->recommission;
+    return (subsystem->rested < (uint8_t)STATE_COUNT) && (subsystem->error_ns <= now_ns) &&
            (run->since_ns <= now_ns) && is_truth(&run->is_active) && is_truth(&run->has_left_offline) &&
            (run->target < STATE_COUNT) && (run->ordered <= STATE_COUNT) && (run->seen <= STATE_COUNT) &&
            (run->seen_phase <= PHASE_UNSECURED);
 }
 
-static bool are_members_sound(const checkpoint_state_t* const state, const checkpoint_limits_t* const limits)
+static bool are_subsystems_sound(const checkpoint_state_t* const state,
+                                 const checkpoint_limits_t* const limits)
 {
-    for (uint16_t i = 0U; i < state->member_count; i++) {
-        const checkpoint_member_t* const member = &state->members[i];
+    for (uint16_t i = 0U; i < state->subsystem_count; i++) {
+        const checkpoint_subsystem_t* const subsystem = &state->subsystems[i];
         const bool is_sound =
-            (member->apid == limits->mission->subsystems[i].apid) && (member->process < PROCESS_STATES) &&
-            (member->state < (uint8_t)STATE_COUNT) && (member->ordered < (uint8_t)STATE_COUNT) &&
-            (member->order_cause <= (uint8_t)CAUSE_SUPERVISOR_LOST) &&
-            (member->phase <= (uint8_t)PHASE_UNSECURED) && is_truth(&member->is_heard) &&
-            is_truth(&member->is_order_owed) && is_truth(&member->is_interface_mismatched) &&
-            is_truth(&member->is_restarted) && is_run_sound(member, state->now_ns) &&
-            (member->heard_ns <= state->now_ns) && (member->started_ns <= state->now_ns);
+            (subsystem->apid == limits->mission->subsystems[i].apid) &&
+            (subsystem->process < PROCESS_STATES) && (subsystem->state < (uint8_t)STATE_COUNT) &&
+            (subsystem->ordered < (uint8_t)STATE_COUNT) &&
+            (subsystem->order_cause <= (uint8_t)CAUSE_SUPERVISOR_LOST) &&
+            (subsystem->phase <= (uint8_t)PHASE_UNSECURED) && is_truth(&subsystem->is_heard) &&
+            is_truth(&subsystem->is_order_owed) && is_truth(&subsystem->is_interface_mismatched) &&
+            is_truth(&subsystem->is_restarted) && is_run_sound(subsystem, state->now_ns) &&
+            (subsystem->heard_ns <= state->now_ns) && (subsystem->started_ns <= state->now_ns);
         if (!is_sound) {
             return false;
         }
@@ -384,13 +386,13 @@ static bool is_plan_sound(const plan_run_t* const run, const uint64_t now_ns,
     const mission_descriptor_t* const mission = limits->mission;
     const bool is_built_in                    = (run->plan == PLAN_BUILT_IN);
     if ((!is_built_in && (run->plan >= mission->plan_count)) || (run->member_count > LINK_GRAPH_MEMBERS) ||
-        (run->start_ns > now_ns) || !is_member(limits, run->apid) ||
+        (run->start_ns > now_ns) || !is_subsystem(limits, run->apid) ||
         (run->severity < DESCRIPTOR_INFORMATIVE) || (run->severity > DESCRIPTOR_HIGH) ||
         (run->lost >= (1UL << run->member_count))) {
         return false;
     }
     for (uint16_t i = 0U; i < run->member_count; i++) {
-        if (!is_member(limits, run->members[i])) {
+        if (!is_subsystem(limits, run->members[i])) {
             return false;
         }
     }
@@ -414,7 +416,7 @@ static bool are_requests_sound(const pending_table_t* const table, const uint64_
     uint16_t count = 0U;
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         const pending_request_t* const request = &table->entries[i];
-        const bool is_sound = is_member(limits, request->apid) && (request->stage <= PENDING_STARTED) &&
+        const bool is_sound = is_subsystem(limits, request->apid) && (request->stage <= PENDING_STARTED) &&
                               (request->since_ns <= now_ns) && is_token_sound(&request->token);
         if ((request->apid != 0U) && !is_sound) {
             return false;
@@ -428,7 +430,7 @@ static bool are_channels_sound(const checkpoint_state_t* const state, const chec
 {
     for (uint16_t i = 0U; i < state->channel_count; i++) {
         const message_position_t* const channel = &state->channels[i];
-        if (!is_member(limits, channel->peer) || !message_position_is_sound(channel)) {
+        if (!is_subsystem(limits, channel->peer) || !message_position_is_sound(channel)) {
             return false;
         }
     }
@@ -468,7 +470,7 @@ checkpoint_flaw_t supervisor_checkpoint_check(const checkpoint_state_t* const st
              is_truth(&state->is_log_failure_reported),
          CHECKPOINT_LOG},
         {is_shutdown_sound(state), CHECKPOINT_SHUTDOWN},
-        {are_members_sound(state, limits), CHECKPOINT_MEMBER},
+        {are_subsystems_sound(state, limits), CHECKPOINT_SUBSYSTEM},
         {are_accepted_sound(state, limits) && is_graph_sound(&state->graph, limits) &&
              are_renewals_sound(state, limits),
          CHECKPOINT_LINK},

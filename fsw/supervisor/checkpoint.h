@@ -69,7 +69,7 @@ typedef struct { // A subsystem of the mission, in its order.
     bool is_order_owed;
     bool is_interface_mismatched;
     bool is_restarted;
-} checkpoint_member_t;
+} checkpoint_subsystem_t;
 
 typedef enum {
     SESSION_FREE = 0,
@@ -111,7 +111,7 @@ typedef struct {
     uint32_t link_epoch;
     uint32_t link_transaction;
     uint32_t renewed; ///< Links of the mission.
-    uint16_t member_count;
+    uint16_t subsystem_count;
     uint16_t channel_count;
     uint8_t mode;
     uint8_t log_strategy;
@@ -120,11 +120,11 @@ typedef struct {
     bool is_log_failure_reported;
     bool has_shutdown_token;
     uint32_t counters[CHECKPOINT_COUNTERS]; ///< The published counters.
-    checkpoint_member_t members[MISSION_SUBSYSTEMS_MAX];
+    checkpoint_subsystem_t subsystems[MISSION_SUBSYSTEMS_MAX];
     link_edge_t accepted[MISSION_LINKS_MAX];
     link_graph_t graph;
     link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
-    pus_link_properties_t wanted[MISSION_LINKS_MAX]; ///< Not checked here: the members check them.
+    pus_link_properties_t wanted[MISSION_LINKS_MAX]; ///< Not checked here: the subsystems check them.
     uint8_t renewals[MISSION_LINKS_MAX];
     plan_runner_t plans;
     pending_table_t pending; ///< To subsystems.
@@ -167,7 +167,7 @@ typedef enum {
     CHECKPOINT_MODE,
     CHECKPOINT_LOG,
     CHECKPOINT_SHUTDOWN,
-    CHECKPOINT_MEMBER,
+    CHECKPOINT_SUBSYSTEM,
     CHECKPOINT_LINK,
     CHECKPOINT_SESSION,
     CHECKPOINT_PLAN,
@@ -190,8 +190,8 @@ typedef struct { // Rings that outlive the process; null: there is none.
 /// whenever the process ends. Writes `state->rings`.
 void supervisor_checkpoint_commit(checkpoint_t* checkpoint, checkpoint_state_t* state,
                                   const checkpoint_rings_t* rings);
-/// CHECKPOINT_SOUND, or the first field that is impossible: an index outside of its table, a member or link
-/// that the mission does not have, a count that contradicts another, a time in the future.
+/// CHECKPOINT_SOUND, or the first field that is impossible: an index outside of its table, a subsystem or
+/// link that the mission does not have, a count that contradicts another, a time in the future.
 checkpoint_flaw_t supervisor_checkpoint_check(const checkpoint_state_t* state,
                                               const checkpoint_limits_t* limits);
 /// Take over the newer sound bank; a bank that is not sound is cleared. *out_older: the newest bank was not

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Manager of real-time links: negotiates between two members on request, opens both ends with one epoch, and
-// keeps the graph of open links. Link ids are the mission's link numbers.
+// Manager of real-time links: negotiates between two subsystems on request, opens both ends with one epoch,
+// and keeps the graph of open links. Link ids are the mission's link numbers.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"
@@ -66,7 +66,7 @@ static bool is_end(const pus_link_ends_t* const ends, const uint16_t apid)
     return (ends->producer_apid == apid) || (ends->consumer_apid == apid);
 }
 
-// ---- Requests to members ----
+// ---- Requests to subsystems ----
 
 static status_t ask_member(supervisor_t* const supervisor, const uint16_t apid,
                            const link_session_t* const session, const pus_link_properties_t* const properties)
@@ -116,9 +116,9 @@ static void drop_link(supervisor_t* const supervisor, const uint16_t link)
 /// True if a subsystem is on the way to OFFLINE, where it closes its links by itself.
 static bool is_going_offline(supervisor_t* const supervisor, const uint16_t apid)
 {
-    const registry_entry_t* const member = supervisor_registry_find(supervisor, apid);
-    FSW_ASSERT(member != NULL); // Links are between subsystems of the mission.
-    return (member->state == STATE_OFFLINE) || (member->state >= STATE_POST_OPERATIONAL);
+    const registry_entry_t* const entry = supervisor_registry_find(supervisor, apid);
+    FSW_ASSERT(entry != NULL); // Links are between subsystems of the mission.
+    return (entry->state == STATE_OFFLINE) || (entry->state >= STATE_POST_OPERATIONAL);
 }
 
 /// Order the pending close if the end has not closed by itself.
@@ -166,14 +166,13 @@ static bool no_offer(void* const context, const uint16_t index, pus_link_offer_t
     (void)context;
     (void)index;
     (void)out_offer;
-    return false; // Ports belong to the members; ask them.
+    return false; // Ports belong to the subsystems; ask them.
 }
 
 static bool is_configured(supervisor_t* const supervisor, const uint16_t apid)
 {
-    const registry_entry_t* const member = supervisor_registry_find(supervisor, apid);
-    return (member != NULL) && (member->state == STATE_PRE_OPERATIONAL) &&
-           (member->phase == PHASE_CONFIGURED);
+    const registry_entry_t* const entry = supervisor_registry_find(supervisor, apid);
+    return (entry != NULL) && (entry->state == STATE_PRE_OPERATIONAL) && (entry->phase == PHASE_CONFIGURED);
 }
 
 static void refuse(pus_link_answer_t* const answer, const pus_link_reason_t reason,
@@ -329,7 +328,7 @@ pus_rtlink_port_t supervisor_link_manager_port(supervisor_t* const supervisor)
     return (pus_rtlink_port_t){supervisor, no_offer, request_link, open_link, close_link, link_status};
 }
 
-// ---- Answers of members ----
+// ---- Answers of subsystems ----
 
 static link_session_t* session_asking(supervisor_t* const supervisor, const uint16_t apid,
                                       const uint32_t transaction)
@@ -463,7 +462,7 @@ static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
     }
 }
 
-/// Reports about a link are accepted only from its two members.
+/// Reports about a link are accepted only from its two subsystems.
 static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
                            const pus_link_transition_t* const transition)
 {
@@ -481,7 +480,7 @@ static void member_changed(supervisor_t* const supervisor, const uint16_t apid,
     }
 }
 
-/// Status of one link from a member, once after the takeover: it takes precedence, and no end stays open
+/// Status of one link from a subsystem, once after the takeover: it takes precedence, and no end stays open
 /// alone.
 static void compare_link(supervisor_t* const supervisor, const uint16_t apid, const uint16_t link,
                          const bool is_reported_open)

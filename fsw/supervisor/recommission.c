@@ -60,7 +60,7 @@ void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_
     (void)memset(supervisor->renewals, (int)RECOMMISSION_RENEWALS, sizeof supervisor->renewals);
 }
 
-// ---- One step of one member ----
+// ---- One step of one subsystem ----
 
 static void report_end(supervisor_t* const supervisor, registry_entry_t* const entry, const uint16_t code)
 {
@@ -116,7 +116,7 @@ static void configure(supervisor_t* const supervisor, registry_entry_t* const en
     const uint16_t wanted                   = entry->recommission.configuration;
     const uint8_t octets[MANAGEMENT_OCTETS] = {(uint8_t)(wanted >> 8U), (uint8_t)wanted};
     if (wanted == 0U) {
-        report_end(supervisor, entry, PUS_FAILURE_NONE); // The member had no configuration.
+        report_end(supervisor, entry, PUS_FAILURE_NONE); // The subsystem had no configuration.
     } else if ((entry->recommission.ordered != STATE_PRE_OPERATIONAL) &&
                may_pass(supervisor, entry, PUS_MANAGEMENT_SELECT, octets, sizeof octets) &&
                (supervisor_order_configuration(supervisor, entry->mission->apid, wanted) == STATUS_OK)) {
@@ -131,7 +131,7 @@ static bool is_to_be_open(const supervisor_t* const supervisor, const uint16_t l
     return (supervisor->renewed & ((uint32_t)1U << (link - 1U))) != 0U;
 }
 
-/// True if every link of a member that was open is open again.
+/// True if every link of a subsystem that was open is open again.
 static bool is_linked(supervisor_t* const supervisor, const uint16_t apid)
 {
     for (uint16_t i = 0U; i < supervisor->mission->link_count; i++) {
@@ -173,7 +173,7 @@ static void order_next_step(supervisor_t* const supervisor, registry_entry_t* co
     }
 }
 
-/// True if the member is in its state, and no plan or request is moving it.
+/// True if the subsystem is in its state, and no plan or request is moving it.
 static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
@@ -184,7 +184,7 @@ static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entr
     }
     const bool has_plan = supervisor_plan_runner_of(&supervisor->plans, entry->mission->apid) != NULL;
     if (run->has_left_offline && (has_plan || (entry->state == STATE_ERROR_OPERATIONAL))) {
-        report_end(supervisor, entry, PUS_FAILURE_STATE); // The member failed again.
+        report_end(supervisor, entry, PUS_FAILURE_STATE); // The subsystem failed again.
         return false;
     }
     if (!supervisor_registry_is_there(entry) || has_plan) {

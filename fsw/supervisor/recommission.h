@@ -2,8 +2,8 @@
 /// Recommissioning: returns a subsystem whose process was started again, and the members of its real-time
 /// network, to their earlier states. It applies to subsystems that the mission marks `recommission="true"`.
 /// Configuration, links (negotiated again, with new epochs) and states follow as by telecommand; each step
-/// must be permitted. It waits while a recovery plan has the member. It stops with an event if
-/// a step is refused, if a step takes longer than RECOMMISSION_STEP_NS, or if the member fails again.
+/// must be permitted. It waits while a recovery plan concerns the subsystem. It stops with an event if
+/// a step is refused, if a step takes longer than RECOMMISSION_STEP_NS, or if the subsystem fails again.
 ///
 /// Context  The supervisor's loop; each step.
 #ifndef FSW_SUPERVISOR_RECOMMISSION_H
@@ -15,7 +15,8 @@
 #include <stdint.h>
 
 #define RECOMMISSION_STEP_NS 5000000000ULL ///< Longest time without progress.
-/// A member that was in ERROR_OPERATIONAL for longer than this before another one died has failed by itself.
+/// A subsystem that was in ERROR_OPERATIONAL for longer than this before another one died has failed by
+/// itself.
 #define RECOMMISSION_CAUSE_NS 100000000ULL
 #define RECOMMISSION_RENEWALS 3U ///< Attempts to open a link again.
 
@@ -34,7 +35,7 @@ struct supervisor;
 
 /// A process died: note the states and links of its network before they are cleared.
 void supervisor_recommission_begin(struct supervisor* supervisor, uint16_t apid);
-/// Perform the steps that are due for members under recommissioning.
+/// Perform the steps that are due for subsystems under recommissioning.
 void supervisor_recommission_step(struct supervisor* supervisor);
 
 #endif // FSW_SUPERVISOR_RECOMMISSION_H

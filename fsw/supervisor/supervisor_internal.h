@@ -103,7 +103,7 @@ void supervisor_adoption_reopen(supervisor_t* supervisor);
 /// In the first step, after the packets of the previous supervisor are processed: report the losses,
 /// and request the status of all subsystems.
 void supervisor_adoption_report(supervisor_t* supervisor);
-/// A member reports its state: compare it once with the state that was taken over.
+/// A subsystem reports its state: compare it once with the state that was taken over.
 void supervisor_adoption_compare(supervisor_t* supervisor, registry_entry_t* entry, uint8_t state,
                                  uint16_t configuration);
 
@@ -128,20 +128,20 @@ void supervisor_link_manager_watch(supervisor_t* supervisor);
 /// Next step of opening a link again, with the properties requested last and without a request: negotiate,
 /// then open. True if a step was begun.
 bool supervisor_link_manager_renew(supervisor_t* supervisor, uint16_t link);
-/// Remove every edge of a member whose process ended, and close the other end.
+/// Remove every edge of a subsystem whose process ended, and close the other end.
 void supervisor_link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
 
 /// error_handling.c
-/// React to an event of a member: its report, or the notice that replaces a disabled report.
+/// React to an event of a subsystem: its report, or the notice that replaces a disabled report.
 void supervisor_error_event(supervisor_t* supervisor, const pus_event_occurrence_t* event);
 /// Note an event of the supervisor itself, reported by `tm`; supervisor_error_own_events reacts later. It is
 /// called while that report is being sent; no other report may be built then.
 void supervisor_error_own_event(supervisor_t* supervisor, const pus_tm_t* tm,
                                 const pus_event_occurrence_t* event);
 void supervisor_error_own_events(supervisor_t* supervisor);
-/// The process of a member died (event PROCESS_LOST or PROCESS_HUNG); its links are still in the graph.
+/// The process of a subsystem died (event PROCESS_LOST or PROCESS_HUNG); its links are still in the graph.
 void supervisor_error_member_lost(supervisor_t* supervisor, uint16_t apid, uint16_t event_id);
-/// No report of a member has arrived for too long.
+/// No report of a subsystem has arrived for too long.
 void supervisor_error_member_silent(supervisor_t* supervisor, uint16_t apid);
 void supervisor_error_run_plans(supervisor_t* supervisor);
 /// Raise an event of the supervisor with up to two u16 of auxiliary data.

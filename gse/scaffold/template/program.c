@@ -17,7 +17,7 @@ bool @name@_open(component_runtime_t* const runtime, component_instance_t* const
     if (!subsystem_host_load(&storage.host, runtime, @NAME@_INTERFACE_HASH, @name@_callbacks())) {
         return false;
     }
-    @name@_init(&storage.own, &storage.host.component, &runtime->flows);
+    @name@_init(&storage.own, &storage.host.subsystem, &runtime->flows);
     subsystem_host_begin(&storage.host, &storage.own,
                          (subsystem_services_t){&storage.services, @name@_add_services});
     *out_instance = subsystem_host_instance(&storage.host, &storage, sizeof storage);

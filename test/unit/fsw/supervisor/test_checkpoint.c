@@ -52,16 +52,16 @@ static void make_state(void)
 {
     const link_edge_t edge = {1U, {16U, 1U, 17U, 2U}, false};
     (void)memset(&state, 0, sizeof state);
-    state.interface_hash = mission.interface_hash;
-    state.now_ns         = NOW - 1U;
-    state.log_number     = 77U;
-    state.lives          = 1U;
-    state.message_life   = 1U;
-    state.mode           = 1U;
-    state.member_count   = 3U;
-    state.channel_count  = 1U;
+    state.interface_hash  = mission.interface_hash;
+    state.now_ns          = NOW - 1U;
+    state.log_number      = 77U;
+    state.lives           = 1U;
+    state.message_life    = 1U;
+    state.mode            = 1U;
+    state.subsystem_count = 3U;
+    state.channel_count   = 1U;
     for (unsigned i = 0U; i < 3U; i++) {
-        state.members[i] = (checkpoint_member_t){.apid = mission.subsystems[i].apid, .process = 1U};
+        state.subsystems[i] = (checkpoint_subsystem_t){.apid = mission.subsystems[i].apid, .process = 1U};
     }
     state.accepted[0]        = edge;
     state.graph.edges[0]     = edge;
@@ -253,7 +253,7 @@ static void an_impossible_header_is_refused(void)
     REFUSED(CHECKPOINT_TIME, now_ns, NOW + 1U);
     REFUSED(CHECKPOINT_COUNTS, lives, 0U);
     REFUSED(CHECKPOINT_COUNTS, message_life, 0U);
-    REFUSED(CHECKPOINT_COUNTS, member_count, 2U);
+    REFUSED(CHECKPOINT_COUNTS, subsystem_count, 2U);
     REFUSED(CHECKPOINT_COUNTS, channel_count, MESSAGE_PEERS_MAX + 1U);
     REFUSED(CHECKPOINT_COUNTS, graph.count, LINK_GRAPH_EDGES + 1U);
     REFUSED(CHECKPOINT_COUNTS, autostart_step, 2U);
@@ -271,26 +271,26 @@ static void an_impossible_header_is_refused(void)
 
 static void an_impossible_subsystem_is_refused(void)
 {
-    REFUSED(CHECKPOINT_MEMBER, members[1].apid, 16U);
-    REFUSED(CHECKPOINT_MEMBER, members[0].process, 3U);
-    REFUSED(CHECKPOINT_MEMBER, members[0].state, STATE_COUNT);
-    REFUSED(CHECKPOINT_MEMBER, members[0].ordered, STATE_COUNT);
-    REFUSED(CHECKPOINT_MEMBER, members[0].phase, PHASE_UNSECURED + 1);
-    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[0].is_heard);
-    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[0].is_order_owed);
-    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[0].is_interface_mismatched);
-    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[0].is_restarted);
-    REFUSED(CHECKPOINT_MEMBER, members[1].rested, STATE_COUNT);
-    REFUSED(CHECKPOINT_MEMBER, members[1].error_ns, NOW);
-    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.since_ns, NOW);
-    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[1].recommission.is_active);
-    NO_TRUTH_REFUSED(CHECKPOINT_MEMBER, members[1].recommission.has_left_offline);
-    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.target, STATE_COUNT);
-    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.ordered, STATE_COUNT + 1);
-    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.seen, STATE_COUNT + 1);
-    REFUSED(CHECKPOINT_MEMBER, members[1].recommission.seen_phase, PHASE_UNSECURED + 1);
-    REFUSED(CHECKPOINT_MEMBER, members[2].heard_ns, NOW);
-    REFUSED(CHECKPOINT_MEMBER, members[2].started_ns, NOW);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].apid, 16U);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].process, 3U);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].state, STATE_COUNT);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].ordered, STATE_COUNT);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].phase, PHASE_UNSECURED + 1);
+    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_heard);
+    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_order_owed);
+    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_interface_mismatched);
+    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_restarted);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].rested, STATE_COUNT);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].error_ns, NOW);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.since_ns, NOW);
+    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.is_active);
+    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.has_left_offline);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.target, STATE_COUNT);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.ordered, STATE_COUNT + 1);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.seen, STATE_COUNT + 1);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.seen_phase, PHASE_UNSECURED + 1);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[2].heard_ns, NOW);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[2].started_ns, NOW);
 }
 
 static void a_link_that_the_mission_does_not_have_is_refused(void)
