@@ -12,6 +12,7 @@
 void descriptor_source_say(source_t* const source, const char* const pattern, const char* const one,
                            const char* const other, const uint32_t number)
 {
+    FSW_ASSERT((number == 0U) || (strchr(pattern, '#') != NULL));
     const char* next = one;
     for (const char* at = pattern; source->is_reporting && (*at != '\0'); at++) {
         if (*at == '%') {

@@ -181,7 +181,6 @@ static void report_transitions(subsystem_t* const subsystem)
             pus_verify_progress(&subsystem->process, &subsystem->pending, made->state, subsystem->now_ns);
         }
     }
-    subsystem->machine.transition_count = 0U;
 }
 
 void subsystem_after_change(subsystem_t* const subsystem)

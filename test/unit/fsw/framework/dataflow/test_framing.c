@@ -237,6 +237,7 @@ static void raw_octets_are_handed_on_as_they_come(void)
     feed(NULL, 0U);
     add_frame(&expected, "01234567", 8U);
     add_frame(&expected, "89", 2U);
+    TEST_ASSERT_EQUAL_UINT32(2U, assembler.counters.complete);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected.octets, seen.octets, expected.size);
 }
 

@@ -448,6 +448,15 @@ static void the_hashes_of_a_mission_depend_on_every_subsystem(void)
     load_the_good_one();
     TEST_ASSERT_TRUE(mission.interface_hash != interface_hash);
     write_file("hand.xml", hand_document);
+    write_file("arm.xml", damaged(arm_document, "name='FLAG'", "name='BRAKE'"));
+    load_the_good_one();
+    TEST_ASSERT_TRUE(mission.interface_hash != interface_hash);
+    TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
+    write_file("arm.xml", damaged(arm_document, "interval='500'", "interval='505'"));
+    load_the_good_one();
+    TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
+    TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
+    write_file("arm.xml", arm_document);
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "watts='120'", "watts='121'")));
     TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
     TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);

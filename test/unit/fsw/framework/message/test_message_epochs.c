@@ -200,6 +200,38 @@ static void a_restarted_component_is_heard_before_it_is_reported(void)
     party_in_each_form(&party, restart_a_receiver_before_its_first_answer);
 }
 
+#define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX) ///< Of the largest size, under way.
+
+/// A full window of the earlier life is in the inbox, unchecked, when that of the next one comes.
+static void fill_twice(void)
+{
+    static uint8_t block[MESSAGE_PAYLOAD_MAX];
+    for (uint8_t life = 1U; life <= 2U; life++) {
+        party_restart(&party, 0U, life);
+        for (uint8_t i = 0U; i < LARGEST_BLOCKS; i++) {
+            block[0] = (uint8_t)((life * 100U) + i);
+            TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, block, sizeof block));
+        }
+        party_take_in(&party, 1U);
+    }
+    for (uint8_t i = 0U; i < LARGEST_BLOCKS; i++) {
+        unsigned from = 0U;
+        size_t size   = 0U;
+        TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &from, taken, sizeof taken, &size));
+        TEST_ASSERT_EQUAL_UINT8(200U + i, taken[0]);
+    }
+    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
+    TEST_ASSERT_EQUAL(LARGEST_BLOCKS, end(1U)->counters.stale);
+    TEST_ASSERT_EQUAL(0U, end(1U)->counters.overruns + end(1U)->counters.lost);
+    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U)); // Takes the credit.
+    exchange(0U, 1U, 200U, 2U * MESSAGE_WINDOW);
+}
+
+static void a_full_window_of_an_earlier_life_makes_room_for_the_next(void)
+{
+    party_in_each_form(&party, fill_twice);
+}
+
 static void restart_at_random(void)
 {
     uint32_t epochs[2]  = {1U, 1U};
@@ -520,6 +552,7 @@ int main(void)
     RUN_TEST(two_restarted_ends_agree_again);
     RUN_TEST(messages_to_a_previous_life_consume_no_credit);
     RUN_TEST(a_restarted_component_is_heard_before_it_is_reported);
+    RUN_TEST(a_full_window_of_an_earlier_life_makes_room_for_the_next);
     RUN_TEST(random_restarts_neither_double_nor_reorder_messages);
     RUN_TEST(the_frame_has_the_layout_of_its_header_file);
     RUN_TEST(a_frame_is_refused_at_every_shorter_length);

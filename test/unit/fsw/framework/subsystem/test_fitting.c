@@ -169,6 +169,27 @@ static void a_structure_has_room_for_its_octets(void)
     }
 }
 
+static void structures_of_every_configuration_are_checked(void)
+{
+    for (unsigned refused = 1U; refused <= 4U; refused++) {
+        begin();
+        add("<Parameters><ParamRef name='P' id='1' type='DOUBLE' count='129'/><ParamRef name='Q' id='2' "
+            "type='INT8'/></Parameters>");
+        for (unsigned i = 1U; i <= 4U; i++) { // Two in each of two configurations; one is too long.
+            char line[256];
+            (void)snprintf(line, sizeof line,
+                           "%s\n<HKService id='%u' interval='1'><SampledOnce><ParamRef name='%s'/>"
+                           "</SampledOnce></HKService>%s",
+                           (i == 1U)   ? "<Configuration name='C' id='1' priority='1' samplingTime='1ms'>"
+                           : (i == 3U) ? "<Configuration name='D' id='2' priority='1' samplingTime='1ms'>"
+                                       : "",
+                           i, (i == refused) ? "P" : "Q", ((i % 2U) == 0U) ? "</Configuration>" : "");
+            add(line);
+        }
+        expect(false, 2U + refused, "too many octets in one <HKService>, at most 1024");
+    }
+}
+
 // ---- Devices ----
 
 static bool refuses(const subsystem_descriptor_t* of, subsystem_misfit_t* out_misfit)
@@ -219,6 +240,7 @@ int main(void)
     RUN_TEST(a_configuration_has_room_for_sixteen_structures);
     RUN_TEST(a_structure_has_room_for_eight_sets);
     RUN_TEST(a_structure_has_room_for_its_octets);
+    RUN_TEST(structures_of_every_configuration_are_checked);
     RUN_TEST(a_subsystem_can_refuse_its_descriptor);
     RUN_TEST(the_refusal_is_an_error_with_file_and_line);
     RUN_TEST(without_a_descriptor_nothing_is_asked);

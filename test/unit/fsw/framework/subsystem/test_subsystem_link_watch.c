@@ -118,7 +118,8 @@ static void a_closed_link_is_as_lost_as_a_stale_one(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "0111 100002\n"));
 }
 
-static void the_loss_of_an_optional_link_is_only_reported(void)
+/// With an open link that is not required, as the third, and the component in this state.
+static void bring_with_extra(state_t state)
 {
     const rtlink_terms_t terms = terms_of(PORT_EXTRA);
     const uint32_t value       = 7U;
@@ -130,13 +131,29 @@ static void the_loss_of_an_optional_link_is_only_reported(void)
     (void)rtlink_producer_write(&extra, STATE_ERROR_OPERATIONAL, fixture.now_ns, (const uint8_t*)&value);
     (void)fixture_state(STATE_SAFE_OPERATIONAL);
     run(2U);
-    (void)fixture_state(STATE_OPERATIONAL);
+    if (state == STATE_OPERATIONAL) {
+        (void)fixture_state(state);
+    }
     fixture_forget();
+}
+
+static void the_loss_of_an_optional_link_is_only_reported(void)
+{
+    bring_with_extra(STATE_OPERATIONAL);
     run(20U);
     fixture_expect("129.2 5>5 IDLE cause 0 code 0000 cfg 2\n1.7 #5\n130.10 link 3 3>4 reason 9\n");
     close_link(3U, 0U);
     run(5U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
+}
+
+static void a_closed_link_that_is_not_required_raises_no_event(void)
+{
+    bring_with_extra(STATE_SAFE_OPERATIONAL);
+    fixture.ack = 0U;
+    close_link(3U, 10U);
+    run(5U);
+    fixture_expect("130.10 link 3 3>0 reason 10\n");
 }
 
 static void an_error_of_the_link_partner_leads_to_an_error_here(void)
@@ -186,6 +203,7 @@ int main(void)
     RUN_TEST(samples_of_an_earlier_opening_do_not_count);
     RUN_TEST(a_closed_link_is_as_lost_as_a_stale_one);
     RUN_TEST(the_loss_of_an_optional_link_is_only_reported);
+    RUN_TEST(a_closed_link_that_is_not_required_raises_no_event);
     RUN_TEST(an_error_of_the_link_partner_leads_to_an_error_here);
     RUN_TEST(a_producer_closed_by_request_continues);
     return UNITY_END();

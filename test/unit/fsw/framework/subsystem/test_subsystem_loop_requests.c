@@ -262,6 +262,21 @@ static void a_mailbox_without_room_keeps_requests_waiting(void)
     TEST_ASSERT_EQUAL(3U * 255U, refusals);
 }
 
+/// The mailbox reserves room for the longest request, so a loss needs a defect: it is counted all the same.
+static void reports_that_a_loop_lost_are_counted_in_the_health(void)
+{
+    subsystem_health_t health;
+    begin();
+    subsystem_health(&fixture.subsystem, &health);
+    const uint32_t before = health.reports_lost;
+    for (unsigned i = 1U; i <= 2U; i++) {
+        fixture.subsystem.loops[SLOW].reports_lost = 3U;
+        fixture_run(2U);
+        subsystem_health(&fixture.subsystem, &health);
+        TEST_ASSERT_EQUAL_UINT32(before + (3U * i), health.reports_lost);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -275,5 +290,6 @@ int main(void)
     RUN_TEST(another_configuration_may_be_selected_with_requests_waiting);
     RUN_TEST(answers_wait_while_the_port_is_closed);
     RUN_TEST(a_mailbox_without_room_keeps_requests_waiting);
+    RUN_TEST(reports_that_a_loop_lost_are_counted_in_the_health);
     return UNITY_END();
 }

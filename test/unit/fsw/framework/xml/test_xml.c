@@ -389,6 +389,8 @@ static void a_cut_is_distinguished_from_an_error(void)
                  {"<A/><B/>", STATUS_INVALID}};
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_EQUAL_MESSAGE(cases[i].status, parse(cases[i].document), cases[i].document);
+        TEST_ASSERT_EQUAL_STRING_LEN("not well-formed: ", parser.error.message, 17U);
+        TEST_ASSERT_EQUAL_STRING(XML_ErrorString(XML_GetErrorCode(parser.expat)), &parser.error.message[17]);
         TEST_ASSERT_EQUAL(cases[i].status, xml_finish(&parser)); // The first result is kept.
         TEST_ASSERT_EQUAL(cases[i].status, xml_feed(&parser, "<A/>", 4U));
     }

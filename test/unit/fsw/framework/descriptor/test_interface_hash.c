@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// The hashes of a subsystem descriptor: of its interface, which is compiled into a program, and of all of it.
+#include "fsw/framework/descriptor/descriptor.h"
+#include "test/unit/fsw/framework/descriptor/documents.h"
+#include "unity.h"
+
+#include <string.h>
+
+static descriptor_loader_t loader;
+static subsystem_descriptor_t arm;
+
+void setUp(void)
+{
+    descriptor_loader_init(&loader);
+}
+
+void tearDown(void)
+{
+}
+
+static status_t load(const char* const document)
+{
+    return descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &arm);
+}
+
+static void load_the_good_one(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, load(arm_document));
+    TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
+}
+
+static void the_interface_hash_sees_the_interface_and_nothing_else(void)
+{
+    static const char* const configuration[][2] = {
+        {"init='0.5 -1'", "init='0.5 -2'"},       {"min='-1.5' max='1.5' s", "min='-1' max='1' s"},
+        {"settable='true'", "settable='false'"},  {"interval='500'", "interval='1000'"},
+        {"node='0x11'", "node='0x12'"},           {"severity='MEDIUM'><", "severity='LOW'><"},
+        {"timeout='2s'", "timeout='3s'"},         {"unit='rad' init", "unit='deg' init"},
+        {"staleAfter='3ms'", "staleAfter='4ms'"},
+    };
+    static const char* const interface[][2] = {
+        {"name='ARM'", "name='LEG'"},
+        {"id='16'", "id='18'"},
+        {"name='STATE'", "name='STATUS'"},
+        {"type='INT32'", "type='UINT32'"},
+        {"id='1' type='UINT32'", "id='2' type='UINT32'"},
+        {"name='LOST' id='1'", "name='LOST' id='4'"},
+        {"name='JOINT'", "name='AXIS'"},
+        {"name='STOP' id='2'", "name='HALT' id='2'"},
+        {"id='7'", "id='8'"},
+        {"name='COUPLED' id='2'", "name='COUPLED' id='3'"},
+        {"name='HAND' id='2'", "name='HAND' id='3'"},
+        {"<ParamRef name='COUNT'/></Event>", "</Event>"},
+        // The last field of each list.
+        {"name='FLAG'", "name='BRAKE'"},
+        {"name='TARGET' id='1' type='DOUBLE'", "name='TARGET' id='1' type='FLOAT'"},
+        {"name='TORQUE' type='DOUBLE'", "name='TORQUE' type='FLOAT'"},
+        {"name='POSITION' id='1' type='DOUBLE'", "name='POSITION' id='2' type='DOUBLE'"},
+        {"type='DOUBLE' count='2'/></Requires>", "type='DOUBLE' count='3'/></Requires>"},
+        {"type='DOUBLE' count='2' unit='rad'/></Provides>", "type='FLOAT' count='2' unit='rad'/></Provides>"},
+        {"<Provides name='ARM_STATE'", "<Provides name='ARM_STATUS'"},
+    };
+    load_the_good_one();
+    const uint64_t interface_hash     = arm.interface_hash;
+    const uint64_t configuration_hash = arm.configuration_hash;
+    for (size_t i = 0U; i < (sizeof configuration / sizeof configuration[0]); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(arm_document, configuration[i][0], configuration[i][1])));
+        TEST_ASSERT_TRUE_MESSAGE(arm.interface_hash == interface_hash, configuration[i][1]);
+        TEST_ASSERT_TRUE_MESSAGE(arm.configuration_hash != configuration_hash, configuration[i][1]);
+    }
+    for (size_t i = 0U; i < (sizeof interface / sizeof interface[0]); i++) {
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, load(damaged(arm_document, interface[i][0], interface[i][1])),
+                                  descriptor_error(&loader));
+        TEST_ASSERT_TRUE_MESSAGE(arm.interface_hash != interface_hash, interface[i][1]);
+    }
+}
+
+static void hashes_do_not_see_comments_spaces_and_order_of_attributes(void)
+{
+    load_the_good_one();
+    const uint64_t interface_hash      = arm.interface_hash;
+    const uint64_t configuration_hash  = arm.configuration_hash;
+    static const char* const same[][2] = {
+        {"<Events>", "<!-- events -->\n\n   <Events>"},
+        {"poolWarning='80' poolClear='70'", "poolClear=\"70\"  poolWarning='80'"},
+        {"<ParamRef name='COUNT'/></Event>", "<ParamRef name='COUNT'></ParamRef></Event>"},
+        {"<Subsystem ", "<?xml version='1.0'?><Subsystem "},
+    };
+    for (size_t i = 0U; i < (sizeof same / sizeof same[0]); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(arm_document, same[i][0], same[i][1])));
+        TEST_ASSERT_TRUE(arm.interface_hash == interface_hash);
+        TEST_ASSERT_TRUE(arm.configuration_hash == configuration_hash);
+    }
+}
+
+static void a_component_compares_with_its_compiled_interface(void)
+{
+    load_the_good_one();
+    TEST_ASSERT_EQUAL(STATUS_OK, descriptor_check_interface(&loader, "arm.xml", &arm, arm.interface_hash));
+    arm.interface_hash = 0x123456789ABCDEF0ULL;
+    TEST_ASSERT_EQUAL(STATUS_CHECKSUM,
+                      descriptor_check_interface(&loader, "arm.xml", &arm, 0xFEDCBA9876543210ULL));
+    TEST_ASSERT_EQUAL_STRING(
+        "arm.xml:1: interface compiled 0xFEDCBA9876543210, found 0x123456789ABCDEF0: run make",
+        descriptor_error(&loader));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_interface_hash_sees_the_interface_and_nothing_else);
+    RUN_TEST(hashes_do_not_see_comments_spaces_and_order_of_attributes);
+    RUN_TEST(a_component_compares_with_its_compiled_interface);
+    return UNITY_END();
+}
