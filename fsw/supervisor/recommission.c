@@ -56,7 +56,7 @@ void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_
             supervisor->renewed |= (uint32_t)1U << (edge->link - 1U);
         }
     }
-    // Note all links again: a link that was being opened when its member died again is not in the graph.
+    // Note all links again: a link that was being opened when its subsystem died again is not in the graph.
     (void)memset(supervisor->renewals, (int)RECOMMISSION_RENEWALS, sizeof supervisor->renewals);
 }
 

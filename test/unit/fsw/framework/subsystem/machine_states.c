@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#define MOST_ACTIONS 16U // More actions than any states_passed has.
+#define MOST_ACTIONS 16U // More actions than any sequence of transitions has.
 
 static void done(state_machine_t* machine)
 {
@@ -164,7 +164,7 @@ void machine_finish(state_machine_t* machine, state_outcome_t outcome, char stat
 {
     size_t length = note_states(machine, states_passed, 0U);
     for (unsigned i = 0U; machine->action != ACTION_NONE; i++) {
-        TEST_ASSERT_TRUE_MESSAGE(i < MOST_ACTIONS, "the states_passed does not end");
+        TEST_ASSERT_TRUE_MESSAGE(i < MOST_ACTIONS, "the transitions do not end");
         const state_t state       = machine->state;
         const state_phase_t phase = machine->phase;
         subsystem_state_machine_outcome(machine, outcome);

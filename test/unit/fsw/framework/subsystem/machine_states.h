@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 
-#define STATES_TEXT 32U ///< Longest states_passed [characters].
+#define STATES_TEXT 32U ///< Longest list of states [characters].
 
 /// A machine at rest in a rest state (3, 4, 5 and 6 with a configuration), or in a pass state with its action
 /// running: 1 and 2 on the way to 3, 7 on the way to 3, 8 and 9 on the way to 0.
@@ -18,8 +18,8 @@ state_machine_t machine_unconfigured(void);
 /// A machine whose `action` is running; those of states that can be left both ways on the way down.
 state_machine_t machine_running(state_action_t action);
 
-/// Answer every action with an outcome until the machine rests; adds the states to `states_passed`, which
-/// begins with those of the last call: "7 8 9 0". Fails the test if it does not end.
+/// Answer every action with an outcome until the machine rests; adds the states to `states_passed`,
+/// which begin with those of the last call: "7 8 9 0". Fails the test if it does not end.
 void machine_finish(state_machine_t* machine, state_outcome_t outcome, char states_passed[STATES_TEXT]);
 /// Check that the transitions of the last call lead from a state to the present one without a gap.
 void machine_check_transitions(const state_machine_t* machine, state_t before, state_phase_t phase_before);

@@ -131,8 +131,8 @@ static void a_refused_descriptor_stays_offline(void)
     TEST_ASSERT_EQUAL(PHASE_INVALID, machine.phase);
 }
 
-// "event in". "log" and "stay" change nothing: the transition under way continues, as the states_passed after the bar
-// shows.
+// "event in". "log" and "stay" change nothing: the transition under way continues, as the list of states after the
+// bar shows.
 static const char* const event_rows[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
     [EVENT_NETWORK_FAILED]  = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
@@ -176,7 +176,7 @@ static void an_error_leads_to_error_operational_before_its_action(void)
     }
 }
 
-// Columns "on DONE" and "on FAILED or TIMEOUT" of the table of states: the complete states_passed and its rest state.
+// Columns "on DONE" and "on FAILED or TIMEOUT" of the table of states: all states passed and the rest state.
 typedef struct {
     state_action_t action;
     const char* on_done;

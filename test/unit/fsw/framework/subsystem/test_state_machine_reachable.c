@@ -179,7 +179,7 @@ static void every_reachable_configuration_is_sound(void)
 /// Longest chain of outcomes, whatever they are; the test fails where it does not end.
 static unsigned longest_walk(const state_machine_t* machine, unsigned depth)
 {
-    TEST_ASSERT_TRUE_MESSAGE(depth < 16U, "a states_passed that does not end");
+    TEST_ASSERT_TRUE_MESSAGE(depth < 16U, "transitions that do not end");
     if (machine->action == ACTION_NONE) {
         return depth;
     }
