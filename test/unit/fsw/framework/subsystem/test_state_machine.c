@@ -131,8 +131,8 @@ static void a_refused_descriptor_stays_offline(void)
     TEST_ASSERT_EQUAL(PHASE_INVALID, machine.phase);
 }
 
-// "event in". "log" and "stay" change nothing: the transition under way continues, as the list of states after the
-// bar shows.
+// "event in". "log" and "stay" change nothing: the transition under way continues, as the list of states
+// after the bar shows.
 static const char* const event_rows[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
     [EVENT_NETWORK_FAILED]  = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
