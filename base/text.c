@@ -32,6 +32,21 @@ void text_add(text_t* const text, const char* const words)
     }
 }
 
+void text_add_words(text_t* const text, const char* const* const words)
+{
+    FSW_ASSERT(words != NULL);
+    for (size_t i = 0U; words[i] != NULL; i++) {
+        text_add(text, words[i]);
+    }
+}
+
+bool text_join(char* const buffer, const size_t capacity, const char* const* const words)
+{
+    text_t text = text_in(buffer, capacity);
+    text_add_words(&text, words);
+    return !text.cut;
+}
+
 void text_add_digits(text_t* const text, const uint64_t value, const unsigned digits)
 {
     FSW_ASSERT(digits <= DECIMAL_DIGITS_MAX);

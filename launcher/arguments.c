@@ -28,10 +28,23 @@ void arguments_add(arguments_t* const arguments, const char* const argument)
     arguments_add_joined(arguments, argument, "");
 }
 
-void arguments_add_number(arguments_t* const arguments, const uint64_t number)
+void arguments_add_words(arguments_t* const arguments, const char* const* const words)
+{
+    for (size_t i = 0U; words[i] != NULL; i++) {
+        arguments_add(arguments, words[i]);
+    }
+}
+
+void arguments_add_option(arguments_t* const arguments, const char* const option, const char* const value)
+{
+    arguments_add(arguments, option);
+    arguments_add(arguments, value);
+}
+
+void arguments_add_number(arguments_t* const arguments, const char* const option, const uint64_t number)
 {
     char digits[24];
     text_t text = text_in(digits, sizeof digits);
     text_add_unsigned(&text, number);
-    arguments_add(arguments, digits);
+    arguments_add_option(arguments, option, digits);
 }

@@ -3,8 +3,7 @@
 ///
 ///     arguments_t arguments = {.count = 0U};
 ///     arguments_add_joined(&arguments, folder, "simulator");
-///     arguments_add(&arguments, "--seed");
-///     arguments_add_number(&arguments, 7U);
+///     arguments_add_number(&arguments, "--seed", 7U);
 ///     const osal_process_start_t start = {.arguments = arguments.list, ...};
 ///
 /// Ownership  The caller places arguments_t, all zero; it must not be moved: the list points into it.
@@ -31,6 +30,10 @@ typedef struct { // Private, except list and count: read-only.
 void arguments_add(arguments_t* arguments, const char* argument);
 /// The concatenation of two texts as one argument.
 void arguments_add_joined(arguments_t* arguments, const char* first, const char* second);
-void arguments_add_number(arguments_t* arguments, uint64_t number);
+/// Each word of a list that ends with null.
+void arguments_add_words(arguments_t* arguments, const char* const* words);
+/// An option and its value.
+void arguments_add_option(arguments_t* arguments, const char* option, const char* value);
+void arguments_add_number(arguments_t* arguments, const char* option, uint64_t number);
 
 #endif // LAUNCHER_ARGUMENTS_H

@@ -12,9 +12,7 @@ static launcher_t launcher;
 static int complain(const char* const what)
 {
     char line[LAUNCHER_REASON_MAX + 16U];
-    text_t text = text_in(line, sizeof line);
-    text_add(&text, "hirosco: ");
-    text_add(&text, what);
+    (void)text_join(line, sizeof line, (const char* const[]){"hirosco: ", what, NULL});
     osal_console_complain(line);
     return 2;
 }
@@ -35,32 +33,25 @@ static void announce(void)
 {
     char line[LAUNCH_PATH_MAX + 128U];
     text_t text = text_in(line, sizeof line);
-    text_add(&text, "mission ");
-    text_add(&text, launcher.mission.name);
-    text_add(&text, ", scenario ");
-    text_add(&text, launcher.options.scenario);
-    text_add(&text, launcher.options.is_image ? ", one image" : ", processes");
-    text_add(&text, ", ");
-    text_add(&text, launch_time_text(&launcher.options));
-    text_add(&text, " time");
-    text_add(&text, ", ground port ");
-    text_add(&text, (launcher.mission.is_ground_open != 0U) ? "0.0.0.0:" : "127.0.0.1:");
+    text_add_words(&text, (const char* const[]){
+                              "mission ", launcher.mission.name, ", scenario ", launcher.options.scenario,
+                              launcher.options.is_image ? ", one image, " : ", processes, ",
+                              launch_time_text(&launcher.options), " time, ground port ",
+                              (launcher.mission.is_ground_open != 0U) ? "0.0.0.0:" : "127.0.0.1:", NULL});
     text_add_unsigned(&text, launcher.run->ground_port);
-    text_add(&text, ", folder ");
-    text_add(&text, launcher.run->folder);
+    text_add_words(&text, (const char* const[]){", folder ", launcher.run->folder, NULL});
     osal_console_say(line);
 }
 
 static void conclude(void)
 {
     char line[LAUNCHER_REASON_MAX + LAUNCH_PATH_MAX];
-    text_t text = text_in(line, sizeof line);
-    text_add(&text, osal_console_is_terminal() ? "\n" : "");
-    text_add(&text, (launcher.exit_code == 0) ? "flown to the end: " : "failed: ");
-    text_add(&text, launcher.reason);
-    text_add(&text, (launcher.exit_code == 0) ? "" : "; ");
-    text_add(&text, launcher.run->folder);
-    text_add(&text, launcher.options.has_report ? "/report.html" : "/run.json");
+    const bool is_good = (launcher.exit_code == 0);
+    (void)text_join(line, sizeof line,
+                    (const char* const[]){osal_console_is_terminal() ? "\n" : "",
+                                          is_good ? "flown to the end: " : "failed: ", launcher.reason,
+                                          is_good ? "" : "; ", launcher.run->folder,
+                                          launcher.options.has_report ? "/report.html" : "/run.json", NULL});
     osal_console_say(line);
 }
 

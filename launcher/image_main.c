@@ -5,6 +5,7 @@
 #include "fsw/programs/component_instance.h"
 #include "launcher/return_budget.h"
 #include "base/assertion.h"
+#include "base/number.h"
 #include "base/text.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "base/take_check.h"
@@ -58,9 +59,7 @@ static image_t image;
 static int complain(const char* const what)
 {
     char line[SIMULATOR_ERROR_MAX + 16U];
-    text_t text = text_in(line, sizeof line);
-    text_add(&text, "image: ");
-    text_add(&text, what);
+    (void)text_join(line, sizeof line, (const char* const[]){"image: ", what, NULL});
     osal_console_complain(line);
     return 1;
 }
@@ -356,11 +355,9 @@ static int close_all(image_t* const self)
 
 static uint64_t number_of(const char* const digits)
 {
-    uint64_t number = 0U;
-    for (const char* next = digits; (*next >= '0') && (*next <= '9'); next++) {
-        number = (number * 10U) + (uint64_t)(*next - '0');
-    }
-    return number;
+    const char* text = digits;
+    uint64_t number  = 0U;
+    return (number_read_unsigned(&text, &number) == STATUS_OK) ? number : 0U;
 }
 
 static bool parse(const int argument_count, char* const arguments[], image_options_t* const options)

@@ -2,6 +2,7 @@
 #include "launcher/launch_options.h"
 
 #include "base/assertion.h"
+#include "base/number.h"
 #include "base/text.h"
 
 #include <string.h>
@@ -61,22 +62,9 @@ static bool fail(char error[LAUNCH_ERROR_MAX], const char* const option, const c
     return false;
 }
 
-/// Decimal text as a number up to `limit`.
-static bool read_number(const char* const digits, const uint64_t limit, uint64_t* const out_number)
+static bool is_word(const char* const value, const char* const word)
 {
-    uint64_t number = 0U;
-    for (const char* next = digits; *next != '\0'; next++) {
-        if ((*next < '0') || (*next > '9')) {
-            return false;
-        }
-        const uint64_t digit = (uint64_t)(*next - '0');
-        if (number > ((limit - digit) / 10U)) {
-            return false;
-        }
-        number = (number * 10U) + digit;
-    }
-    *out_number = number;
-    return *digits != '\0';
+    return strcmp(value, word) == 0;
 }
 
 static bool is_name(const char* const text)
@@ -98,36 +86,39 @@ bool launch_scenario_is_path(const char* const scenario)
            ((length > 4U) && (strcmp(&scenario[length - 4U], ".scn") == 0));
 }
 
-static bool take_number(launch_options_t* const options, const char* const option, const char* const value,
+/// Options that take a number.
+static const struct {
+    const char* option;
+    uint64_t least;
+    uint64_t most;
+    const char* expected;
+} numbers[] = {
+    {"--seed", 0U, UINT64_MAX, "expected a number from 0"},
+    {"--port", 1U, UINT16_MAX, "expected a port number, 1 to 65535"},
+    {"--tools", 1U, UINT16_MAX, "expected a port number, 1 to 65535"},
+    {"--duration", 1U, 10000000U, "expected whole seconds, at least 1"},
+};
+
+#define NUMBERS (sizeof numbers / sizeof numbers[0])
+
+static bool take_number(launch_options_t* const options, const size_t which, const char* const value,
                         char error[LAUNCH_ERROR_MAX])
 {
-    uint64_t number = 0U;
-    if (strcmp(option, "--seed") == 0) {
-        if (!read_number(value, UINT64_MAX - 9U, &options->seed)) {
-            return fail(error, option, value, "expected a number from 0");
-        }
-    } else if (strcmp(option, "--port") == 0) {
-        if (!read_number(value, 65535U, &number) || (number == 0U)) {
-            return fail(error, option, value, "expected a port number, 1 to 65535");
-        }
-        options->port = (uint16_t)number;
-    } else if (strcmp(option, "--tools") == 0) {
-        if (!read_number(value, 65535U, &number) || (number == 0U)) {
-            return fail(error, option, value, "expected a port number, 1 to 65535");
-        }
-        options->tools = (uint16_t)number;
-    } else {
-        if (!read_number(value, 10000000U, &number) || (number == 0U)) {
-            return fail(error, option, value, "expected whole seconds, at least 1");
-        }
+    const char* const option = numbers[which].option;
+    const char* rest         = value;
+    uint64_t number          = 0U;
+    if ((number_read_unsigned(&rest, &number) != STATUS_OK) || !number_is_end(rest) ||
+        (number < numbers[which].least) || (number > numbers[which].most)) {
+        return fail(error, option, value, numbers[which].expected);
+    }
+    if (is_word(option, "--seed")) {
+        options->seed = number;
+    } else if (is_word(option, "--duration")) {
         options->duration_ns = number * NS_PER_S;
+    } else {
+        *(is_word(option, "--port") ? &options->port : &options->tools) = (uint16_t)number;
     }
     return true;
-}
-
-static bool is_word(const char* const value, const char* const word)
-{
-    return strcmp(value, word) == 0;
 }
 
 /// Options that take one of a few words.
@@ -244,11 +235,10 @@ static bool take_path(launch_options_t* const options, const char* const option,
 static bool take(launch_options_t* const options, const char* const option, const char* const value,
                  char error[LAUNCH_ERROR_MAX])
 {
-    static const char* const numbers[] = {"--seed", "--port", "--tools", "--duration"};
-    const size_t choice                = choice_of(option);
-    for (size_t i = 0U; i < (sizeof numbers / sizeof numbers[0]); i++) {
-        if (strcmp(option, numbers[i]) == 0) {
-            return (value[0] == '\0') || take_number(options, option, value, error);
+    const size_t choice = choice_of(option);
+    for (size_t i = 0U; i < NUMBERS; i++) {
+        if (is_word(option, numbers[i].option)) {
+            return (value[0] == '\0') || take_number(options, i, value, error);
         }
     }
     if (choice < CHOICES) {

@@ -18,14 +18,18 @@
 #define DOWN_NS 30000000000ULL   ///< Simulated time for the mission to shut down; the supervisor needs 12 s.
 #define ABANDONED 1U             ///< Value of abandon_ns: end the run at once, even before time begins.
 
-void launcher_give_up(launcher_t* const launcher, const char* const what, const char* const detail)
+bool launcher_refuse(launcher_t* const launcher, const char* const* const words)
 {
     if (launcher->reason[0] == '\0') {
-        text_t text = text_in(launcher->reason, sizeof launcher->reason);
-        text_add(&text, what);
-        text_add(&text, detail);
+        (void)text_join(launcher->reason, sizeof launcher->reason, words);
     }
-    launcher->exit_code = (launcher->exit_code == 0) ? 1 : launcher->exit_code;
+    launcher->exit_code = 1;
+    return false;
+}
+
+bool launcher_fail(launcher_t* const launcher, const char* const what, const char* const detail)
+{
+    return launcher_refuse(launcher, (const char* const[]){what, detail, NULL});
 }
 
 /// Without a simulator, mission time is the machine's.
@@ -73,21 +77,21 @@ static void request_stop(launcher_t* const launcher)
     }
 }
 
-static void describe_end(const child_t* const child, text_t* const text)
+/// The run fails because a child has ended.
+static void note_end(launcher_t* const launcher, const child_t* const child, const char* const consequence)
 {
-    text_add(text, child->name);
-    text_add(text, child->result.was_signalled ? " was ended by signal " : " ended with exit code ");
-    text_add_unsigned(text, (uint64_t)child->result.code);
+    char code[24];
+    text_t text = text_in(code, sizeof code);
+    text_add_unsigned(&text, (uint64_t)child->result.code);
+    const char* const how = child->result.was_signalled ? " was ended by signal " : " ended with exit code ";
+    launcher->is_broken   = true;
+    (void)launcher_refuse(launcher, (const char* const[]){child->name, how, code, consequence, NULL});
 }
 
 /// A part has ended unexpectedly: the run continues as far as possible, and fails.
 void launcher_part_lost(launcher_t* const launcher, child_t* const child)
 {
-    char what[LAUNCHER_REASON_MAX];
-    text_t text = text_in(what, sizeof what);
-    describe_end(child, &text);
-    launcher->is_broken = true;
-    launcher_give_up(launcher, what, "; see console.log");
+    note_end(launcher, child, "; see console.log");
     if (child->is_component) {
         run_component_t* const component = &launcher->run->components[child->component];
         __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_LOST, __ATOMIC_RELEASE);
@@ -123,11 +127,8 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
     launcher->return_wall_ns  = osal_clock_monotonic_ns() + delay_ns;
     launcher->is_undetermined = !end_participant(launcher, child) || launcher->is_undetermined;
     __atomic_store_n(&component->wanted_life, child->life + 1U, __ATOMIC_RELEASE);
-    char what[LAUNCHER_REASON_MAX];
-    text_t text = text_in(what, sizeof what);
-    describe_end(child, &text);
-    launcher->is_broken = true; // The run fails, as with every death, but it continues.
-    launcher_give_up(launcher, what, " and was restarted; see console.log");
+    // The run fails, as with every death, but it continues.
+    note_end(launcher, child, " and was restarted; see console.log");
     return true;
 }
 
@@ -278,11 +279,9 @@ static bool has_stalled(launcher_t* const launcher, const uint64_t simulated)
     }
     const bool has = (wall_ns - launcher->moved_wall_ns) > ((simulated == 0U) ? START_NS : STALL_NS);
     if (has) {
-        char what[LAUNCHER_REASON_MAX];
-        text_t text = text_in(what, sizeof what);
-        text_add(&text, "simulated time has stopped; the grant is held by ");
-        text_add(&text, launcher_holder(launcher));
-        launcher_give_up(launcher, what, "; see console.log");
+        (void)launcher_refuse(launcher,
+                              (const char* const[]){"simulated time has stopped; the grant is held by ",
+                                                    launcher_holder(launcher), "; see console.log", NULL});
     }
     return has;
 }
@@ -294,8 +293,8 @@ static bool is_abandoned(launcher_t* const launcher, uint64_t simulated)
     }
     const bool is_late = simulated >= launcher->abandon_ns;
     if (is_late) {
-        launcher_give_up(launcher, "the mission did not shut down in time and was ended",
-                         "; see console.log");
+        (void)launcher_fail(launcher, "the mission did not shut down in time and was ended",
+                            "; see console.log");
     }
     return is_late;
 }
@@ -308,7 +307,7 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
         launcher->is_cut_short = true;
         request_stop(launcher);
         if (stops >= 3U) {
-            launcher_give_up(launcher, "interrupted three times: ended at once", "");
+            (void)launcher_fail(launcher, "interrupted three times: ended at once", "");
             return true;
         }
         osal_console_say("\nshutting the mission down (Ctrl-C twice more ends it at once)");

@@ -17,13 +17,7 @@
 static bool refuse(launcher_t* const launcher, const char* const first, const char* const second,
                    const char* const third, const char* const fourth)
 {
-    text_t text = text_in(launcher->reason, sizeof launcher->reason);
-    text_add(&text, first);
-    text_add(&text, second);
-    text_add(&text, third);
-    text_add(&text, fourth);
-    launcher->exit_code = 1;
-    return false;
+    return launcher_refuse(launcher, (const char* const[]){first, second, third, fourth, NULL});
 }
 
 /// The command that creates a missing virtual interface, if this user may not create it.
@@ -40,13 +34,9 @@ static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* con
                                               : "cannot make the CAN interfaces; try as root:");
     const char* const names[] = {bus->shown, bus->flight};
     for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
-        text_add(&text, " ip link add ");
-        text_add(&text, names[i]);
-        text_add(&text, " mtu ");
-        text_add(&text, bus->is_fd ? MTU_FD : MTU_CLASSIC);
-        text_add(&text, " type vcan; ip link set ");
-        text_add(&text, names[i]);
-        text_add(&text, " up;");
+        text_add_words(&text, (const char* const[]){" ip link add ", names[i], " mtu ",
+                                                    bus->is_fd ? MTU_FD : MTU_CLASSIC,
+                                                    " type vcan; ip link set ", names[i], " up;", NULL});
     }
     text_add(&text, " and so for each bus");
     return false;
@@ -61,17 +51,12 @@ static bool refuse_rate(launcher_t* const launcher, const mission_bus_t* const w
     text_add_unsigned(&text, seen->bit_rate);
     text_add(&text, "/");
     text_add_unsigned(&text, seen->data_bit_rate);
-    text_add(&text, " bit/s, bus ");
-    text_add(&text, wanted->name);
-    text_add(&text, " of the mission at ");
+    text_add_words(&text, (const char* const[]){" bit/s, bus ", wanted->name, " of the mission at ", NULL});
     text_add_unsigned(&text, wanted->bit_rate);
     text_add(&text, "/");
     text_add_unsigned(&text, wanted->data_bit_rate);
-    text_add(&text, "; as root: ip link set ");
-    text_add(&text, name);
-    text_add(&text, " down; ip link set ");
-    text_add(&text, name);
-    text_add(&text, " up type can bitrate ");
+    text_add_words(&text, (const char* const[]){"; as root: ip link set ", name, " down; ip link set ", name,
+                                                " up type can bitrate ", NULL});
     text_add_unsigned(&text, wanted->bit_rate);
     if (wanted->data_bit_rate > 0U) {
         text_add(&text, " dbitrate ");
@@ -86,17 +71,9 @@ static bool refuse_rate(launcher_t* const launcher, const mission_bus_t* const w
 static bool refuse_state(launcher_t* const launcher, const char* const name, const char* const what,
                          const char* const change)
 {
-    text_t text = text_in(launcher->reason, sizeof launcher->reason);
-    text_add(&text, name);
-    text_add(&text, what);
-    text_add(&text, "; as root: ip link set ");
-    text_add(&text, name);
-    text_add(&text, " down; ip link set ");
-    text_add(&text, name);
-    text_add(&text, " up ");
-    text_add(&text, change);
-    launcher->exit_code = 1;
-    return false;
+    return launcher_refuse(launcher,
+                           (const char* const[]){name, what, "; as root: ip link set ", name,
+                                                 " down; ip link set ", name, " up ", change, NULL});
 }
 
 static bool refuse_look(launcher_t* const launcher, const char* const name, const status_t status)
@@ -181,13 +158,8 @@ static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
 /// False if the bus has too long a name for it.
 static bool name_virtual(launcher_bus_t* const bus, const mission_bus_t* const wanted)
 {
-    text_t shown = text_in(bus->shown, sizeof bus->shown);
-    text_add(&shown, "vcan-");
-    text_add(&shown, wanted->name);
-    text_t flight = text_in(bus->flight, sizeof bus->flight);
-    text_add(&flight, "fsw-");
-    text_add(&flight, wanted->name);
-    return !shown.cut && !flight.cut;
+    return text_join(bus->shown, sizeof bus->shown, (const char* const[]){"vcan-", wanted->name, NULL}) &&
+           text_join(bus->flight, sizeof bus->flight, (const char* const[]){"fsw-", wanted->name, NULL});
 }
 
 static bool make_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
@@ -259,10 +231,8 @@ static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* cons
         ((simulated != NULL) && !look_at_controller(launcher, wanted, simulated))) {
         return false;
     }
-    text_t text = text_in(bus->flight, sizeof bus->flight);
-    text_add(&text, flight);
-    text = text_in(bus->simulator, sizeof bus->simulator);
-    text_add(&text, (simulated != NULL) ? simulated : "");
+    (void)text_join(bus->flight, sizeof bus->flight, (const char* const[]){flight, NULL});
+    (void)text_join(bus->simulator, sizeof bus->simulator, (const char* const[]){simulated, NULL});
     return true;
 }
 
@@ -287,11 +257,10 @@ static bool are_buses_known(launcher_t* const launcher, const char* const* const
 static void write_address(char out_address[RUN_NAME_MAX], const char* const interface,
                           const char* const shared)
 {
-    text_t text = text_in(out_address, RUN_NAME_MAX);
-    text_add(&text, (interface[0] == '\0') ? "shm:" : "can:");
-    text_add(&text, interface);
-    text_add(&text, ((interface[0] != '\0') && (shared[0] != '\0')) ? "@" : "");
-    text_add(&text, shared);
+    const bool is_shm    = (interface[0] == '\0');
+    const char* const at = (!is_shm && (shared[0] != '\0')) ? "@" : "";
+    (void)text_join(out_address, RUN_NAME_MAX,
+                    (const char* const[]){is_shm ? "shm:" : "can:", interface, at, shared, NULL});
 }
 
 bool launcher_ready_interfaces(launcher_t* const launcher)
@@ -326,16 +295,15 @@ static bool make_bus(launcher_t* const launcher, const uint16_t index)
         return true;
     }
     char shared[RUN_NAME_MAX];
-    text_t text = text_in(shared, sizeof shared);
-    text_add(&text, launcher->run->identity);
-    text_add(&text, ".can.");
-    text_add(&text, launcher->mission.buses[index].name);
+    const char* const name = launcher->mission.buses[index].name;
+    const bool is_whole =
+        text_join(shared, sizeof shared, (const char* const[]){launcher->run->identity, ".can.", name, NULL});
     write_address(address->flight, bus->flight, shared);
     write_address(address->simulator, (bus->simulator[0] != '\0') ? bus->simulator : bus->flight, shared);
     if (bus->shown[0] != '\0') {
         write_address(address->published, bus->shown, "");
     }
-    const status_t status = text.cut ? STATUS_INVALID : osal_can_create(address->simulator);
+    const status_t status = is_whole ? osal_can_create(address->simulator) : STATUS_INVALID;
     return (status == STATUS_OK) ||
            refuse(launcher, "cannot make the bus ", address->simulator, ": ", status_text(status));
 }

@@ -28,9 +28,8 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
                           const size_t descriptor_count)
 {
     char output[LAUNCH_PATH_MAX + 32U];
-    text_t text = text_in(output, sizeof output);
-    text_add(&text, launcher->run->folder);
-    text_add(&text, "/console.log");
+    (void)text_join(output, sizeof output,
+                    (const char* const[]){launcher->run->folder, "/console.log", NULL});
     // One processor for all where only one runs at a time: a hand-over within it is quickest.
     osal_process_start_t start = {.arguments        = arguments->list,
                                   .descriptors      = descriptors,
@@ -46,7 +45,7 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
                          __ATOMIC_RELEASE);
         run->process_count++;
     } else {
-        launcher_give_up(launcher, "cannot start ", arguments->list[0]);
+        (void)launcher_fail(launcher, "cannot start ", arguments->list[0]);
     }
 }
 
@@ -82,15 +81,12 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
 static void add_world(arguments_t* const arguments, const launcher_t* const launcher)
 {
     if (launcher->has_bench_devices) {
-        arguments_add(arguments, "--bench-devices");
-        arguments_add(arguments, launcher->bench_path);
+        arguments_add_option(arguments, "--bench-devices", launcher->bench_path);
     }
     if (launcher->has_operator) {
-        arguments_add(arguments, "--scenario");
-        arguments_add(arguments, launcher->scenario_path);
+        arguments_add_option(arguments, "--scenario", launcher->scenario_path);
     }
-    arguments_add(arguments, "--seed");
-    arguments_add_number(arguments, launcher->options.seed);
+    arguments_add_number(arguments, "--seed", launcher->options.seed);
 }
 
 /// "--OPTION BUS=ADDRESS", unless there is no address.
@@ -99,11 +95,8 @@ static void add_bus(arguments_t* const arguments, const char* const option, cons
 {
     char bus[RUN_NAME_MAX];
     if (address[0] != '\0') {
-        text_t text = text_in(bus, sizeof bus);
-        text_add(&text, name);
-        text_add(&text, "=");
-        arguments_add(arguments, option);
-        arguments_add_joined(arguments, bus, address);
+        (void)text_join(bus, sizeof bus, (const char* const[]){name, "=", address, NULL});
+        arguments_add_option(arguments, option, bus);
     }
 }
 
@@ -115,8 +108,7 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
         add_bus(arguments, "--bus", bus->name, address->simulator);
         add_bus(arguments, "--publish", bus->name, address->published);
         if (bus->data_bit_rate == 0U) {
-            arguments_add(arguments, "--classic-bus");
-            arguments_add(arguments, bus->name);
+            arguments_add_option(arguments, "--classic-bus", bus->name);
         }
     }
     for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) { // After all buses are named.
@@ -140,8 +132,7 @@ static void add_processes(arguments_t* const arguments, const launcher_t* const 
             text_add(&text, names[k]);
             text_add(&text, "=");
             text_add_unsigned(&text, run_participant(i));
-            arguments_add(arguments, "--process");
-            arguments_add(arguments, process);
+            arguments_add_option(arguments, "--process", process);
         }
     }
 }
@@ -152,34 +143,26 @@ static void start_simulator(launcher_t* const launcher)
     char name[RUN_NAME_MAX];
     arguments_add_joined(&arguments, launcher->program_folder, "simulator");
     add_world(&arguments, launcher);
-    arguments_add(&arguments, "--out");
-    arguments_add(&arguments, launcher->run->folder);
+    arguments_add_option(&arguments, "--out", launcher->run->folder);
     add_buses(&arguments, launcher);
     unsigned communication = 0U;
     if (launcher->scheduler != NULL) {
         FSW_ASSERT(run_name(launcher->run, "scheduler", 0U, name, sizeof name));
-        arguments_add(&arguments, "--scheduler");
-        arguments_add(&arguments, name);
+        arguments_add_option(&arguments, "--scheduler", name);
         add_processes(&arguments, launcher);
     }
     if ((launcher->scheduler != NULL) && launcher->has_operator &&
         run_state_find(launcher->run, 2U, &communication)) {
-        arguments_add(&arguments, "--cosimulation");
-        arguments_add(&arguments, launcher->cosimulation);
-        arguments_add(&arguments, "--cosimulation-participant");
-        arguments_add_number(&arguments, run_operator(launcher->run));
-        arguments_add(&arguments, "--cosimulation-receiver");
-        arguments_add_number(&arguments, run_participant(communication));
+        arguments_add_option(&arguments, "--cosimulation", launcher->cosimulation);
+        arguments_add_number(&arguments, "--cosimulation-participant", run_operator(launcher->run));
+        arguments_add_number(&arguments, "--cosimulation-receiver", run_participant(communication));
     }
     if (!launcher->options.is_stepped) { // The scheduler is held back to the wall clock.
-        arguments_add(&arguments, "--time");
-        arguments_add(&arguments, "real");
-        arguments_add(&arguments, "--origin");
-        arguments_add_number(&arguments, launcher->run->origin_ns);
+        arguments_add_option(&arguments, "--time", "real");
+        arguments_add_number(&arguments, "--origin", launcher->run->origin_ns);
     }
     if (launcher->options.tools != 0U) {
-        arguments_add(&arguments, "--socketcand");
-        arguments_add_number(&arguments, launcher->options.tools);
+        arguments_add_number(&arguments, "--socketcand", launcher->options.tools);
     }
     launcher_start_child(launcher, new_child(launcher, "simulator", RUN_SIMULATOR), &arguments, NULL, 0U);
 }
@@ -202,12 +185,10 @@ static void start_image(launcher_t* const launcher)
         launcher->run->components[i].process    = (uint32_t)RUN_PROCESS_RUNNING;
     }
     arguments_add_joined(&arguments, launcher->program_folder, "image");
-    arguments_add(&arguments, "--run");
-    arguments_add(&arguments, name);
+    arguments_add_option(&arguments, "--run", name);
     add_world(&arguments, launcher);
     if (launcher->has_operator) {
-        arguments_add(&arguments, "--cosimulation");
-        arguments_add(&arguments, launcher->cosimulation);
+        arguments_add_option(&arguments, "--cosimulation", launcher->cosimulation);
     }
     launcher_start_child(launcher, new_child(launcher, "image", LAUNCHER_NO_PARTICIPANT), &arguments,
                          descriptors, count);
@@ -221,21 +202,15 @@ const char* launcher_python(void)
 static void start_operator(launcher_t* const launcher)
 {
     arguments_t arguments = {.count = 0U};
-    arguments_add(&arguments, launcher_python());
-    arguments_add(&arguments, "gse/gse");
-    arguments_add(&arguments, "script");
-    arguments_add(&arguments, launcher->scenario_path);
-    arguments_add(&arguments, "--port");
-    arguments_add_number(&arguments, launcher->run->ground_port);
-    arguments_add(&arguments, "--run");
-    arguments_add(&arguments, launcher->run->folder);
+    arguments_add_words(&arguments, (const char* const[]){launcher_python(), "gse/gse", "script",
+                                                          launcher->scenario_path, NULL});
+    arguments_add_number(&arguments, "--port", launcher->run->ground_port);
+    arguments_add_option(&arguments, "--run", launcher->run->folder);
     if (launcher->run->key[0] != '\0') {
-        arguments_add(&arguments, "--key");
-        arguments_add(&arguments, launcher->run->key);
+        arguments_add_option(&arguments, "--key", launcher->run->key);
     }
     if (launcher->run->is_stepped) {
-        arguments_add(&arguments, "--cosimulation");
-        arguments_add(&arguments, launcher->cosimulation);
+        arguments_add_option(&arguments, "--cosimulation", launcher->cosimulation);
     }
     // The image makes its own scheduler.
     const bool is_ours = (launcher->scheduler != NULL) && !launcher->options.is_image;
@@ -248,8 +223,7 @@ static void start_archive(launcher_t* const launcher)
 {
     arguments_t arguments = {.count = 0U};
     arguments_add_joined(&arguments, launcher->program_folder, "packet-archive-sqlite");
-    arguments_add(&arguments, "follow");
-    arguments_add(&arguments, launcher->run->folder);
+    arguments_add_option(&arguments, "follow", launcher->run->folder);
     launcher_start_child(launcher, new_child(launcher, "packet-archive-sqlite", LAUNCHER_NO_PARTICIPANT),
                          &arguments, NULL, 0U);
 }

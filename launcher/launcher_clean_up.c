@@ -81,10 +81,7 @@ static void remove_name(void* const context, const char* const name)
 void launcher_remove_all(const char* const identity)
 {
     char prefix[RUN_NAME_MAX];
-    text_t text = text_in(prefix, sizeof prefix);
-    text_add(&text, "/");
-    text_add(&text, identity);
-    text_add(&text, ".");
+    (void)text_join(prefix, sizeof prefix, (const char* const[]){"/", identity, ".", NULL});
     (void)osal_shm_each(prefix, remove_name, NULL); // The co-simulation port as well.
     launcher_remove_nodes(identity);
 }
@@ -134,27 +131,24 @@ static void complete_logs(launcher_t* const launcher)
     arguments_t merge = {.count = 0U};
     arguments_add_joined(&merge, launcher->program_folder, "packet-archive-sqlite");
     arguments_add(&merge, "merge");
-    arguments_add(&merge, launcher->run->folder);
-    arguments_add_number(&merge, __atomic_load_n(&launcher->run->log_records, __ATOMIC_ACQUIRE));
+    arguments_add_number(&merge, launcher->run->folder,
+                         __atomic_load_n(&launcher->run->log_records, __ATOMIC_ACQUIRE));
     if (!launcher_run_tool(launcher, &merge, "packet-archive-sqlite")) {
-        launcher_give_up(launcher, "the packet log is not complete", "; see console.log");
+        (void)launcher_fail(launcher, "the packet log is not complete", "; see console.log");
     }
 }
 
 static void draw_report(launcher_t* const launcher)
 {
     arguments_t report = {.count = 0U};
-    arguments_add(&report, "/usr/bin/env");
-    arguments_add(&report, "PYTHONPATH=gse");
-    arguments_add(&report, launcher_python());
-    arguments_add(&report, "-m");
-    arguments_add(&report, "hirosco_gse.report");
-    arguments_add(&report, launcher->run->folder);
+    arguments_add_words(&report,
+                        (const char* const[]){"/usr/bin/env", "PYTHONPATH=gse", launcher_python(), "-m",
+                                              "hirosco_gse.report", launcher->run->folder, NULL});
     if (launcher_run_tool(launcher, &report, "report")) {
         return;
     }
     if (launcher->tool_code == REPORT_FIGURES_FAILED) { // The report writes it into run.json as well.
-        launcher_give_up(launcher, "figures out of their bounds", "; see report.html and run.json");
+        (void)launcher_fail(launcher, "figures out of their bounds", "; see report.html and run.json");
     } else {
         osal_console_complain("the report could not be drawn; see console.log in the run's folder");
     }
@@ -172,7 +166,7 @@ void launcher_clean_up(launcher_t* const launcher)
         complete_logs(launcher);
         if (!run_summary_write(launcher)) {
             osal_console_complain("cannot write run.json into the run's folder");
-            launcher_give_up(launcher, "run.json could not be written", "");
+            (void)launcher_fail(launcher, "run.json could not be written", "");
         }
         if (launcher->options.has_report) {
             draw_report(launcher);

@@ -71,12 +71,9 @@ void guard_stop(guard_t* const guard)
 static run_state_t* run_of(osal_shm_t* const shm, const char* const identity)
 {
     char name[RUN_NAME_MAX];
-    run_state_t* run = NULL;
-    text_t text      = text_in(name, sizeof name);
-    text_add(&text, "/");
-    text_add(&text, identity);
-    text_add(&text, ".run");
-    return (!text.cut && (run_state_attach(shm, name, &run) == STATUS_OK)) ? run : NULL;
+    run_state_t* run    = NULL;
+    const bool is_whole = text_join(name, sizeof name, (const char* const[]){"/", identity, ".run", NULL});
+    return (is_whole && (run_state_attach(shm, name, &run) == STATUS_OK)) ? run : NULL;
 }
 
 /// Until the launcher has ended. Its run, or null if it had none yet.

@@ -77,8 +77,10 @@ const char* launcher_holder(launcher_t* launcher);
 /// launcher.c: mission time.
 uint64_t launcher_now_ns(const launcher_t* launcher);
 bool launcher_is_flag(const uint32_t* flag);
-/// The run fails; the first reason counts.
-void launcher_give_up(launcher_t* launcher, const char* what, const char* detail);
+/// The run fails, and the words of a list that ends with null are its reason; the first reason counts. False.
+bool launcher_refuse(launcher_t* launcher, const char* const* words);
+/// The same with two words. False, which a step of the preparation returns.
+bool launcher_fail(launcher_t* launcher, const char* what, const char* detail);
 /// A part has ended unexpectedly: the run continues as far as possible, and fails.
 void launcher_part_lost(launcher_t* launcher, child_t* child);
 

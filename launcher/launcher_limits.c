@@ -13,8 +13,7 @@
 static void begin_line(text_t* const text, const char* const mission_path,
                        const mission_subsystem_t* const one)
 {
-    text_add(text, mission_path);
-    text_add(text, ":");
+    text_add_words(text, (const char* const[]){mission_path, ":", NULL});
     text_add_unsigned(text, one->line);
     text_add(text, ": ");
 }
@@ -32,9 +31,8 @@ static bool set_limit(launcher_t* const launcher, const char* const mission_path
     char path[LAUNCH_PATH_MAX];
     char line[LAUNCHER_REASON_MAX];
     uint64_t octets = 0U;
-    text_t name     = text_in(path, sizeof path);
-    text_add(&name, launcher->program_folder);
-    text_add(&name, subsystem->executable);
+    (void)text_join(path, sizeof path,
+                    (const char* const[]){launcher->program_folder, subsystem->executable, NULL});
     const status_t status = osal_process_loaded_size(path, &octets); // A script has no size of its own.
     if ((status == STATUS_OK) && (subsystem->memory_kib > 0U) && (subsystem->memory_kib < (octets / 1024U))) {
         text_t text = text_in(launcher->reason, sizeof launcher->reason);
@@ -51,8 +49,7 @@ static bool set_limit(launcher_t* const launcher, const char* const mission_path
     if (subsystem->memory_kib == 0U) {
         text_t text = text_in(line, sizeof line);
         begin_line(&text, mission_path, subsystem);
-        text_add(&text, subsystem->name);
-        text_add(&text, " has no memoryKiB: limited to ");
+        text_add_words(&text, (const char* const[]){subsystem->name, " has no memoryKiB: limited to ", NULL});
         text_add_unsigned(&text, launcher->memory_limit_kib[index]);
         osal_console_say(line);
     }
@@ -83,8 +80,7 @@ static void print_memory(const launcher_t* const launcher, const child_t* const 
 {
     char line[LAUNCHER_REASON_MAX];
     text_t text = text_in(line, sizeof line);
-    text_add(&text, child->name);
-    text_add(&text, ": had ");
+    text_add_words(&text, (const char* const[]){child->name, ": had ", NULL});
     text_add_unsigned(&text, child->memory_high_kib);
     text_add(&text, " KiB of memory at most; its address space is limited to ");
     text_add_unsigned(&text, launcher->memory_limit_kib[child->component]);

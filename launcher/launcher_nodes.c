@@ -22,23 +22,13 @@
 static const char* const interfaces[RUN_NODES_MAX] = {"node1", "node2"};
 static const char* const addresses[RUN_NODES_MAX]  = {"10.0.0.1/30", "10.0.0.2/30"};
 
-static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
-{
-    launcher_give_up(launcher, what, detail);
-    return false;
-}
-
 // ---- Nodes ----
 
 static void name_node(const char* const folder, const char* const identity, const unsigned node,
                       char* const name, const size_t capacity)
 {
     FSW_ASSERT(node < RUN_NODES_MAX);
-    text_t text = text_in(name, capacity);
-    text_add(&text, folder);
-    text_add(&text, identity);
-    text_add(&text, ".");
-    text_add(&text, interfaces[node]);
+    (void)text_join(name, capacity, (const char* const[]){folder, identity, ".", interfaces[node], NULL});
 }
 
 bool launcher_enter_node(launcher_t* const launcher, const unsigned node)
@@ -49,26 +39,28 @@ bool launcher_enter_node(launcher_t* const launcher, const unsigned node)
     }
     name_node(NAMESPACES, launcher->run->identity, node, path, sizeof path);
     return (osal_network_enter(&launcher->home, path) == STATUS_OK) ||
-           fail(launcher, "cannot enter the network namespace ", path);
+           launcher_fail(launcher, "cannot enter the network namespace ", path);
 }
 
 void launcher_leave_node(launcher_t* const launcher)
 {
     if ((launcher->run->node_count >= 2U) && (osal_network_leave(&launcher->home) != STATUS_OK)) {
-        launcher_give_up(launcher, "cannot return to the network namespace of the launcher", "");
+        (void)launcher_fail(launcher, "cannot return to the network namespace of the launcher", "");
     }
 }
 
-/// Run one of iproute2's tools. Its output is in console.log.
-static bool run_ip_tool(launcher_t* const launcher, const char* const* const words)
+/// Run iproute2 with each list of words, until one fails. Its output is in console.log.
+static bool run_ip(launcher_t* const launcher, const char* const commands[][WORDS_MAX + 1U],
+                   const size_t count)
 {
-    arguments_t arguments = {.count = 0U};
-    arguments_add(&arguments, "/usr/bin/env");
-    arguments_add(&arguments, TOOL_PATH);
-    for (size_t i = 0U; (i < WORDS_MAX) && (words[i] != NULL); i++) {
-        arguments_add(&arguments, words[i]);
+    bool is_good = true;
+    for (size_t i = 0U; is_good && (i < count); i++) {
+        arguments_t arguments = {.count = 0U};
+        arguments_add_option(&arguments, "/usr/bin/env", TOOL_PATH);
+        arguments_add_words(&arguments, commands[i]);
+        is_good = launcher_run_tool(launcher, &arguments, "ip");
     }
-    return launcher_run_tool(launcher, &arguments, words[0]);
+    return is_good;
 }
 
 static bool is_by_tipc(const launcher_t* const launcher)
@@ -89,12 +81,7 @@ static bool set_up_node(launcher_t* const launcher, const char* const name, cons
         {"ip", "netns", "exec", name, "tipc", "bearer", "enable", "media", "eth", "device", interface},
     };
     const size_t count = (sizeof commands / sizeof commands[0]) - (is_by_tipc(launcher) ? 0U : 1U);
-    for (size_t i = 0U; i < count; i++) {
-        if (!run_ip_tool(launcher, commands[i])) {
-            return false;
-        }
-    }
-    return true;
+    return run_ip(launcher, commands, count);
 }
 
 /// Two namespaces and the veth that joins them.
@@ -110,12 +97,8 @@ static bool make_namespaces(launcher_t* const launcher)
         {"ip", "-n", first, "link", "add", interfaces[0], "type", "veth", "peer", "name", interfaces[1]},
         {"ip", "-n", first, "link", "set", interfaces[1], "netns", second},
     };
-    for (size_t i = 0U; i < (sizeof commands / sizeof commands[0]); i++) {
-        if (!run_ip_tool(launcher, commands[i])) {
-            return false;
-        }
-    }
-    return set_up_node(launcher, first, 0U) && set_up_node(launcher, second, 1U);
+    return run_ip(launcher, commands, sizeof commands / sizeof commands[0]) &&
+           set_up_node(launcher, first, 0U) && set_up_node(launcher, second, 1U);
 }
 
 bool launcher_check_system(launcher_t* const launcher)
@@ -126,10 +109,11 @@ bool launcher_check_system(launcher_t* const launcher)
     const bool is_tipc =
         (strcmp(options->transport, "tipc") == 0) || (strstr(options->links, "tipc") != NULL);
     if (is_tipc && (osal_tipc_open(&probe, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE) == STATUS_UNSUPPORTED)) {
-        return fail(launcher,
-                    "this kernel has no TIPC; load it as root: `modprobe tipc`, or fly in the micro-VM: "
-                    "`make vm SECONDS=3600 CMD='make sim-run TRANSPORT=tipc'`",
-                    "");
+        return launcher_fail(
+            launcher,
+            "this kernel has no TIPC; load it as root: `modprobe tipc`, or fly in the micro-VM: "
+            "`make vm SECONDS=3600 CMD='make sim-run TRANSPORT=tipc'`",
+            "");
     }
     osal_socket_close(&probe);
     if (options->nodes < 2U) {
@@ -137,11 +121,12 @@ bool launcher_check_system(launcher_t* const launcher)
     }
     const status_t status = osal_network_enter(&home, "/proc/thread-self/ns/net");
     if ((status != STATUS_OK) || (osal_network_leave(&home) != STATUS_OK)) {
-        return fail(launcher,
-                    "--nodes 2: network namespaces are not permitted to this user; run it as root: "
-                    "`sudo make sim-run NODES=2`, or in the micro-VM: `make vm SECONDS=3600 CMD='make "
-                    "sim-run NODES=2'`",
-                    "");
+        return launcher_fail(
+            launcher,
+            "--nodes 2: network namespaces are not permitted to this user; run it as root: "
+            "`sudo make sim-run NODES=2`, or in the micro-VM: `make vm SECONDS=3600 CMD='make "
+            "sim-run NODES=2'`",
+            "");
     }
     return true;
 }
@@ -161,7 +146,7 @@ bool launcher_make_nodes(launcher_t* const launcher)
         return true;
     }
     if (!has_second) {
-        return fail(
+        return launcher_fail(
             launcher,
             "--nodes 2: the mission puts no subsystem on node 2; write node=\"2\" into a <Subsystem> of ",
             run->mission_path);
@@ -170,10 +155,11 @@ bool launcher_make_nodes(launcher_t* const launcher)
     run->node_ipv4[1] = NODE_IPV4 + 1U;
     run->node_count   = RUN_NODES_MAX;
     return make_namespaces(launcher) ||
-           fail(launcher,
-                "--nodes 2: cannot make two network namespaces and a veth between them (needs iproute2 and "
-                "root; console.log has what `ip` said): ",
-                run->folder);
+           launcher_fail(
+               launcher,
+               "--nodes 2: cannot make two network namespaces and a veth between them (needs iproute2 and "
+               "root; console.log has what `ip` said): ",
+               run->folder);
 }
 
 void launcher_remove_nodes(const char* const identity)
@@ -195,8 +181,8 @@ static bool open_udp(launcher_t* const launcher, osal_socket_t* const socket, co
     osal_address_t local = {launcher->run->node_ipv4[node], 0U};
     if ((osal_udp_open(socket, local, RECEIVE_OCTETS) != STATUS_OK) ||
         (osal_socket_local_address(socket, &local) != STATUS_OK)) {
-        return fail(launcher, "cannot open a UDP socket on ",
-                    (launcher->run->node_count < 2U) ? "127.0.0.1" : addresses[node]);
+        return launcher_fail(launcher, "cannot open a UDP socket on ",
+                             (launcher->run->node_count < 2U) ? "127.0.0.1" : addresses[node]);
     }
     *out_port = local.port;
     return true;
@@ -207,7 +193,8 @@ static bool open_tipc(launcher_t* const launcher, osal_socket_t* const socket, c
 {
     const osal_tipc_scope_t scope = (launcher->run->node_count < 2U) ? OSAL_TIPC_NODE : OSAL_TIPC_CLUSTER;
     const status_t status         = osal_tipc_open(socket, kind, &name, scope);
-    return (status == STATUS_OK) || fail(launcher, "cannot open a TIPC socket: ", status_text(status));
+    return (status == STATUS_OK) ||
+           launcher_fail(launcher, "cannot open a TIPC socket: ", status_text(status));
 }
 
 static bool open_message_socket(launcher_t* const launcher, const uint16_t index)
@@ -280,8 +267,9 @@ static bool sees_names(launcher_t* const launcher, const uint32_t type, const un
     }
     osal_socket_close(&watch);
     return (seen >= expected) ||
-           fail(launcher,
-                "the nodes do not see each other's TIPC names; see `tipc link list` in their namespaces", "");
+           launcher_fail(
+               launcher,
+               "the nodes do not see each other's TIPC names; see `tipc link list` in their namespaces", "");
 }
 
 static bool see_each_other(launcher_t* const launcher)
@@ -311,7 +299,7 @@ static bool note_identities(launcher_t* const launcher)
         is_noted = (osal_tipc_identity(&launcher->messages[i],
                                        &launcher->run->components[i].message_identity) == STATUS_OK);
     }
-    return is_noted || fail(launcher, "cannot number the TIPC sockets of the components", "");
+    return is_noted || launcher_fail(launcher, "cannot number the TIPC sockets of the components", "");
 }
 
 bool launcher_open_sockets(launcher_t* const launcher)

@@ -18,37 +18,19 @@
 #define PORT_TRIES 200U
 #define FOLDER_TRIES 1000U
 
-static bool fail_at(launcher_t* const launcher, const char* const what, const char* const detail,
-                    const char* const next)
-{
-    text_t text = text_in(launcher->reason, sizeof launcher->reason);
-    text_add(&text, what);
-    text_add(&text, detail);
-    text_add(&text, next);
-    launcher->exit_code = 1;
-    return false;
-}
-
-static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
-{
-    return fail_at(launcher, what, detail, "");
-}
-
 // ---- Mission and folder ----
 
 static bool load_mission(launcher_t* const launcher, char* const path, const size_t capacity)
 {
-    text_t text = text_in(path, capacity);
-    text_add(&text, "descriptors/missions/");
-    text_add(&text, launcher->options.mission);
-    text_add(&text, ".xml");
+    (void)text_join(path, capacity,
+                    (const char* const[]){"descriptors/missions/", launcher->options.mission, ".xml", NULL});
     if (!osal_file_exists(path)) {
-        return fail(launcher, "no such mission (run hirosco in the project's folder): ", path);
+        return launcher_fail(launcher, "no such mission (run hirosco in the project's folder): ", path);
     }
     descriptor_loader_init(&launcher->loader);
     if (descriptor_load_mission(&launcher->loader, path, MISSION_ANY_TARGET, &descriptor_mission_whole,
                                 &launcher->mission, &launcher->scratch) != STATUS_OK) {
-        return fail(launcher, descriptor_error(&launcher->loader), "");
+        return launcher_fail(launcher, descriptor_error(&launcher->loader), "");
     }
     return true;
 }
@@ -59,23 +41,18 @@ static bool find_programs(launcher_t* const launcher, const char* const mission_
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
         const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
         char path[LAUNCH_PATH_MAX];
-        text_t text = text_in(path, sizeof path);
-        text_add(&text, launcher->program_folder);
-        text_add(&text, subsystem->executable);
-        if (!text.cut && osal_file_exists(path)) {
+        char line[16];
+        const char* const words[] = {launcher->program_folder, subsystem->executable, NULL};
+        if (text_join(path, sizeof path, words) && osal_file_exists(path)) {
             continue;
         }
-        text = text_in(launcher->reason, sizeof launcher->reason);
-        text_add(&text, mission_path);
-        text_add(&text, ":");
+        text_t text = text_in(line, sizeof line);
         text_add_unsigned(&text, subsystem->line);
-        text_add(&text, ": executable=\"");
-        text_add(&text, subsystem->executable);
-        text_add(&text, "\" of <Subsystem>: expected a program in ");
-        text_add(&text, launcher->program_folder);
-        text_add(&text, "; `make` builds one of each fsw/programs/*_main.c");
-        launcher->exit_code = 1;
-        return false;
+        return launcher_refuse(
+            launcher,
+            (const char* const[]){mission_path, ":", line, ": executable=\"", subsystem->executable,
+                                  "\" of <Subsystem>: expected a program in ", launcher->program_folder,
+                                  "; `make` builds one of each fsw/programs/*_main.c", NULL});
     }
     return true;
 }
@@ -89,14 +66,15 @@ static bool choose_methods(launcher_t* const launcher, const char* const mission
     const uint8_t links             = launcher->mission.link_method;
     if (options->transport[0] == '\0') {
         if ((messages != (uint8_t)DESCRIPTOR_UDP) && (messages != (uint8_t)DESCRIPTOR_TIPC)) {
-            return fail(launcher, mission_path,
-                        ": <Transports messages>: expected UDP or TIPC; or give --transport udp|tipc");
+            return launcher_fail(
+                launcher, mission_path,
+                ": <Transports messages>: expected UDP or TIPC; or give --transport udp|tipc");
         }
         options->transport = (messages == (uint8_t)DESCRIPTOR_TIPC) ? "tipc" : "udp";
     }
     if (options->links[0] == '\0') {
         if (links >= (uint8_t)RTLINK_METHOD_COUNT) {
-            return fail(
+            return launcher_fail(
                 launcher, mission_path,
                 ": <Transports links>: expected SHARED_MEMORY, UDP or TIPC; or give --links shm|udp|tipc");
         }
@@ -127,12 +105,11 @@ static bool find_scenario(launcher_t* const launcher)
         return true;
     }
     const bool is_path = launch_scenario_is_path(launcher->options.scenario);
-    text_t text        = text_in(launcher->scenario_path, sizeof launcher->scenario_path);
-    text_add(&text, is_path ? "" : "sim/scenarios/");
-    text_add(&text, launcher->options.scenario);
-    text_add(&text, is_path ? "" : ".scn");
+    (void)text_join(launcher->scenario_path, sizeof launcher->scenario_path,
+                    (const char* const[]){is_path ? "" : "sim/scenarios/", launcher->options.scenario,
+                                          is_path ? "" : ".scn", NULL});
     return osal_file_exists(launcher->scenario_path) ||
-           fail(launcher, "no such scenario: ", launcher->scenario_path);
+           launcher_fail(launcher, "no such scenario: ", launcher->scenario_path);
 }
 
 /// Without folders and ending.
@@ -150,9 +127,7 @@ static void add_scenario_name(text_t* const text, const char* const scenario)
 static bool is_used(const char* const folder)
 {
     char path[LAUNCH_PATH_MAX + 16U];
-    text_t text = text_in(path, sizeof path);
-    text_add(&text, folder);
-    text_add(&text, "/run.json");
+    (void)text_join(path, sizeof path, (const char* const[]){folder, "/run.json", NULL});
     return osal_file_exists(path);
 }
 
@@ -164,7 +139,8 @@ static bool make_folder(launcher_t* const launcher, char* const folder, const si
     if (options->output[0] != '\0') {
         text_add(&text, options->output);
         if (is_used(folder)) {
-            return fail(launcher, "there is a run in this folder already; choose another --out: ", folder);
+            return launcher_fail(launcher,
+                                 "there is a run in this folder already; choose another --out: ", folder);
         }
     } else {
         bool is_free = false;
@@ -180,7 +156,7 @@ static bool make_folder(launcher_t* const launcher, char* const folder, const si
         }
     }
     if (text.cut || (osal_directory_create(folder) != STATUS_OK)) {
-        return fail(launcher, "cannot make the output folder ", folder);
+        return launcher_fail(launcher, "cannot make the output folder ", folder);
     }
     const char* const base = (strncmp(folder, "runs/", 5U) == 0) ? &folder[5] : NULL;
     if (base != NULL) {
@@ -212,10 +188,10 @@ static bool check_key(launcher_t* const launcher, const char* const mission_path
     ground_key_t key;
     char error[GROUND_KEY_ERROR_MAX];
     if (text.cut) {
-        return fail(launcher, "the path of the ground link's key is too long: ", launcher->key_path);
+        return launcher_fail(launcher, "the path of the ground link's key is too long: ", launcher->key_path);
     }
     if (!ground_key_open(&key, launcher->key_path, error)) {
-        return fail(launcher, error, "");
+        return launcher_fail(launcher, error, "");
     }
     ground_key_close(&key);
     return true;
@@ -268,19 +244,18 @@ static bool check_owner(launcher_t* const launcher, osal_file_t* const file, con
         status = osal_file_write(file, launcher->options.mission, strlen(launcher->options.mission));
         status = (status == STATUS_OK) ? osal_file_sync(file) : status;
     } else if ((status == STATUS_OK) && (strcmp(owner, launcher->options.mission) != 0)) {
-        char next[(2U * LAUNCH_PATH_MAX) + 128U];
-        text_t text = text_in(next, sizeof next);
-        text_add(&text, " says '");
-        text_add(&text, owner);
-        text_add(&text, "', expected '");
-        text_add(&text, launcher->options.mission);
-        text_add(&text, "'; choose another folder with --storage, or fly that mission with --mission");
-        return fail_at(launcher, "the storage is that of another mission: ", path, next);
+        return launcher_refuse(
+            launcher,
+            (const char* const[]){
+                "the storage is that of another mission: ", path, " says '", owner, "', expected '",
+                launcher->options.mission,
+                "'; choose another folder with --storage, or fly that mission with --mission", NULL});
     } else {
         // The storage is that of this mission, or the file cannot be read.
     }
     return (status == STATUS_OK) ||
-           fail_at(launcher, status_text(status), ": the storage cannot be used: ", path);
+           launcher_refuse(launcher, (const char* const[]){status_text(status),
+                                                           ": the storage cannot be used: ", path, NULL});
 }
 
 /// Schedules, definitions and stores of one mission name subsystems, modes and services by numbers that mean
@@ -289,13 +264,13 @@ static bool claim_storage(launcher_t* const launcher)
 {
     char path[LAUNCH_PATH_MAX + 32U];
     osal_file_t file = {-1};
-    text_t text      = text_in(path, sizeof path);
-    text_add(&text, launcher->run->storage);
-    text_add(&text, "/mission");
+    (void)text_join(path, sizeof path, (const char* const[]){launcher->run->storage, "/mission", NULL});
     const status_t status = osal_file_update(&file, path);
     if (status != STATUS_OK) {
-        return fail_at(launcher, "cannot write the storage: ", path,
-                       "; make it writable, or choose another folder with --storage");
+        return launcher_refuse(
+            launcher,
+            (const char* const[]){"cannot write the storage: ", path,
+                                  "; make it writable, or choose another folder with --storage", NULL});
     }
     const bool is_ours = check_owner(launcher, &file, path);
     osal_file_close(&file);
@@ -310,24 +285,22 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     text_add(&text, IDENTITY);
     text_add_unsigned(&text, (uint64_t)osal_process_own_id());
     if (run_state_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
-        return fail(launcher, "cannot make shared memory for the run ", identity);
+        return launcher_fail(launcher, "cannot make shared memory for the run ", identity);
     }
-    run_state_t* const run = launcher->run;
-    text                   = text_in(run->mission_path, sizeof run->mission_path);
-    text_add(&text, mission_path);
-    text = text_in(run->folder, sizeof run->folder);
-    text_add(&text, folder);
-    text = text_in(run->storage, sizeof run->storage);
-    text_add(&text, (launcher->options.storage[0] != '\0') ? launcher->options.storage : folder);
-    text_add(&text, (launcher->options.storage[0] != '\0') ? "" : "/storage");
-    if (text.cut || (osal_directory_create(run->storage) != STATUS_OK)) {
-        return fail(launcher, "cannot make the storage folder ", run->storage);
+    run_state_t* const run  = launcher->run;
+    const char* const asked = launcher->options.storage;
+    const bool is_asked     = (asked[0] != '\0');
+    (void)text_join(run->mission_path, sizeof run->mission_path, (const char* const[]){mission_path, NULL});
+    (void)text_join(run->folder, sizeof run->folder, (const char* const[]){folder, NULL});
+    const char* const storage[] = {is_asked ? asked : folder, is_asked ? "" : "/storage", NULL};
+    if (!text_join(run->storage, sizeof run->storage, storage) ||
+        (osal_directory_create(run->storage) != STATUS_OK)) {
+        return launcher_fail(launcher, "cannot make the storage folder ", run->storage);
     }
     if (!claim_storage(launcher)) {
         return false;
     }
-    text = text_in(run->key, sizeof run->key);
-    text_add(&text, launcher->key_path);
+    (void)text_join(run->key, sizeof run->key, (const char* const[]){launcher->key_path, NULL});
     // Also in wall-clock time: simulated hardware belongs to the scheduler, unless all is free.
     run->is_stepped      = launch_has_scheduler(&launcher->options);
     run->is_real         = !launcher->options.is_stepped;
@@ -344,8 +317,8 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
         component->life                            = 1U;
         component->wanted_life                     = 1U;
         run_state_beat(run, i, 0U, OSAL_LOCKSTEP_NEVER);
-        text = text_in(component->name, sizeof component->name);
-        text_add(&text, subsystem->name);
+        (void)text_join(component->name, sizeof component->name,
+                        (const char* const[]){subsystem->name, NULL});
     }
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
         run->link_descriptors[i] = -1;
@@ -371,12 +344,12 @@ static bool make_scheduler(launcher_t* const launcher)
     }
     if (!run_name(launcher->run, "scheduler", 0U, name, sizeof name) ||
         (osal_shm_create(&launcher->scheduler_shm, name, OSAL_LOCKSTEP_BYTES) != STATUS_OK)) {
-        return fail(launcher, "cannot make shared memory for the scheduler ", name);
+        return launcher_fail(launcher, "cannot make shared memory for the scheduler ", name);
     }
     launcher->scheduler = osal_lockstep_create(osal_shm_address(&launcher->scheduler_shm), SLOT_NS,
                                                !launcher->options.is_image);
     if (launcher->scheduler == NULL) {
-        return fail(launcher, "this system has no lock that survives the death of its holder", "");
+        return launcher_fail(launcher, "this system has no lock that survives the death of its holder", "");
     }
     if (!launcher->options.is_stepped) {
         osal_lockstep_set_patience(launcher->scheduler, REAL_PATIENCE_NS);
@@ -398,7 +371,7 @@ static bool make_checkpoint(launcher_t* const launcher)
     osal_shm_t shm;
     if (!run_name(launcher->run, "checkpoint", 0U, name, sizeof name) ||
         (osal_shm_create(&shm, name, sizeof(checkpoint_t)) != STATUS_OK)) {
-        return fail(launcher, "cannot make shared memory for the supervisor ", name);
+        return launcher_fail(launcher, "cannot make shared memory for the supervisor ", name);
     }
     osal_shm_close(&shm); // The memory stays as long as its name.
     return true;
@@ -422,8 +395,9 @@ static bool listen_to_ground(launcher_t* const launcher)
     text_add(&text, (ipv4 == OSAL_IPV4_LOOPBACK) ? "127.0.0.1: " : "0.0.0.0: ");
     text_add_unsigned(&text, first);
     if (status != STATUS_OK) {
-        return fail(launcher,
-                    (status == STATUS_EXISTS) ? "the ground port is in use on " : "cannot listen on ", place);
+        return launcher_fail(
+            launcher, (status == STATUS_EXISTS) ? "the ground port is in use on " : "cannot listen on ",
+            place);
     }
     launcher->run->ground_port       = port;
     launcher->run->ground_descriptor = osal_socket_descriptor(&launcher->ground);
@@ -435,17 +409,16 @@ static bool write_line(launcher_t* const launcher, const char* const name, const
 {
     char path[LAUNCH_PATH_MAX + 32U];
     osal_file_t file = {-1};
-    text_t text      = text_in(path, sizeof path);
-    text_add(&text, launcher->run->folder);
-    text_add(&text, name);
+    (void)text_join(path, sizeof path, (const char* const[]){launcher->run->folder, name, NULL});
     if (osal_file_create(&file, path) != STATUS_OK) {
-        return fail_at(launcher, "cannot write the output folder: ", path,
-                       "; make it writable, or choose another one with --out");
+        return launcher_refuse(
+            launcher, (const char* const[]){"cannot write the output folder: ", path,
+                                            "; make it writable, or choose another one with --out", NULL});
     }
     const bool is_written = (osal_file_write(&file, line, strlen(line)) == STATUS_OK) &&
                             (osal_file_write(&file, "\n", 1U) == STATUS_OK);
     osal_file_close(&file);
-    return is_written || fail(launcher, "cannot write ", path);
+    return is_written || launcher_fail(launcher, "cannot write ", path);
 }
 
 /// Mission and port, for ground tools that look them up.
@@ -459,16 +432,14 @@ static bool write_ground_files(launcher_t* const launcher)
            ((launcher->run->key[0] == '\0') ||
             write_line(launcher, "/ground.key-file", launcher->run->key)) &&
            (run_summary_reserve(launcher) ||
-            fail(launcher, "no room for run.json in ", launcher->run->folder));
+            launcher_fail(launcher, "no room for run.json in ", launcher->run->folder));
 }
 
 /// Further devices on the buses, if the mission has a file of them.
 static void find_bench_devices(launcher_t* const launcher)
 {
-    text_t text = text_in(launcher->bench_path, sizeof launcher->bench_path);
-    text_add(&text, "sim/bench_devices/");
-    text_add(&text, launcher->options.mission);
-    text_add(&text, ".txt");
+    (void)text_join(launcher->bench_path, sizeof launcher->bench_path,
+                    (const char* const[]){"sim/bench_devices/", launcher->options.mission, ".txt", NULL});
     launcher->has_bench_devices = osal_file_exists(launcher->bench_path);
 }
 
@@ -477,10 +448,8 @@ static void find_bench_devices(launcher_t* const launcher)
 /// rest.
 static void name_cosimulation(launcher_t* const launcher)
 {
-    text_t text = text_in(launcher->cosimulation, sizeof launcher->cosimulation);
-    text_add(&text, "/dev/shm/");
-    text_add(&text, launcher->run->identity);
-    text_add(&text, ".cosim");
+    (void)text_join(launcher->cosimulation, sizeof launcher->cosimulation,
+                    (const char* const[]){"/dev/shm/", launcher->run->identity, ".cosim", NULL});
 }
 
 static void begin(launcher_t* const launcher, const launch_options_t* const options,
@@ -542,9 +511,8 @@ void launcher_take_over(launcher_t* const launcher, const launch_options_t* cons
     launcher->is_taken_over   = true;
     launcher->is_undetermined = true; // The launcher died at an instant of wall-clock time.
     launcher->is_broken       = true;
-    launcher->exit_code       = 1;
-    text_t text               = text_in(launcher->reason, sizeof launcher->reason);
-    text_add(&text, "launcher was killed; all others died with it");
+    launcher->reason[0]       = '\0'; // The mission may have become unreadable meanwhile.
+    (void)launcher_fail(launcher, "launcher was killed; all others died with it", "");
     if (run == NULL) {
         return;
     }

@@ -10,12 +10,6 @@
 #define RUNNER "/usr/bin/qemu-s390x"
 #define PROGRAM_FOLDER "build/s390x/bin/"
 
-static bool fail(launcher_t* const launcher, const char* const what, const char* const detail)
-{
-    launcher_give_up(launcher, what, detail);
-    return false;
-}
-
 bool launcher_is_remote_endian(const launcher_t* const launcher, const unsigned component)
 {
     return strcmp(launcher->mission.subsystems[component].name, launcher->options.remote_endian) == 0;
@@ -33,26 +27,27 @@ bool launcher_check_remote_endian(launcher_t* const launcher)
         component++;
     }
     if (component == launcher->mission.subsystem_count) {
-        return fail(launcher,
-                    "--remote-endian: the mission has no such subsystem: ", launcher->options.remote_endian);
+        return launcher_fail(launcher, "--remote-endian: the mission has no such subsystem: ",
+                             launcher->options.remote_endian);
     }
     const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[component];
     if ((subsystem->apid == SUPERVISOR_APID) || (subsystem->apid == COMMUNICATION_APID)) {
-        return fail(launcher,
-                    "--remote-endian: the launcher and the operator reach this subsystem in shared memory; "
-                    "choose one that drives devices: ",
-                    launcher->options.remote_endian);
+        return launcher_fail(
+            launcher,
+            "--remote-endian: the launcher and the operator reach this subsystem in shared memory; "
+            "choose one that drives devices: ",
+            launcher->options.remote_endian);
     }
-    text_t text = text_in(program, sizeof program);
-    text_add(&text, PROGRAM_FOLDER);
-    text_add(&text, subsystem->executable);
+    (void)text_join(program, sizeof program,
+                    (const char* const[]){PROGRAM_FOLDER, subsystem->executable, NULL});
     if (!osal_file_exists(program)) {
-        return fail(launcher,
-                    "--remote-endian: there is no such program (make remote-endian builds it): ", program);
+        return launcher_fail(
+            launcher, "--remote-endian: there is no such program (make remote-endian builds it): ", program);
     }
     return osal_file_exists(RUNNER) ||
-           fail(launcher, "--remote-endian: install the package qemu-user (make setup does); there is no ",
-                RUNNER);
+           launcher_fail(launcher,
+                         "--remote-endian: install the package qemu-user (make setup does); there is no ",
+                         RUNNER);
 }
 
 void launcher_add_component(const launcher_t* const launcher, const unsigned component,
@@ -63,14 +58,11 @@ void launcher_add_component(const launcher_t* const launcher, const unsigned com
     char name[RUN_NAME_MAX];
     FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
     arguments_add_joined(arguments, launcher->program_folder, is_remote_endian ? "proxy" : executable);
-    arguments_add(arguments, "--run");
-    arguments_add(arguments, name);
-    arguments_add(arguments, "--component");
-    arguments_add_number(arguments, component);
+    arguments_add_option(arguments, "--run", name);
+    arguments_add_number(arguments, "--component", component);
     if (is_remote_endian) {
         arguments_add(arguments, "--program");
         arguments_add_joined(arguments, PROGRAM_FOLDER, executable);
-        arguments_add(arguments, "--runner");
-        arguments_add(arguments, RUNNER);
+        arguments_add_option(arguments, "--runner", RUNNER);
     }
 }

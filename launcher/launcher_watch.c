@@ -49,9 +49,7 @@ static bool is_hanging(const launcher_t* const launcher, const osal_process_look
 static void complain(const child_t* const child, const char* const what)
 {
     char line[LAUNCHER_REASON_MAX];
-    text_t text = text_in(line, sizeof line);
-    text_add(&text, child->name);
-    text_add(&text, what);
+    (void)text_join(line, sizeof line, (const char* const[]){child->name, what, NULL});
     osal_console_complain(line);
 }
 
@@ -186,19 +184,23 @@ void launcher_watch_lives(launcher_t* const launcher)
     }
 }
 
+/// The child that was last seen with the grant; null: none.
+static const child_t* holder_of(launcher_t* const launcher)
+{
+    const bool is_held = (launcher->scheduler != NULL) && (launcher->watch.since_ns != 0U);
+    return is_held ? child_of(launcher, launcher->watch.holder) : NULL;
+}
+
 bool launcher_is_starved(launcher_t* const launcher)
 {
     osal_process_look_t look;
-    const child_t* const child =
-        (launcher->scheduler != NULL) ? child_of(launcher, launcher->watch.holder) : NULL;
-    return (launcher->watch.since_ns != 0U) && (child != NULL) &&
-           (osal_process_look(&child->process, &look) == STATUS_OK) && look.is_runnable &&
+    const child_t* const child = holder_of(launcher);
+    return (child != NULL) && (osal_process_look(&child->process, &look) == STATUS_OK) && look.is_runnable &&
            ((look.processor_ns - launcher->watch.processor_ns) < STEPPED_HANG_NS);
 }
 
 const char* launcher_holder(launcher_t* const launcher)
 {
-    const child_t* const child =
-        (launcher->scheduler != NULL) ? child_of(launcher, launcher->watch.holder) : NULL;
-    return ((launcher->watch.since_ns != 0U) && (child != NULL)) ? child->name : "nobody";
+    const child_t* const child = holder_of(launcher);
+    return (child != NULL) ? child->name : "nobody";
 }

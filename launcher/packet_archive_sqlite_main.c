@@ -52,10 +52,7 @@ typedef struct {
 static int complain(const char* const what, const char* const detail)
 {
     char line[PATH_MAX_CHARACTERS * 2U];
-    text_t text = text_in(line, sizeof line);
-    text_add(&text, "packet-archive-sqlite: ");
-    text_add(&text, what);
-    text_add(&text, detail);
+    (void)text_join(line, sizeof line, (const char* const[]){"packet-archive-sqlite: ", what, detail, NULL});
     osal_console_complain(line);
     return 1;
 }
@@ -63,10 +60,7 @@ static int complain(const char* const what, const char* const detail)
 static void path_of(const archive_t* const archive, const char* const name,
                     char out_path[PATH_MAX_CHARACTERS])
 {
-    text_t text = text_in(out_path, PATH_MAX_CHARACTERS);
-    text_add(&text, archive->folder);
-    text_add(&text, "/");
-    text_add(&text, name);
+    (void)text_join(out_path, PATH_MAX_CHARACTERS, (const char* const[]){archive->folder, "/", name, NULL});
 }
 
 static bool execute(archive_t* const archive, const char* const sql)

@@ -2,6 +2,7 @@
 // The proxy of a remote-endian program (remote_endian_wire.h): starts it, takes its component's place in the
 // scheduler and its ends of the buses, and passes data on. It ends with its program.
 #include "fsw/programs/remote_endian_wire.h"
+#include "base/number.h"
 #include "base/text.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/process.h"
@@ -31,10 +32,7 @@ static proxy_t storage;
 static int complain(const char* const first, const char* const second)
 {
     char line[LINE_MAX];
-    text_t text = text_in(line, sizeof line);
-    text_add(&text, "proxy: ");
-    text_add(&text, first);
-    text_add(&text, second);
+    (void)text_join(line, sizeof line, (const char* const[]){"proxy: ", first, second, NULL});
     osal_console_complain(line);
     return 1;
 }
@@ -197,14 +195,11 @@ static osal_process_result_t await_end(proxy_t* const self)
 
 static void print_loss(const proxy_t* const self, const osal_process_result_t* const result)
 {
-    char how[64];
     char line[LINE_MAX];
-    text_t text = text_in(how, sizeof how);
+    text_t text = text_in(line, sizeof line);
+    text_add(&text, self->program);
     text_add(&text, result->was_signalled ? " was ended by signal " : " ended with exit code ");
     text_add_unsigned(&text, (uint64_t)result->code);
-    text = text_in(line, sizeof line);
-    text_add(&text, self->program);
-    text_add(&text, how);
     (void)complain(self->run->components[self->component].name, ": its program is lost:");
     (void)complain(line, "");
 }
@@ -225,12 +220,12 @@ int main(int argument_count, char* arguments[])
         (void)complain(usage, "");
         return 2;
     }
-    self->component = 0U;
-    for (const char* next = arguments[4]; (*next >= '0') && (*next <= '9') && (self->component < 1000U);
-         next++) {
-        self->component = (self->component * 10U) + (unsigned)(*next - '0');
-    }
-    self->program = arguments[6];
+    const char* text   = arguments[4];
+    uint64_t component = 0U;
+    const bool is_component =
+        (number_read_unsigned(&text, &component) == STATUS_OK) && (component < MISSION_SUBSYSTEMS_MAX);
+    self->component = is_component ? (unsigned)component : MISSION_SUBSYSTEMS_MAX;
+    self->program   = arguments[6];
     osal_process_catch_stop();
     osal_process_ignore_interrupt();
     const char* const error = open_run(self, arguments[2]);

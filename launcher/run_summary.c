@@ -35,6 +35,12 @@ static void add_word(text_t* const text, const char* const key, const char* cons
     add_string(text, value);
 }
 
+static void add_number(text_t* const text, const char* const key, const uint64_t value)
+{
+    add_key(text, key);
+    text_add_unsigned(text, value);
+}
+
 static void add_hash(text_t* const text, const char* const key, const uint64_t hash)
 {
     add_key(text, key);
@@ -56,14 +62,12 @@ static void add_options(text_t* const text, const launch_options_t* const option
 {
     add_word(text, "mission", options->mission);
     add_word(text, "scenario", options->scenario);
-    add_key(text, "seed");
-    text_add_unsigned(text, options->seed);
+    add_number(text, "seed", options->seed);
     add_word(text, "form", options->is_image ? "image" : "processes");
     add_word(text, "time", launch_time_text(options));
     add_word(text, "bus", launch_bus_text(options->bus));
     add_word(text, "transport", options->is_image ? "ring" : options->transport);
-    add_key(text, "nodes");
-    text_add_unsigned(text, options->nodes);
+    add_number(text, "nodes", options->nodes);
     add_word(text, "links", options->links);
     if (options->remote_endian[0] != '\0') {
         add_word(text, "remote_endian", options->remote_endian);
@@ -73,14 +77,10 @@ static void add_options(text_t* const text, const launch_options_t* const option
 /// Frames of SocketCAN buses that did not arrive as announced, and interfaces that were removed.
 static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
 {
-    add_key(text, "bus_frames_late");
-    text_add_unsigned(text, launcher->late_frames);
-    add_key(text, "bus_frames_lost");
-    text_add_unsigned(text, launcher->lost_frames);
-    add_key(text, "bus_frames_external");
-    text_add_unsigned(text, launcher->external_frames);
-    add_key(text, "bus_interfaces_lost");
-    text_add_unsigned(text, launcher->bus_cuts);
+    add_number(text, "bus_frames_late", launcher->late_frames);
+    add_number(text, "bus_frames_lost", launcher->lost_frames);
+    add_number(text, "bus_frames_external", launcher->external_frames);
+    add_number(text, "bus_interfaces_lost", launcher->bus_cuts);
 }
 
 /// On a clock of its own: how many steps were late by less than 0.1, 1, 10, 100 ms, and by more.
@@ -139,13 +139,9 @@ static void add_speed(text_t* const text, const launcher_t* const launcher)
 static bool name_files(const launcher_t* const launcher, char out_part[SUMMARY_PATH],
                        char out_path[SUMMARY_PATH])
 {
-    text_t part = text_in(out_part, SUMMARY_PATH);
-    text_t path = text_in(out_path, SUMMARY_PATH);
-    text_add(&part, launcher->run->folder);
-    text_add(&part, "/run.json.part");
-    text_add(&path, launcher->run->folder);
-    text_add(&path, "/run.json");
-    return !part.cut && !path.cut;
+    const char* const folder = launcher->run->folder;
+    return text_join(out_part, SUMMARY_PATH, (const char* const[]){folder, "/run.json.part", NULL}) &&
+           text_join(out_path, SUMMARY_PATH, (const char* const[]){folder, "/run.json", NULL});
 }
 
 bool run_summary_reserve(const launcher_t* const launcher)
@@ -200,8 +196,7 @@ static size_t describe_run(const launcher_t* const launcher, char out_summary[SU
     add_string(&text, __VERSION__);
     text_add(&text, "}");
     if ((launcher->guard != NULL) && (launcher->guard->starts > 1U)) {
-        add_key(&text, "guards");
-        text_add_unsigned(&text, launcher->guard->starts);
+        add_number(&text, "guards", launcher->guard->starts);
     }
     add_children(&text, launcher);
     text_add(&text, "\n}\n");

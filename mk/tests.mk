@@ -65,7 +65,7 @@ include test/bench/transport.mk
 
 # Tests with several tasks on one object: built and run again with the thread sanitizer.
 THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_packet_log_writer.c \
-                $(patsubst %,test/contract/osal/test_%.c,mutex event task doorbell inversion),$(TESTS))
+                $(patsubst %,test/contract/osal/test_%.c,mutex event task inversion),$(TESTS))
 thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
 	@:
 tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))

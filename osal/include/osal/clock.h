@@ -6,10 +6,10 @@
 /// byte order); its caller brings the grants and takes its deliveries.
 ///
 /// In stepped time only osal_clock_wait waits for simulated time. Other calls of this layer that may wait
-/// (osal_event_wait, osal_doorbell_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable,
-/// osal_process_start, osal_process_wait_any, connects, files, directories, console, network namespaces, CAN
-/// interfaces, a counted CAN bus) keep the grant: simulated time does not advance, and their time-outs are
-/// wall-clock time. Such a wait for a participant that needs a grant is a deadlock.
+/// (osal_event_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable, osal_process_start,
+/// osal_process_wait_any, files, directories, console, network namespaces, CAN interfaces, a counted CAN bus)
+/// keep the grant: simulated time does not advance, and their time-outs are wall-clock time. Such a wait for
+/// a participant that needs a grant is a deadlock.
 ///
 /// Ownership  The caller places osal_clock_t.
 /// Context    The one task that runs the program's loop.

@@ -79,7 +79,7 @@ MUST_USE status_t osal_local_listen(osal_socket_t* socket, const char* path);
 MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer);
 
 /// Wait (wall-clock) until readable, at most timeout_ms. Before it sleeps it polls for OSAL_SOCKET_LOOK_NS,
-/// like a doorbell: waking a sleeping processor takes longer. After unsuccessful polling the next waits skip
+/// since waking a sleeping processor takes longer. After unsuccessful polling the next waits skip
 /// it, up to 127 of 128. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Local address of a bound socket. STATUS_OK, STATUS_IO.

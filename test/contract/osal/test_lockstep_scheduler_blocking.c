@@ -10,7 +10,6 @@
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/device.h"
 #include "osal/include/osal/directory.h"
-#include "osal/include/osal/doorbell.h"
 #include "osal/include/osal/event.h"
 #include "osal/include/osal/file.h"
 #include "osal/include/osal/mqueue.h"
@@ -108,12 +107,6 @@ static void wait_for_event(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, nap, &event, 0));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&event, UINT32_MAX));
     osal_task_join(&task);
-}
-
-static void wait_for_doorbell(void)
-{
-    osal_doorbell_t bell = {0U, 0U, 0U};
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_doorbell_wait(&bell, 0U, WAIT_MS));
 }
 
 static void join_task(void)
@@ -359,7 +352,6 @@ static void use_can(void)
 static void test_every_wait_but_that_of_the_clock_keeps_the_grant(void)
 {
     static void (*const calls[])(void) = {wait_for_event,
-                                          wait_for_doorbell,
                                           join_task,
                                           lock_mutex,
                                           wait_readable,

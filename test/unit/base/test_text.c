@@ -200,6 +200,21 @@ static void coding_errors_are_caught(void)
     TEST_ASSERT_TRUE(assertion_fails(too_many_hexadecimal_digits));
 }
 
+static void words_are_joined_in_order_and_cut_at_the_end_of_the_buffer(void)
+{
+    char small[6];
+    TEST_ASSERT_TRUE(text_join(small, sizeof small, (const char* const[]){"ab", "", "cde", NULL}));
+    TEST_ASSERT_EQUAL_STRING("abcde", small);
+    TEST_ASSERT_FALSE(text_join(small, sizeof small, (const char* const[]){"abc", "def", NULL}));
+    TEST_ASSERT_EQUAL_STRING("abcde", small);
+    TEST_ASSERT_TRUE(text_join(small, sizeof small, (const char* const[]){NULL}));
+    TEST_ASSERT_EQUAL_STRING("", small);
+    text_t text = text_in(small, sizeof small);
+    text_add(&text, "x");
+    text_add_words(&text, (const char* const[]){"1", "2", NULL});
+    TEST_ASSERT_EQUAL_STRING("x12", small);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -213,5 +228,6 @@ int main(void)
     RUN_TEST(text_that_does_not_fit_is_cut_and_reported);
     RUN_TEST(truncation_remains_marked);
     RUN_TEST(coding_errors_are_caught);
+    RUN_TEST(words_are_joined_in_order_and_cut_at_the_end_of_the_buffer);
     return UNITY_END();
 }

@@ -19,20 +19,24 @@ static void the_list_ends_with_null_after_each_argument(void)
     arguments_add_joined(&arguments, "build/bin/", "simulator");
     TEST_ASSERT_NULL(arguments.list[1]);
     arguments_add(&arguments, "");
-    arguments_add_number(&arguments, UINT64_MAX);
-    TEST_ASSERT_EQUAL_UINT64(3U, arguments.count);
-    TEST_ASSERT_EQUAL_STRING("build/bin/simulator", arguments.list[0]);
-    TEST_ASSERT_EQUAL_STRING("", arguments.list[1]);
-    TEST_ASSERT_EQUAL_STRING("18446744073709551615", arguments.list[2]);
-    TEST_ASSERT_NULL(arguments.list[3]);
+    arguments_add_number(&arguments, "--seed", UINT64_MAX);
+    arguments_add_option(&arguments, "--run", "/name");
+    arguments_add_words(&arguments, (const char* const[]){"x", "y", NULL});
+    static const char* const expected[] = {
+        "build/bin/simulator", "", "--seed", "18446744073709551615", "--run", "/name", "x", "y"};
+    TEST_ASSERT_EQUAL_UINT64(8U, arguments.count);
+    TEST_ASSERT_EQUAL_STRING_ARRAY(expected, arguments.list, 8U);
+    TEST_ASSERT_NULL(arguments.list[8]);
 }
 
 static void all_places_but_the_last_are_filled(void)
 {
-    for (unsigned i = 0U; i < (ARGUMENTS_MAX - 1U); i++) {
-        arguments_add_number(&arguments, i);
+    arguments_add(&arguments, "program");
+    for (unsigned i = 1U; i < (ARGUMENTS_MAX - 1U); i += 2U) {
+        arguments_add_number(&arguments, "--number", i);
     }
-    TEST_ASSERT_EQUAL_STRING("94", arguments.list[ARGUMENTS_MAX - 2U]);
+    TEST_ASSERT_EQUAL_STRING("program", arguments.list[0]);
+    TEST_ASSERT_EQUAL_STRING("93", arguments.list[ARGUMENTS_MAX - 2U]);
     TEST_ASSERT_NULL(arguments.list[ARGUMENTS_MAX - 1U]);
 }
 
