@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The descriptors that this process has open, so that a test can show that it closes those it opens. The
-/// Makefile links tests so that each RUN_TEST of Unity counts: a test that leaves one open, or closes one
-/// that is not its own, fails.
+/// Makefile links tests so that each test of Unity and of cmocka counts: a test that leaves one open, or
+/// closes one that is not its own, fails.
 #ifndef TEST_SUPPORT_DESCRIPTORS_H
 #define TEST_SUPPORT_DESCRIPTORS_H
 
