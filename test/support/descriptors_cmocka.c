@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// See descriptors.h: the same for tests of cmocka. Those mock system calls, so this looks without the functions
-// of the C library.
+// See descriptors.h: the same for tests of cmocka. Those mock functions of the C library, so this calls the
+// kernel itself.
 #define _GNU_SOURCE
 #include "test/support/descriptors.h"
 

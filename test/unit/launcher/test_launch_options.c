@@ -45,6 +45,98 @@ static void shared_memory_is_the_default(void)
     TEST_ASSERT_EQUAL_STRING("vcan", launch_bus_text(options.bus));
 }
 
+static void options_that_are_not_given_have_their_defaults(void)
+{
+    TEST_ASSERT_TRUE(parse(""));
+    TEST_ASSERT_EQUAL_STRING("rokviss", options.mission);
+    TEST_ASSERT_EQUAL_STRING("telepresence", options.scenario);
+    TEST_ASSERT_EQUAL_UINT64(1U, options.seed);
+    TEST_ASSERT_FALSE(options.is_image || options.is_free);
+    TEST_ASSERT_TRUE(options.is_stepped && options.has_report);
+    TEST_ASSERT_EQUAL_UINT(0U, options.interface_count + options.sim_interface_count);
+    TEST_ASSERT_EQUAL_STRING("", options.transport);
+    TEST_ASSERT_EQUAL_STRING("", options.links);
+    TEST_ASSERT_EQUAL_UINT8(1U, options.nodes);
+    TEST_ASSERT_EQUAL_UINT16(0U, options.port);
+    TEST_ASSERT_EQUAL_UINT16(0U, options.tools);
+    TEST_ASSERT_EQUAL_STRING("", options.output);
+    TEST_ASSERT_EQUAL_STRING("", options.storage);
+    TEST_ASSERT_EQUAL_STRING("", options.remote_endian);
+    TEST_ASSERT_EQUAL_UINT64(0U, options.duration_ns);
+    TEST_ASSERT_EQUAL_STRING("", error);
+}
+
+/// A Makefile passes all options.
+static void an_empty_value_counts_as_not_given(void)
+{
+    static char* names[] = {"--mission",   "--scenario",      "--seed",      "--form",         "--time",
+                            "--bus",       "--port",          "--tools",     "--links",        "--report",
+                            "--transport", "--nodes",         "--out",       "--storage",      "--key",
+                            "--duration",  "--remote-endian", "--interface", "--sim-interface"};
+    static char empty[]  = "";
+    launch_options_t defaults;
+    TEST_ASSERT_TRUE(parse(""));
+    defaults = options;
+    for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
+        char* words[] = {names[i], empty};
+        TEST_ASSERT_TRUE_MESSAGE(launch_options_parse(2, words, &options, error), names[i]);
+        TEST_ASSERT_EQUAL_UINT64(defaults.seed, options.seed);
+        TEST_ASSERT_EQUAL_STRING(defaults.mission, options.mission);
+        TEST_ASSERT_EQUAL_STRING(defaults.scenario, options.scenario);
+        TEST_ASSERT_EQUAL(defaults.is_stepped, options.is_stepped);
+        TEST_ASSERT_EQUAL(defaults.has_report, options.has_report);
+        TEST_ASSERT_EQUAL_UINT64(defaults.duration_ns, options.duration_ns);
+        TEST_ASSERT_EQUAL_UINT16(defaults.port, options.port);
+        TEST_ASSERT_EQUAL_UINT(0U, options.interface_count + options.sim_interface_count);
+    }
+}
+
+static void a_name_has_letters_digits_hyphen_and_underscore_only(void)
+{
+    TEST_ASSERT_TRUE(parse("--mission azAZ09-_ --scenario azAZ09-_ --remote-endian azAZ09-_"));
+    for (int character = 1; character < 128; character++) {
+        static char name[] = "--mission";
+        char value[2]      = {(char)character, '\0'};
+        char* words[]      = {name, value};
+        const bool is_letter =
+            (strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_", character) != NULL);
+        TEST_ASSERT_EQUAL_MESSAGE(is_letter, launch_options_parse(2, words, &options, error), value);
+    }
+}
+
+static void a_path_is_limited_in_length(void)
+{
+    static const struct {
+        char* option;
+        size_t most; // Characters.
+    } paths[] = {{"--out", LAUNCH_PATH_MAX - 65U},
+                 {"--storage", LAUNCH_PATH_MAX - 65U},
+                 {"--key", LAUNCH_PATH_MAX - 65U},
+                 {"--scenario", LAUNCH_PATH_MAX - 1U}};
+    for (size_t i = 0U; i < (sizeof paths / sizeof paths[0]); i++) {
+        char value[LAUNCH_PATH_MAX + 2U] = "";
+        char* words[]                    = {paths[i].option, value};
+        (void)memset(value, '/', paths[i].most);
+        TEST_ASSERT_TRUE_MESSAGE(launch_options_parse(2, words, &options, error), paths[i].option);
+        value[paths[i].most] = '/';
+        TEST_ASSERT_FALSE_MESSAGE(launch_options_parse(2, words, &options, error), paths[i].option);
+        TEST_ASSERT_NOT_NULL(strstr(error, "the path is too long"));
+    }
+}
+
+/// "--port" refuses what "--seed" accepts, to the exact number.
+static void a_number_is_accepted_within_its_bounds_only(void)
+{
+    TEST_ASSERT_TRUE(parse("--seed 0"));
+    TEST_ASSERT_EQUAL_UINT64(0U, options.seed);
+    TEST_ASSERT_TRUE(parse("--seed 18446744073709551615"));
+    TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, options.seed);
+    TEST_ASSERT_TRUE(parse("--port 65535 --tools 1 --duration 1"));
+    TEST_ASSERT_EQUAL_UINT16(65535U, options.port);
+    TEST_ASSERT_EQUAL_UINT16(1U, options.tools);
+    TEST_ASSERT_EQUAL_UINT64(1000000000U, options.duration_ns);
+}
+
 static void each_option_takes_its_value(void)
 {
     TEST_ASSERT_TRUE(parse("--mission docking-2 --scenario pick_UP9 --seed 18446744073709551606 --form image "
@@ -168,6 +260,17 @@ static void contradictory_options_are_refused_with_the_reason(void)
         {"--bus can --interface robot=can0 --interface joystick=can1 --sim-interface robot=can2", "on none"},
         {"--bus can --time real --interface robot=can0 --tools 29536", "no part in this run"},
         {"--bus vcan --nodes 2", "one network namespace"},
+        {"--scenario", "a value is missing"},
+        {"--seed 1 --port", "a value is missing"},
+        {"--time free --nodes 2", "use --nodes 1"},
+        {"--scenario none", "would never end"},
+        {"--form image --tools 1", "a process of its own"},
+        {"--form image --nodes 2", "one on-board computer"},
+        {"--form image --transport udp", "in memory"},
+        {"--form image --time real", "has no real-time mode"},
+        {"--links tcp", "expected shm, udp or tipc"},
+        {"--nodes 3", "expected 1 or 2"},
+        {"--report maybe", "expected yes or no"},
         {"--remote-endian ../x", "name of a subsystem"},
         {"--mission x/y", "without path or ending"},
         {"--seed 18446744073709551616", "expected a number from 0"},
@@ -197,6 +300,24 @@ static void contradictory_options_are_refused_with_the_reason(void)
     }
 }
 
+static void combinations_that_make_sense_are_accepted(void)
+{
+    static const char* const lines[] = {
+        "--scenario none --duration 1",
+        "--scenario none --time real",
+        "--scenario none --time free",
+        "--nodes 2",
+        "--nodes 2 --time real",
+        "--bus vcan --nodes 1",
+        "--form image --nodes 1",
+        "--bus can --interface robot=can0 --sim-interface robot=can1 --tools 1",
+        "--remote-endian ARM --links udp --transport udp",
+        "--time free --nodes 1"};
+    for (size_t i = 0U; i < (sizeof lines / sizeof lines[0]); i++) {
+        TEST_ASSERT_TRUE_MESSAGE(parse(lines[i]), lines[i]);
+    }
+}
+
 static void there_are_not_more_interfaces_than_buses(void)
 {
     char* words[2 * (LAUNCH_INTERFACES_MAX + 1)];
@@ -207,6 +328,7 @@ static void there_are_not_more_interfaces_than_buses(void)
         words[(2U * i) + 1U] = value;
     }
     TEST_ASSERT_FALSE(launch_options_parse(2 * ((int)LAUNCH_INTERFACES_MAX + 1), words, &options, error));
+    TEST_ASSERT_EQUAL_UINT((unsigned)LAUNCH_INTERFACES_MAX, options.interface_count);
     TEST_ASSERT_NOT_NULL(strstr(error, "more interfaces than a mission can have buses"));
 }
 
@@ -214,6 +336,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(shared_memory_is_the_default);
+    RUN_TEST(options_that_are_not_given_have_their_defaults);
+    RUN_TEST(an_empty_value_counts_as_not_given);
+    RUN_TEST(a_name_has_letters_digits_hyphen_and_underscore_only);
+    RUN_TEST(a_path_is_limited_in_length);
+    RUN_TEST(a_number_is_accepted_within_its_bounds_only);
     RUN_TEST(each_option_takes_its_value);
     RUN_TEST(a_scenario_is_a_name_or_a_path);
     RUN_TEST(a_refusal_shows_the_option_and_its_value);
@@ -221,6 +348,7 @@ int main(void)
     RUN_TEST(real_controllers_are_named);
     RUN_TEST(a_remote_endian_program_takes_datagrams);
     RUN_TEST(contradictory_options_are_refused_with_the_reason);
+    RUN_TEST(combinations_that_make_sense_are_accepted);
     RUN_TEST(there_are_not_more_interfaces_than_buses);
     return UNITY_END();
 }
