@@ -4,6 +4,7 @@
 from dataclasses import dataclass
 
 from . import telemetry
+from .session import SessionError
 
 REPLY_NS = 5_000_000_000  # longest wait for a report after the end of its verification
 
@@ -44,13 +45,26 @@ def simple(*requests):
     return Command("; ".join(request.text for request in requests), procedure, requests)
 
 
+def answers(session, request, message, timeout_ns):
+    """Procedure: perform a request and return its reports of the given message."""
+    verification = yield from session.execute(request, timeout_ns)
+    what = f"{request.text}: TM[{message[0]},{message[1]}]"
+    return (yield from session.wait_for(lambda: reply(verification, message), REPLY_NS, what))
+
+
+def rows_of(session, request, message, timeout_ns):
+    """Procedure: perform a request and return the rows of its report."""
+    report = (yield from answers(session, request, message, timeout_ns))[-1][1]
+    if "error" in report:
+        raise SessionError(report["error"])
+    return report["rows"]
+
+
 def asking(request, message):
     """Procedure that performs a request and returns its report of the given message."""
 
     def procedure(session, timeout_ns):
-        verification = yield from session.execute(request, timeout_ns)
-        what = f"{request.text}: TM[{message[0]},{message[1]}]"
-        replies = yield from session.wait_for(lambda: reply(verification, message), REPLY_NS, what)
+        replies = yield from answers(session, request, message, timeout_ns)
         return [line(session, *reply) for reply in replies]
 
     return Command(request.text, procedure, (request,))

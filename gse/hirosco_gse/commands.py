@@ -10,7 +10,7 @@ import shlex
 import struct
 
 from . import file_commands, packets, service_commands
-from .command import REPLY_NS, Command, UsageError, asking, line, need, reply, simple
+from .command import REPLY_NS, Command, UsageError, answers, asking, line, need, reply, rows_of, simple
 from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, Structure
 from .session import Rejected, Request, SessionError, TimedOut
 from .values import ValueProblem
@@ -22,6 +22,7 @@ METHOD_ANY = 0xFF  # Transfer method of a link: whatever both ends offer.
 ERROR_OPERATIONAL = STATES.index("ERROR_OPERATIONAL")
 REST_STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
 LINK_DEADLINE_MS = 1000
+STATUS = Request(SUPERVISOR_APID, 131, 8, text="status")
 
 
 def _targets(dictionary, word, candidates):
@@ -38,8 +39,7 @@ def _ping(dictionary, words):
         for target in targets:
             request = Request(target.apid, 17, 1, text=f"ping {target.name}")
             start = session.now_ns
-            verification = yield from session.execute(request, timeout_ns)
-            yield from session.wait_for(lambda v=verification: reply(v, (17, 2)), REPLY_NS, f"TM[17,2] of {target.name}")
+            yield from answers(session, request, (17, 2), timeout_ns)
             seconds = (session.now_ns - start) / 1e9
             answer.append({"text": f"{target.name} is alive", "subsystem": target.name, "seconds": seconds})
         return answer
@@ -154,17 +154,12 @@ def _link_rows(session, timeout_ns):
 
 
 def _link_rows_of(session, apid, timeout_ns):
-    request = Request(apid, 130, 8, b"\0", "link list")
-    verification = yield from session.execute(request, timeout_ns)
-    replies = yield from session.wait_for(lambda: reply(verification, (130, 9)), REPLY_NS, "link list: TM[130,9]")
-    rows = replies[-1][1]
-    if "error" in rows:
-        raise SessionError(rows["error"])
+    rows = yield from rows_of(session, Request(apid, 130, 8, b"\0", "link list"), (130, 9), timeout_ns)
     names = {(x.producer, x.producer_port, x.consumer, x.consumer_port): x.name for x in session.dictionary.links}
-    for row in rows["rows"]:
+    for row in rows:
         ports = (row["producer"], row["producer_port"], row["consumer"], row["consumer_port"])
         row["name"] = names.get(ports, str(row["link"]))
-    return rows["rows"]
+    return rows
 
 
 def _link_close(dictionary, link):
@@ -333,21 +328,11 @@ def _shutdown(_dictionary, words):
     return simple(Request(SUPERVISOR_APID, 131, 5, text="shutdown"))
 
 
-def _table(session, timeout_ns):
-    """Procedure: rows of TM[131,9]."""
-    request = Request(SUPERVISOR_APID, 131, 8, text="status")
-    verification = yield from session.execute(request, timeout_ns)
-    replies = yield from session.wait_for(lambda: reply(verification, (131, 9)), REPLY_NS, "status: TM[131,9]")
-    if "error" in replies[-1][1]:
-        raise SessionError(replies[-1][1]["error"])
-    return replies[-1][1]["rows"]
-
-
 def _status(_dictionary, words):
     need(words, 0, "status")
 
     def procedure(session, timeout_ns):
-        rows = yield from _table(session, timeout_ns)
+        rows = yield from rows_of(session, STATUS, (131, 9), timeout_ns)
         answer = []
         for row in rows:
             text = (
@@ -357,7 +342,7 @@ def _status(_dictionary, words):
             answer.append({"text": text, **row})
         return answer
 
-    return Command("status", procedure, (Request(SUPERVISOR_APID, 131, 8, text="status"),))
+    return Command("status", procedure, (STATUS,))
 
 
 def _networks(_dictionary, words):
@@ -379,7 +364,7 @@ def _stop(dictionary, words):
     need(words, 0, "stop")
 
     def procedure(session, timeout_ns):
-        rows = yield from _table(session, timeout_ns)
+        rows = yield from rows_of(session, STATUS, (131, 9), timeout_ns)
         flying = [r for r in rows if r["state"] in REST_STATES[1:4] and r["apid"] in {m.apid for m in dictionary.members}]
         order = bytes([ERROR_OPERATIONAL])
         sent = [session.send(Request(r["apid"], 129, 1, order, f"stop {r['subsystem']}")) for r in flying]

@@ -114,23 +114,6 @@ def build_tc(apid, sequence, service, subtype, data=b"", source=1, ack=ACK_ALL):
     return body + struct.pack(">H", crc16(body))
 
 
-def build_tm(apid, sequence, service, subtype, data=b"", destination=0, time_ns=0, counter=0):
-    """Octets of one telemetry packet (for simulated spacecraft in tests)."""
-    head = struct.pack(
-        ">HHHBBBHH",
-        0x0800 | apid,
-        0xC000 | (sequence & 0x3FFF),
-        TM_HEADER + len(data) + CRC_SIZE - 7,
-        PUS_VERSION << 4,
-        service,
-        subtype,
-        counter & 0xFFFF,
-        destination,
-    )
-    body = head + encode_time(time_ns) + bytes(data)
-    return body + struct.pack(">H", crc16(body))
-
-
 def _time_packet(raw, sequence):
     """A spacecraft time packet as the report that it represents: TM[9,2] if its time is CUC, otherwise TM[9,3]."""
     if len(raw) != TIME_PACKET:
@@ -180,11 +163,6 @@ class Splitter:
 
     def __init__(self):
         self._buffer = bytearray()
-
-    @property
-    def pending(self):
-        """Octets of an incomplete packet."""
-        return len(self._buffer)
 
     def feed(self, octets):
         """The packets that these octets complete, in order."""

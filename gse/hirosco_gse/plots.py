@@ -115,12 +115,11 @@ def _phases(run, axes_list):
             axes.axvline(fault["time_us"] / 1e6, color=RED if fault["active"] else GREEN, lw=0.9, ls=":", zorder=1)
 
 
-def _legend(axes):
-    """Legend above the plot, at the right, where it covers no curve."""
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=4, borderaxespad=0)
-
-
-def _finish(figure, axes_list, run):
+def _finish(figure, axes_list, run, explained):
+    """Bands, legends and labels. A legend lies above its plot, at the right, where it covers no curve."""
+    _phases(run, axes_list)
+    for axes in explained:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.985), ncol=4, borderaxespad=0)
     for axes in axes_list[:-1]:
         axes.tick_params(labelbottom=False)
     axes_list[-1].set_xlabel("simulated time [s]")
@@ -209,10 +208,7 @@ def positions(run):
         axes[2 + index].set_ylabel(f"joint {index + 1} [deg]")
     axes[0].set_title("Hand and joystick")
     axes[2].set_title("Joints")
-    _phases(run, axes)
-    _legend(axes[0])
-    _legend(axes[2])
-    return _finish(figure, axes, run)
+    return _finish(figure, axes, run, axes[:3:2])
 
 
 def torques(run):
@@ -236,10 +232,7 @@ def torques(run):
         axes[2 + index].set_ylabel(f"joint {index + 1} [Nm]")
     axes[0].set_title("Torque felt by the hand, and what acts on the arm")
     axes[2].set_title("Torque sensors of the joints (with gravity)")
-    _phases(run, axes)
-    _legend(axes[0])
-    _legend(axes[2])
-    return _finish(figure, axes, run)
+    return _finish(figure, axes, run, axes[:3:2])
 
 
 def contact(run):
@@ -256,9 +249,7 @@ def contact(run):
     axes[0].text(0.3, 25.4, "bound on the contour, 25 N", fontsize=7, color=GREY)
     axes[0].set_ylabel("force on the finger [N]")
     axes[0].set_title("Contact")
-    _phases(run, axes)
-    _legend(axes[0])
-    return _finish(figure, axes, run)
+    return _finish(figure, axes, run, axes[:1])
 
 
 def frame_us(length, is_fd):
@@ -281,9 +272,7 @@ def bus_load(run):
     axes[0].set_ylim(0, 100)
     axes[0].set_ylabel("bus load [%]")
     axes[0].set_title("Load of the buses (frame lengths with usual stuffing)")
-    _phases(run, axes)
-    _legend(axes[0])
-    return _finish(figure, axes, run)
+    return _finish(figure, axes, run, axes[:1])
 
 
 def link_ages(run):
@@ -305,9 +294,7 @@ def link_ages(run):
     axes[0].set_ylim(0, top)
     axes[0].set_ylabel("age [ms]")
     axes[0].set_title("Age of the real-time link samples (housekeeping)")
-    _phases(run, axes)
-    _legend(axes[0])
-    return _finish(figure, axes, run)
+    return _finish(figure, axes, run, axes[:1])
 
 
 def key_moments(run):

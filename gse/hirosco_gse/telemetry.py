@@ -70,6 +70,23 @@ class Reader:
             raise values.ValueProblem(f"{len(self.octets) - self.offset} octets too many")
 
 
+def _fields(packet, layout):
+    """All fields of a report with a fixed layout."""
+    reader = Reader(packet.data)
+    found = reader.take(layout)
+    reader.end()
+    return found
+
+
+def _state_fields(dictionary, apid, state, phase, configuration):
+    subsystem = dictionary.subsystem_of_apid(apid)
+    return {
+        "state": name_of(STATES, state),
+        "phase": name_of(PHASES, phase),
+        "configuration": subsystem.configuration_name(configuration) if subsystem else str(configuration),
+    }
+
+
 def _verification(packet, dictionary, _):
     reader = Reader(packet.data)
     word, count = reader.take("HH")
@@ -147,9 +164,7 @@ def _event(packet, dictionary, _):
 
 
 def _event_notice(packet, dictionary, _):
-    reader = Reader(packet.data)
-    event_id, severity = reader.take("HB")
-    reader.end()
+    event_id, severity = _fields(packet, "HB")
     subsystem = dictionary.subsystem_of_apid(packet.apid)
     event = subsystem.event_of_id(event_id) if subsystem else None
     return {"kind": "event notice", "event": event.name if event else str(event_id), "severity": SEVERITIES.get(severity, str(severity))}
@@ -187,16 +202,11 @@ def _parameters(packet, dictionary, _):
 
 
 def _transition(packet, dictionary, _):
-    reader = Reader(packet.data)
-    previous, state, phase, configuration, cause, code, cycle = reader.take("BBBHBHI")
-    reader.end()
-    subsystem = dictionary.subsystem_of_apid(packet.apid)
+    previous, state, phase, configuration, cause, code, cycle = _fields(packet, "BBBHBHI")
     return {
         "kind": "transition",
         "previous": name_of(STATES, previous),
-        "state": name_of(STATES, state),
-        "phase": name_of(PHASES, phase),
-        "configuration": subsystem.configuration_name(configuration) if subsystem else str(configuration),
+        **_state_fields(dictionary, packet.apid, state, phase, configuration),
         "configuration_id": configuration,
         "cause": name_of(CAUSES, cause),
         "code": code,
@@ -205,16 +215,11 @@ def _transition(packet, dictionary, _):
 
 
 def _status(packet, dictionary, _):
-    reader = Reader(packet.data)
-    state, phase, target, configuration, interface, content, epoch, cycle = reader.take("BBBHQQII")
-    reader.end()
-    subsystem = dictionary.subsystem_of_apid(packet.apid)
+    state, phase, target, configuration, interface, content, epoch, cycle = _fields(packet, "BBBHQQII")
     return {
         "kind": "status",
-        "state": name_of(STATES, state),
-        "phase": name_of(PHASES, phase),
+        **_state_fields(dictionary, packet.apid, state, phase, configuration),
         "target": name_of(STATES, target),
-        "configuration": subsystem.configuration_name(configuration) if subsystem else str(configuration),
         "configuration_id": configuration,
         "interface_hash": f"0x{interface:016x}",
         "configuration_hash": f"0x{content:016x}",
@@ -224,9 +229,7 @@ def _status(packet, dictionary, _):
 
 
 def _mode(packet, dictionary, _):
-    reader = Reader(packet.data)
-    previous, mode, cause = reader.take("BBB")
-    reader.end()
+    previous, mode, cause = _fields(packet, "BBB")
     names = {item["id"]: item["name"] for item in dictionary.modes}
     return {
         "kind": "mode",
@@ -237,9 +240,7 @@ def _mode(packet, dictionary, _):
 
 
 def _log(packet, *_):
-    reader = Reader(packet.data)
-    previous, strategy, first, code = reader.take("BBQH")
-    reader.end()
+    previous, strategy, first, code = _fields(packet, "BBQH")
     return {
         "kind": "packet log",
         "previous": name_of(STRATEGIES, previous),
@@ -254,15 +255,12 @@ def _table(packet, dictionary, _):
     rows = []
     for _ in range(reader.take("H")):
         apid, process, state, phase, configuration, restarts = reader.take("HBBBHB")
-        subsystem = dictionary.subsystem_of_apid(apid)
         rows.append(
             {
                 "apid": apid,
                 "subsystem": dictionary.name_of_apid(apid),
                 "process": name_of(PROCESS_STATES, process),
-                "state": name_of(STATES, state),
-                "phase": name_of(PHASES, phase),
-                "configuration": subsystem.configuration_name(configuration) if subsystem else str(configuration),
+                **_state_fields(dictionary, apid, state, phase, configuration),
                 "restarts": restarts,
             }
         )
@@ -349,9 +347,7 @@ def _link_status(packet, *_):
 
 
 def _link_transition(packet, *_):
-    reader = Reader(packet.data)
-    link_id, previous, state, cause, _time = reader.take("HBBB8s")
-    reader.end()
+    link_id, previous, state, cause, _time = _fields(packet, "HBBB8s")
     return {
         "kind": "link transition",
         "link": link_id,

@@ -34,6 +34,7 @@ import run as yamcs_run
 from hirosco_gse import packets, sdls, values
 from hirosco_gse.dictionary import Dictionary
 from message_values import Values
+from tm_packets import build_tm
 
 pytestmark = pytest.mark.long
 MISSION = "rokviss"
@@ -334,7 +335,7 @@ def made_up(dictionary):
             number = next(count)
             data = dictionary.catalogue.encode("TM", *message, given)
             stamp = dictionary.epoch_ns + LATER_NS + number * 10**9
-            yield message, given, packets.build_tm(99, number, *message, data, 2, stamp, number)
+            yield message, given, build_tm(99, number, *message, data, 2, stamp, number)
 
 
 def test_made_up_reports_have_the_values_that_were_put_in(yamcs, synthetic_link, dictionary):

@@ -15,6 +15,7 @@ from hirosco_gse import packets
 from hirosco_gse.dictionary import Dictionary
 from message_values import Values
 from space_packet_parser.xtce.validation import validate_xtce
+from tm_packets import build_tm
 
 GENERATED = flying.ROOT / "build" / "generated"
 MISSION = "rokviss"
@@ -71,7 +72,7 @@ def test_made_up_reports_of_every_kind_read_the_same(definition, dictionary):
             continue  # Below.
         for seed in range(3):
             data = dictionary.catalogue.encode("TM", *message, Values(dictionary.catalogue, seed).group(entry, entry["fields"]))
-            raw = packets.build_tm(16, seed, *message, data, 2, dictionary.epoch_ns + 10**9, seed)
+            raw = build_tm(16, seed, *message, data, 2, dictionary.epoch_ns + 10**9, seed)
             assert check(definition, packets.parse(raw), dictionary)
 
 
@@ -82,10 +83,10 @@ def test_made_up_housekeeping_and_events_of_all_subsystems_read_the_same(definit
             for structure in configuration.structures.values():
                 size = sum(p.size for p in structure.once) + sum(n * sum(p.size for p in ps) for n, ps in structure.repeated)
                 data = struct.pack(">H", structure.id) + chance.randbytes(size)
-                raw = packets.build_tm(subsystem.apid, 1, 3, 25, data, 0, dictionary.epoch_ns, 0)
+                raw = build_tm(subsystem.apid, 1, 3, 25, data, 0, dictionary.epoch_ns, 0)
                 assert check(definition, packets.parse(raw), dictionary)
         for event in subsystem.events.values():
             data = struct.pack(">H", event.id) + chance.randbytes(sum(p.size for p in event.parameters))
             subtype = severities.index(event.severity) + 1
-            raw = packets.build_tm(subsystem.apid, 1, 5, subtype, data, 0, dictionary.epoch_ns, 0)
+            raw = build_tm(subsystem.apid, 1, 5, subtype, data, 0, dictionary.epoch_ns, 0)
             assert check(definition, packets.parse(raw), dictionary)

@@ -6,6 +6,7 @@ import struct
 import threading
 
 from hirosco_gse import packets
+from tm_packets import build_tm
 
 
 def notice(code, detail, instruction=0):
@@ -49,7 +50,7 @@ class Spacecraft:
                 if answer is None:
                     return  # close the connection
                 for apid, service, subtype, data, user in answer:
-                    stream.sendall(packets.build_tm(apid, 0, service, subtype, data, user, self._epoch_ns + 10**9))
+                    stream.sendall(build_tm(apid, 0, service, subtype, data, user, self._epoch_ns + 10**9))
 
     def close(self):
         """Accept no more connections."""

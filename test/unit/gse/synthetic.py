@@ -10,6 +10,7 @@ import struct
 
 import numpy as np
 from hirosco_gse import packets
+from tm_packets import build_tm
 
 DT = 0.0005
 COUNT = 80_000
@@ -214,7 +215,7 @@ def packet_lines(flight, dictionary):
 
     def tm(time_s, apid, service, subtype, data, user=0):
         time_ns = round(time_s * 1e9)
-        raw = packets.build_tm(apid, len(rows), service, subtype, data, user, dictionary.epoch_ns + time_ns)
+        raw = build_tm(apid, len(rows), service, subtype, data, user, dictionary.epoch_ns + time_ns)
         rows.append((time_ns, "TM", raw))
 
     def move(time_s, apid, previous, state, cause=0):

@@ -11,6 +11,7 @@ import pytest
 from hirosco_gse import packets
 from hirosco_gse.cli import main
 from spacecraft import Spacecraft, failure, success
+from tm_packets import build_tm
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 
@@ -213,7 +214,7 @@ def test_events_are_shown(dictionary, dictionary_path, capsys, monkeypatch):
     class Talker(Spacecraft):
         def _talk(self, stream):
             data = struct.pack(">H", event.id)
-            stream.sendall(packets.build_tm(17, 0, 5, 2, data, 0, dictionary.epoch_ns + 1_500_000_000))
+            stream.sendall(build_tm(17, 0, 5, 2, data, 0, dictionary.epoch_ns + 1_500_000_000))
             stream.recv(1)
 
     craft = Talker(None)

@@ -10,12 +10,13 @@ from hirosco_gse import packets, telemetry
 from hirosco_gse.dictionary import Dictionary, DictionaryError
 from hirosco_gse.failures import Failure
 from hirosco_gse.values import ValueProblem
+from tm_packets import build_tm
 
 MANIPULATOR, SUPERVISOR = 16, 1
 
 
 def tm(apid, service, subtype, data, user=1):
-    return packets.parse(packets.build_tm(apid, 0, service, subtype, data, user, 10**18))
+    return packets.parse(build_tm(apid, 0, service, subtype, data, user, 10**18))
 
 
 def test_names_and_numbers(dictionary):

@@ -7,6 +7,7 @@ import struct
 import pytest
 from hirosco_gse import large, logs, packets
 from hirosco_gse.session import Request, Session
+from tm_packets import build_tm
 
 USER, SUPERVISOR = 2, 1
 
@@ -16,7 +17,7 @@ def _parts(raw, transaction=5, size=512):
     pieces = [raw[at : at + size] for at in range(0, len(raw), size)]
     for number, piece in enumerate(pieces, 1):
         subtype = 1 if number == 1 else 3 if number == len(pieces) else 2
-        yield packets.parse(packets.build_tm(SUPERVISOR, 0, 13, subtype, struct.pack(">HH", transaction, number) + piece, USER))
+        yield packets.parse(build_tm(SUPERVISOR, 0, 13, subtype, struct.pack(">HH", transaction, number) + piece, USER))
 
 
 @pytest.mark.parametrize("size", [4097, 8158, 8159, 65542])
@@ -36,7 +37,7 @@ def test_a_short_packet_is_not_cut():
 
 
 def test_parts_of_several_reports_may_be_mixed_but_not_missing():
-    whole = [packets.build_tm(SUPERVISOR, 1, 20, 2, bytes([number]) * 5000, USER) for number in range(3)]
+    whole = [build_tm(SUPERVISOR, 1, 20, 2, bytes([number]) * 5000, USER) for number in range(3)]
     parts = [list(_parts(raw, number)) for number, raw in enumerate(whole)]
     assembler, found = large.Assembler(), []
     for row in zip(*parts):
@@ -45,13 +46,13 @@ def test_parts_of_several_reports_may_be_mixed_but_not_missing():
     lost, doubled, late = [*parts[0][:2], *parts[0][3:]], [parts[1][0], parts[1][1], *parts[1][1:]], parts[2][1:]
     assert not any(assembler.take(part) for part in lost + doubled + late)
     assert len(assembler.problems) > 3
-    torn = [*parts[0][:-1], packets.parse(packets.build_tm(SUPERVISOR, 0, 13, 3, parts[0][-1].data[:-1], USER))]
+    torn = [*parts[0][:-1], packets.parse(build_tm(SUPERVISOR, 0, 13, 3, parts[0][-1].data[:-1], USER))]
     assert not any(assembler.take(part) for part in torn)
-    assert assembler.take(packets.parse(packets.build_tm(SUPERVISOR, 0, 13, 1, b"", USER))) is None
+    assert assembler.take(packets.parse(build_tm(SUPERVISOR, 0, 13, 1, b"", USER))) is None
 
 
 def test_a_log_shows_packets_behind_their_parts():
-    raw = packets.build_tm(SUPERVISOR, 1, 20, 2, bytes(5000), USER)
+    raw = build_tm(SUPERVISOR, 1, 20, 2, bytes(5000), USER)
     lines = [f"{number}.000000000 TM {part.raw.hex()}\n" for number, part in enumerate(_parts(raw))]
     rows = logs.with_whole(logs.parse_packets([*lines, "99.000000000 TC 00\n"]))
     assert rows[-2][1:] == ("TM", packets.parse(raw), raw) and rows[-2][0] == rows[-3][0]
@@ -59,7 +60,7 @@ def test_a_log_shows_packets_behind_their_parts():
 
 
 def _verify(session, raw, subtype, failure=b""):
-    session.feed(packets.build_tm(SUPERVISOR, 0, 1, subtype, raw[:4] + failure, USER))
+    session.feed(build_tm(SUPERVISOR, 0, 1, subtype, raw[:4] + failure, USER))
 
 
 def test_a_long_request_goes_in_parts_and_ends_with_its_own_verification(dictionary):
@@ -88,9 +89,9 @@ def test_a_long_report_answers_a_request_that_has_ended(dictionary):
     session = Session(dictionary, first_sequence=3, source=USER)
     verification = session.send(Request(SUPERVISOR, 20, 1, b"", "ask"))
     _verify(session, verification.request_id, 7)
-    raw = packets.build_tm(SUPERVISOR, 1, 20, 2, bytes(5000), USER)
+    raw = build_tm(SUPERVISOR, 1, 20, 2, bytes(5000), USER)
     for part in [*_parts(raw, 1), *_parts(raw, 2)]:
         session.feed(part.raw)
     assert [packet.raw for packet, _ in verification.replies] == [raw]
-    session.feed(packets.build_tm(SUPERVISOR, 0, 13, 2, struct.pack(">HH", 9, 2), USER))
+    session.feed(build_tm(SUPERVISOR, 0, 13, 2, struct.pack(">HH", 9, 2), USER))
     assert session.malformed

@@ -18,6 +18,7 @@ from hirosco_gse.link import RealDriver, StepClock, StepDriver
 from hirosco_gse.script import Script, ScriptError, ScriptFailure
 from hirosco_gse.session import LinkLost, Request, RequestLost, Session, TimedOut
 from spacecraft import Spacecraft, failure, success
+from tm_packets import build_tm
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 SECOND = 1_000_000_000
@@ -75,7 +76,7 @@ class Flight:
     def at(self, time_s, *reports):
         """Reports that come by themselves: (apid, service, subtype, data)."""
         for apid, service, subtype, data in reports:
-            self.pending.append((round(time_s * SECOND), packets.build_tm(apid, 0, service, subtype, data, 0, 0)))
+            self.pending.append((round(time_s * SECOND), build_tm(apid, 0, service, subtype, data, 0, 0)))
         return self
 
     def run(self, text, timeout_s=1.0):
@@ -88,7 +89,7 @@ class Flight:
                     packet = packets.parse(raw)
                     self.sent.append((self.session.now_ns, packet))
                     for apid, service, subtype, data, user in self.answer(packet):
-                        raw = packets.build_tm(apid, 0, service, subtype, data, user, 0)
+                        raw = build_tm(apid, 0, service, subtype, data, user, 0)
                         self.pending.append((self.session.now_ns + self.delay_ns, raw))
                 self.session.outbox.clear()
                 self.pending.sort(key=lambda item: item[0])
@@ -249,7 +250,7 @@ class CosimulationPort(threading.Thread):
                 packet = packets.parse(raw)
                 self.lines.append((time_ns, packet.message))
                 for apid, service, subtype, data, user in success(packet):
-                    octets += packets.build_tm(apid, 0, service, subtype, data, user, time_ns)
+                    octets += build_tm(apid, 0, service, subtype, data, user, time_ns)
             if wake == "leave":
                 assert stream.recv(1) == b"", "it closes its connection before it leaves, so that both happen in one grant"
                 return
@@ -470,7 +471,7 @@ def test_a_wait_is_not_over_when_telemetry_puts_the_clock_forward(dictionary):
 
 def _alive(session, count):
     """Which of these requests take in a report of the manipulator to this user."""
-    session.feed(packets.build_tm(16, count & 0x3FFF, 17, 2, b"", session.source))
+    session.feed(build_tm(16, count & 0x3FFF, 17, 2, b"", session.source))
 
 
 def test_requests_that_are_over_without_a_word_are_forgotten(dictionary):
@@ -480,7 +481,7 @@ def test_requests_that_are_over_without_a_word_are_forgotten(dictionary):
     old = session.send(Request(16, 3, 27, bytes(2), "old"))
     for count in range(100):
         asked = session.send(Request(16, 3, 27, bytes(2), "hk")) if count else old
-        session.feed(packets.build_tm(16, count, 1, 4, asked.request_id + struct.pack(">HHI", 0x0201, 1, 0), session.source))
+        session.feed(build_tm(16, count, 1, 4, asked.request_id + struct.pack(">HHI", 0x0201, 1, 0), session.source))
         assert asked.is_finished and asked.failure.instruction == 1
     _alive(session, 100)
     assert not old.replies and len(asked.replies) == 1
