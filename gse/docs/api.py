@@ -125,7 +125,6 @@ def ticks(text):
 
 
 def layer_page(layer, about, files, places):
-    """HTML of a layer."""
     body, contents = [f'<h1>{layer}</h1><p class="sub">{escape(about)}</p>'], []
     for header in files:
         place = anchor(header.path)

@@ -24,7 +24,6 @@ class Entry:
 
     @property
     def names(self):
-        """Names that are declared here."""
         found = [NAME.match(line) for line in self.code]
         return [next(name for name in match.groups() if name) for match in found if match]
 
@@ -66,7 +65,6 @@ def end_of(lines, start):
 
 
 def read(path, name):
-    """Header of a file."""
     lines = path.read_text(encoding="utf-8").splitlines()
     at = 1
     contract = []

@@ -40,7 +40,6 @@ def bounds(item):
 
 
 def octets_of(item, sizes):
-    """Octets of a field."""
     return sizes[item["type"]] * item.get("count", 1)
 
 
@@ -154,7 +153,6 @@ def devices(items):
 
 
 def configuration(subsystem, item, sizes):
-    """HTML of a configuration."""
     place = f"{subsystem['name'].lower()}-configuration-{item['name'].lower()}"
     loops = "".join(
         f" Loop {loop['name']}: {loop['sampling_us'] / 1000:g} ms, priority {loop['priority']}"
@@ -166,7 +164,6 @@ def configuration(subsystem, item, sizes):
 
 
 def subsystem_section(subsystem, sizes):
-    """HTML of a subsystem."""
     name = subsystem["name"]
     hashes = f"interface {mono(subsystem['interface_hash'])}, configuration {mono(subsystem['configuration_hash'])}"
     parts = [f'<h2 id="{name.lower()}">{name}</h2><p class="sub">APID {subsystem["apid"]}, executable <code>{subsystem["executable"]}</code>; {hashes}</p>']
@@ -178,7 +175,6 @@ def subsystem_section(subsystem, sizes):
 
 
 def permissions(content):
-    """The permission matrix."""
     rows = []
     for rule in content["permissions"]:
         kind = (rule["service"], rule["subtype"])

@@ -69,7 +69,6 @@ def _message(message, known, enumerations):
 
 
 def page():
-    """HTML of the page."""
     known, services = catalogue.load(FOLDER)
     parts, contents = [], []
     for number, service in services.items():

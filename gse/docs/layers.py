@@ -74,7 +74,6 @@ def colour(layer):
 
 
 def label(layer):
-    """Name in the box."""
     return layer.removeprefix("fsw/framework/").removeprefix("fsw/").replace("/include", "")
 
 

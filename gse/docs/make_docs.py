@@ -103,7 +103,6 @@ def dead_links(out):
 
 
 def main(arguments=None):
-    """Command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build" / "docs")
     out = parser.parse_args(arguments).out.resolve()

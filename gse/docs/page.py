@@ -47,12 +47,10 @@ dl{display:grid;grid-template-columns:7.2em 1fr;gap:.25em 1em;margin:.8em 0}dt{c
 
 
 def escape(text):
-    """Text as HTML."""
     return html.escape(str(text), quote=False)
 
 
 def anchor(text):
-    """Anchor of a heading."""
     return re.sub(r"[^a-z0-9]+", "-", str(text).lower()).strip("-")
 
 

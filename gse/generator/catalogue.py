@@ -46,7 +46,6 @@ class Reader:
         return None
 
     def wrong(self, found, expected):
-        """Refuse the present line."""
         raise DescriptorError(self.path, self.number, f"'{found}' found, expected {expected}")
 
 

@@ -159,7 +159,6 @@ def _heartbeat(name, number, receivers):
 
 
 def _of_node(node, name, is_fd):
-    """Messages of one device."""
     values = node.values
     yield Message(values.get(EMCY_COB, 0x80 + node.number) & IDENTIFIER_MASK, f"{name}_EMCY", 8, name, [MASTER],
                   [Signal("Code", 0, 16, words=EMERGENCIES), Signal("ErrorRegister", 16, 8), Signal("Axis", 24, 8),

@@ -88,7 +88,6 @@ def generate_messages(out, failures):
 
 
 def main(arguments=None):
-    """Command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--mission", required=True, nargs="+", type=pathlib.Path, help="mission descriptors")
     parser.add_argument("--out", required=True, type=pathlib.Path, help="folder to write into")

@@ -26,7 +26,6 @@ class Loop:
 
 
 def loop_of(element):
-    """Loop that an element describes."""
     period_us, priority = element.time_us("samplingTime", 100, 10000000), element.unsigned("priority", 1, 99)
     return Loop(element.identifier(), period_us, priority, _services(element))
 

@@ -90,7 +90,6 @@ class Field:
 
     @property
     def size(self):
-        """Octets on the wire."""
         return TYPES[self.type][1] * self.count
 
 
@@ -108,17 +107,14 @@ class Parameter:
 
     @property
     def is_struct(self):
-        """Whether it is a structure."""
         return self.layout == LAYOUT_STRUCT
 
     @property
     def id(self):
-        """Full parameter id."""
         return self.apid << 21 | self.layout << 16 | self.number
 
     @property
     def size(self):
-        """Octets on the wire."""
         return sum(item.size for item in self.fields)
 
 
@@ -134,7 +130,6 @@ class Event:
 
     @property
     def size(self):
-        """Octets of auxiliary data."""
         return sum(item.size for item in self.fields + self.references)
 
 
@@ -183,7 +178,6 @@ class Port:
 
     @property
     def size(self):
-        """Octets on the wire."""
         return sum(item.size for item in self.fields)
 
 

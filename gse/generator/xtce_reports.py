@@ -82,7 +82,6 @@ def is_plain(fields, catalogue):
 
 
 def comparison(path, value):
-    """Equality by raw value."""
     return element("Comparison", parameterRef=path, value=value, useCalibratedValue="false")
 
 
@@ -333,7 +332,6 @@ def parameter_path(system, known, name):
 
 
 def octets(kind):
-    """Octets of a scalar."""
     return {"BOOL": 1, "FLOAT": 4, "DOUBLE": 8}.get(kind) or xt.SCALARS[kind][0] // 8
 
 

@@ -36,7 +36,6 @@ class System:
 
     @property
     def root(self):
-        """The system of the mission."""
         return self.parent.root if self.parent else self
 
     def type(self, what, name, make):

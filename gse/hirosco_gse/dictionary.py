@@ -48,7 +48,6 @@ class Field:
 
     @property
     def size(self):
-        """Octets on the wire."""
         return values.size_of(self.type, self.count)
 
     def decode(self, octets, offset):
@@ -79,7 +78,6 @@ class Parameter:
 
     @property
     def size(self):
-        """Octets on the wire."""
         return sum(item.size for item in self.fields) if self.fields else values.size_of(self.type, self.count)
 
     def decode(self, octets, offset):
@@ -181,7 +179,6 @@ class Port:
 
     @property
     def octets(self):
-        """Size of a sample."""
         return sum(item.size for item in self.layout)
 
     @property
@@ -229,7 +226,6 @@ class Subsystem:
     created: dict = field(default_factory=dict)  # structures created by this ground, id -> Structure
 
     def parameter(self, name):
-        """Parameter of a name."""
         return _lookup(self.parameters, name, f"parameter of {self.name}")
 
     def parameter_of_id(self, parameter_id):
@@ -237,7 +233,6 @@ class Subsystem:
         return next((p for p in self.parameters.values() if p.parameter_id == parameter_id), None)
 
     def event(self, name):
-        """Event of a name."""
         return _lookup(self.events, name, f"event of {self.name}")
 
     def event_of_id(self, event_id):
@@ -245,7 +240,6 @@ class Subsystem:
         return next((e for e in self.events.values() if e.id == event_id), None)
 
     def function(self, name):
-        """Function of a name."""
         return _lookup(self.functions, name, f"function of {self.name}")
 
     def configuration(self, name):
@@ -443,7 +437,6 @@ class Dictionary:
         return found.name if found else f"APID {apid}"
 
     def link(self, name):
-        """Link of a name."""
         return _lookup({item.name: item for item in self.links}, name, "link")
 
     def mode(self, name):

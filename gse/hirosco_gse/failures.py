@@ -90,7 +90,6 @@ class Failure:
         return cls(subtype, code, instruction, detail, step)
 
     def words(self, dictionary):
-        """The failure in words."""
         entry = f", instruction {self.instruction}" if self.instruction else ""
         step = f" at step {name_of(STATES, self.step)}" if self.step is not None else ""
         return f"{STAGES[self.stage]}{step}: {_explain(self.code, self.detail, dictionary)} [0x{self.code:04X}{entry}]"

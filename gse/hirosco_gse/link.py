@@ -160,7 +160,6 @@ class StepClock:
         self._port = local_port
 
     def done(self, wake_ns, sent):
-        """Return the grant."""
         self._write(f"done {NEVER if wake_ns is None else wake_ns} {sent} {self._port}")
 
     def leave(self):

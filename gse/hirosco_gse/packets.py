@@ -79,7 +79,6 @@ class Packet:
 
     @property
     def message(self):
-        """Service and subtype."""
         return self.service, self.subtype
 
     @property
@@ -94,7 +93,6 @@ class Packet:
 
 
 def build_tc(apid, sequence, service, subtype, data=b"", source=1, ack=ACK_ALL):
-    """Octets of one telecommand."""
     if not 0 <= apid <= 0x7FF:
         raise PacketError(f"APID {apid} does not fit 11 bits")
     length = TC_HEADER + len(data) + CRC_SIZE

@@ -47,7 +47,6 @@ details{margin:.4em 0}summary{cursor:pointer;color:#2f6db3}.wrap{word-break:brea
 
 
 def sha256(path):
-    """Hex digest of a file."""
     digest = hashlib.sha256()
     with open(path, "rb") as log:
         for part in iter(lambda: log.read(1 << 20), b""):
@@ -256,7 +255,6 @@ def write(folder, dictionary_path=None):
 
 
 def main(argv=None):
-    """Entry point."""
     arguments = sys.argv[1:] if argv is None else argv
     if not 1 <= len(arguments) <= 2:
         print("usage: python3 -m hirosco_gse.report RUN_DIR [DICTIONARY]", file=sys.stderr)

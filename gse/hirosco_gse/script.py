@@ -135,7 +135,6 @@ class Script:
 
     @classmethod
     def parse(cls, text, path, dictionary):
-        """Script of a text."""
         steps, last = [], 0
         for number, line in enumerate(text.splitlines(), 1):
             words = shlex.split(line, comments=True)

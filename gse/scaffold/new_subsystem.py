@@ -201,7 +201,6 @@ def begin(name, apid, mission):
 
 
 def main(arguments=None):
-    """Command line."""
     parser = argparse.ArgumentParser(prog="make new-subsystem", description=__doc__.splitlines()[0])
     parser.add_argument("--name")
     parser.add_argument("--apid")

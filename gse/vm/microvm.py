@@ -112,7 +112,6 @@ def greeting(out):
 
 
 def arguments(folder, control, out, cans, memory, append, interactive):
-    """Command line of QEMU."""
     line = ["setpriv", "--pdeathsig", "KILL", "--", QEMU, "-M", "q35", "-accel", "tcg,thread=multi", "-cpu", "Nehalem,+rdrand",
             "-smp", str(min(PROCESSORS_MAX, len(os.sched_getaffinity(0)))), "-m", str(memory), "-nodefaults",
             "-display", "none", "-no-reboot", "-nic", "none",

@@ -54,7 +54,6 @@ def update_lists():
 
 
 def cache():
-    """Folder of the cache."""
     return pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "hirosco"
 
 

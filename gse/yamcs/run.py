@@ -43,7 +43,6 @@ def lacking(mission):
 
 
 def command(out):
-    """Command line of the server."""
     return [
         "java", "-Xmx256m", "-cp", f"{LIBRARIES}/*", "org.yamcs.YamcsServer", "--etc-dir", str(out / "etc"),
         "--data-dir", str(out / "data"), "--cache-dir", str(out / "cache"),
@@ -52,7 +51,6 @@ def command(out):
 
 
 def main():
-    """Command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--mission", default="rokviss")
     parser.add_argument("--ground-port", type=int, default=10015, help="where the mission flies, on this machine")

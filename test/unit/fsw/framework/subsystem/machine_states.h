@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Machines brought to each state of docs/states.md, and transitions followed to their end, for the tests of the
-/// table.
+/// Machines brought to each state of docs/states.md, and transitions followed to their end, for the tests of
+/// the table.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_MACHINE_STATES_H
 #define TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_MACHINE_STATES_H
 
