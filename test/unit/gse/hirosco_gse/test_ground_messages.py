@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "support"))
 
 from hirosco_gse import commands, packets
 from hirosco_gse.dictionary import Dictionary
@@ -15,7 +15,7 @@ from hirosco_gse.messages import MessageProblem
 from hirosco_gse.session import Session
 from message_values import Values
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
+ROOT = pathlib.Path(__file__).resolve().parents[4]
 GENERATED = ROOT / "build" / "generated" / "rokviss.json"
 
 

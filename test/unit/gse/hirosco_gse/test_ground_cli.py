@@ -13,7 +13,7 @@ from hirosco_gse.cli import main
 from spacecraft import Spacecraft, failure, success
 from tm_packets import build_tm
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
+ROOT = pathlib.Path(__file__).resolve().parents[4]
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
+ROOT = pathlib.Path(__file__).resolve().parents[4]
 sys.path[:0] = [str(ROOT / "gse"), str(ROOT / "test" / "support")]
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 

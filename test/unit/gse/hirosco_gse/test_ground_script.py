@@ -20,7 +20,7 @@ from hirosco_gse.session import LinkLost, Request, RequestLost, Session, TimedOu
 from spacecraft import Spacecraft, failure, success
 from tm_packets import build_tm
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
+ROOT = pathlib.Path(__file__).resolve().parents[4]
 SECOND = 1_000_000_000
 
 
