@@ -40,6 +40,11 @@ static inline uint64_t canopen_at(const uint8_t* octets, size_t size)
     return value;
 }
 
+static inline uint32_t canopen_u32_at(const uint8_t* octets)
+{
+    return (uint32_t)canopen_at(octets, sizeof(uint32_t));
+}
+
 typedef enum { // NMT commands.
     NMT_START           = 0x01,
     NMT_PRE_OPERATIONAL = 0x80,

@@ -253,23 +253,16 @@ static uint32_t give_object(canopen_device_t* const device, const uint16_t index
     }
 }
 
-/// The transmit PDO of an identifier.
-static uint8_t transmit_number(const canopen_device_t* const device, const uint16_t cob)
-{
-    uint8_t number = 0U;
-    while ((number < device->profile->transmit_count) &&
-           !(device->transmit[number].is_valid && (device->transmit[number].cob == cob))) {
-        number++;
-    }
-    return number;
-}
-
 static void take_process_data(void* const context, const uint16_t cob, const uint8_t* const octets,
                               const uint8_t length)
 {
     canopen_device_t* const device = context;
-    const uint8_t number           = transmit_number(device, cob);
-    FSW_ASSERT(number < device->profile->transmit_count); // Only identifiers of this device are routed here.
+    uint8_t number                 = 0U;
+    while (!device->transmit[number].is_valid || (device->transmit[number].cob != cob)) {
+        number++;
+        FSW_ASSERT(number <
+                   device->profile->transmit_count); // Only identifiers of this device are routed here.
+    }
     const canopen_profile_pdo_t* const pdo = &device->profile->transmit[number];
     if (length != canopen_device_profile_pdo_octets(pdo)) {
         device->malformed++;

@@ -36,7 +36,7 @@ canopen_emergency_t canopen_emergency_decode(const uint8_t node, const uint8_t o
                                  .code           = (uint16_t)canopen_at(octets, 2U),
                                  .error_register = octets[2],
                                  .axis           = octets[3],
-                                 .raw_value      = (int32_t)(uint32_t)canopen_at(&octets[4], 4U)};
+                                 .raw_value      = (int32_t)canopen_u32_at(&octets[4])};
 }
 
 canopen_emergency_class_t canopen_emergency_class(const uint16_t code)

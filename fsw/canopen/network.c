@@ -11,9 +11,8 @@ void canopen_network_init(canopen_network_t* const network, const canopen_networ
 {
     FSW_ASSERT((network != NULL) && (config != NULL) && (config->lost_after_syncs >= 1U));
     *network = (canopen_network_t){.config = *config};
-    for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
-        flow_can_init(&network->flows[i]);
-    }
+    flow_can_init(&network->flows[NETWORK_CHANNEL_A]);
+    flow_can_init(&network->flows[NETWORK_CHANNEL_B]);
     network->flow = &network->flows[NETWORK_CHANNEL_A];
     canopen_master_init(&network->master, &config->master, network->flow);
 }
@@ -25,17 +24,15 @@ void canopen_network_clear(canopen_network_t* const network)
     network->device_count = 0U;
 }
 
-status_t canopen_network_find(const canopen_network_t* const network, const uint8_t node,
-                              uint8_t* const out_index)
+uint8_t canopen_network_find(const canopen_network_t* const network, const uint8_t node)
 {
-    FSW_ASSERT((network != NULL) && (out_index != NULL));
+    FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; i < network->device_count; i++) {
         if (network->devices[i].device.node == node) {
-            *out_index = i;
-            return STATUS_OK;
+            return i;
         }
     }
-    return STATUS_NOT_FOUND;
+    return NETWORK_NO_DEVICE;
 }
 
 status_t canopen_network_add(canopen_network_t* const network, const char* const type, const uint8_t node)
@@ -164,6 +161,7 @@ static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
         place->is_faulty           = false;
         place->is_refusal_reported = false;
     }
+    network->is_booted = false; // A node that boots again by this order is not lost.
     (void)canopen_master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
     enter(network, NETWORK_BOOTING, now_ns);
 }
@@ -367,7 +365,6 @@ void canopen_network_stop(canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
     canopen_master_set_sync(&network->master, false);
-    canopen_network_set_goal(network, CIA402_GOAL_DISABLED, false);
     for (uint8_t i = 0U; i < network->device_count; i++) {
         canopen_device_disconnect(&network->devices[i].device);
         canopen_sdo_client_reset(&network->master.nodes[network->devices[i].device.index].sdo);
@@ -398,9 +395,8 @@ void canopen_network_close(canopen_network_t* const network)
     network->is_running  = false;
     network->is_securing = false;
     network->fault_count = 0U;
-    for (uint8_t i = 0U; i < NETWORK_CHANNELS; i++) {
-        flow_can_close(&network->flows[i]);
-    }
+    flow_can_close(&network->flows[NETWORK_CHANNEL_A]);
+    flow_can_close(&network->flows[NETWORK_CHANNEL_B]);
 }
 
 // ---- The cycle ----

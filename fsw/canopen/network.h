@@ -27,6 +27,7 @@
 #include <stdint.h>
 
 #define NETWORK_DEVICES_MAX 4U
+#define NETWORK_NO_DEVICE 0xFFU
 #define NETWORK_SETTINGS_MAX 32U
 #define NETWORK_FAULTS_MAX 16U
 #define NETWORK_CHANNELS 2U
@@ -164,8 +165,8 @@ void canopen_network_clear(canopen_network_t* network);
 /// Add a device of a class. STATUS_OK, STATUS_NOT_FOUND (class), STATUS_EXISTS, STATUS_EXHAUSTED,
 /// STATUS_INVALID.
 MUST_USE status_t canopen_network_add(canopen_network_t* network, const char* type, uint8_t node);
-/// Index of a node's device. STATUS_OK, STATUS_NOT_FOUND.
-MUST_USE status_t canopen_network_find(const canopen_network_t* network, uint8_t node, uint8_t* out_index);
+/// Index of a node's device; NETWORK_NO_DEVICE if there is none.
+uint8_t canopen_network_find(const canopen_network_t* network, uint8_t node);
 
 /// Open both channels; `redundant_bus` is null without channel B. A channel that cannot be opened counts as
 /// absent, unless it is the active one. Statuses of flow_can_open; STATUS_NOT_FOUND also: no channel B.

@@ -115,8 +115,8 @@ static void take_emergencies(canopen_network_t* const network)
 {
     canopen_emergency_t emergency;
     while (canopen_master_take_emergency(&network->master, &emergency) == STATUS_OK) {
-        uint8_t index = 0U;
-        if (!network->is_booted || (canopen_network_find(network, emergency.node, &index) != STATUS_OK)) {
+        const uint8_t index = canopen_network_find(network, emergency.node);
+        if (!network->is_booted || (index == NETWORK_NO_DEVICE)) {
             continue; // The life of a node before it was commissioned does not matter.
         }
         switch (canopen_emergency_class(emergency.code)) {

@@ -202,7 +202,7 @@ static void answer_initiate_upload(canopen_sdo_client_t* const client, const uin
         end(client, STATUS_OK);
         return;
     }
-    const uint32_t size = has_size ? (uint32_t)canopen_at(&octets[4], 4U) : 0U;
+    const uint32_t size = has_size ? canopen_u32_at(&octets[4]) : 0U;
     if (size > SDO_OCTETS_MAX) {
         abort_transfer(client, SDO_ABORT_MEMORY, STATUS_TOO_LARGE);
         return;
@@ -276,7 +276,7 @@ void canopen_sdo_client_answer(canopen_sdo_client_t* const client, const uint8_t
     }
     if (specifier == ABORT) {
         end(client, STATUS_FORBIDDEN);
-        client->abort_code = (uint32_t)canopen_at(&octets[4], 4U);
+        client->abort_code = canopen_u32_at(&octets[4]);
         client->counters.aborted++;
     } else if (specifier != expected_specifier(client->phase)) {
         abort_transfer(client, SDO_ABORT_COMMAND, STATUS_INVALID);

@@ -106,8 +106,7 @@ static status_t add_devices(drives_t* const drives)
     canopen_network_clear(&drives->network);
     for (uint16_t i = 0U; (status == STATUS_OK) && (i < descriptor->device_count); i++) {
         const uint8_t node = drives_endnode(descriptor, &descriptor->devices[i])->node;
-        uint8_t index      = 0U;
-        if (canopen_network_find(&drives->network, node, &index) != STATUS_OK) {
+        if (canopen_network_find(&drives->network, node) == NETWORK_NO_DEVICE) {
             status = canopen_network_add(&drives->network, descriptor->devices[i].type, node);
         }
     }
@@ -149,7 +148,6 @@ void drives_give_back(drives_t* const drives)
     if (drives->is_borrowed) {
         canopen_network_close(&drives->network);
     }
-    drives->is_borrowed = false;
 }
 
 status_t drives_hardware_init(void* const self)
@@ -182,8 +180,8 @@ static status_t add_settings(drives_t* const drives, const descriptor_device_t* 
 {
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     const uint8_t node                             = drives_endnode(descriptor, device)->node;
-    uint8_t index                                  = 0U;
-    status_t status                                = canopen_network_find(&drives->network, node, &index);
+    const uint8_t index                            = canopen_network_find(&drives->network, node);
+    status_t status = (index != NETWORK_NO_DEVICE) ? STATUS_OK : STATUS_NOT_FOUND;
     for (uint16_t i = 0U; (status == STATUS_OK) && (i < device->setting_count); i++) {
         const descriptor_setting_t* const source = &descriptor->settings[device->first_setting + i];
         const canopen_setting_t setting          = {.index    = source->index,
@@ -402,23 +400,23 @@ void drives_emit(void* const self)
     canopen_network_emit(&drives->network, subsystem_now_ns(drives->generic));
 }
 
-/// Place in the network of a device of the applied configuration. STATUS_OK, STATUS_NOT_FOUND.
-static status_t place_of(const drives_t* const drives, const uint16_t position, uint8_t* const out_index)
+/// Index in the network of a device of the applied configuration, or NETWORK_NO_DEVICE.
+static uint8_t index_of(const drives_t* const drives, const uint16_t position)
 {
     const descriptor_configuration_t* const configuration = drives->configuration;
     if ((configuration == NULL) || (position >= configuration->device_count)) {
-        return STATUS_NOT_FOUND;
+        return NETWORK_NO_DEVICE;
     }
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
     const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + position];
-    return canopen_network_find(&drives->network, drives_endnode(descriptor, device)->node, out_index);
+    return canopen_network_find(&drives->network, drives_endnode(descriptor, device)->node);
 }
 
 canopen_device_t* drives_device(drives_t* const drives, const uint16_t position)
 {
     FSW_ASSERT(drives != NULL);
-    uint8_t index = 0U;
-    return (place_of(drives, position, &index) == STATUS_OK) ? &drives->network.devices[index].device : NULL;
+    const uint8_t index = index_of(drives, position);
+    return (index != NETWORK_NO_DEVICE) ? &drives->network.devices[index].device : NULL;
 }
 
 bool drives_are_running(const drives_t* const drives)
@@ -430,8 +428,8 @@ bool drives_are_running(const drives_t* const drives)
 uint32_t drives_missed(const drives_t* const drives, const uint16_t position)
 {
     FSW_ASSERT(drives != NULL);
-    uint8_t index = 0U;
-    return (place_of(drives, position, &index) == STATUS_OK) ? drives->network.devices[index].missed : 0U;
+    const uint8_t index = index_of(drives, position);
+    return (index != NETWORK_NO_DEVICE) ? drives->network.devices[index].missed : 0U;
 }
 
 uint32_t drives_limited(const drives_t* const drives)

@@ -80,8 +80,9 @@ static status_t object_of(const drives_t* const drives, const pus_device_action_
         out_object->length   = action->protocol[3];
         out_object->is_read  = (action->kind == PUS_DEVICE_ACQUIRE);
     }
-    if ((node > UINT8_MAX) ||
-        (canopen_network_find(&drives->network, (uint8_t)node, &out_object->device) != STATUS_OK)) {
+    out_object->device = (node <= CANOPEN_NODE_MAX) ? canopen_network_find(&drives->network, (uint8_t)node)
+                                                    : NETWORK_NO_DEVICE;
+    if (out_object->device == NETWORK_NO_DEVICE) {
         return STATUS_NOT_FOUND;
     }
     const bool is_written = !out_object->is_read && (out_object->quantity == NULL);

@@ -76,16 +76,16 @@ static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
 /// Every node of every configuration is brought up, each once.
 static bool nodes_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
 {
-    const descriptor_endnode_t* first = NULL;
-    uint8_t nodes[NETWORK_DEVICES_MAX];
-    uint8_t count = 0U;
+    const descriptor_endnode_t* first  = NULL;
+    uint8_t nodes[NETWORK_DEVICES_MAX] = {0U};
+    uint8_t count                      = 0U;
     for (uint16_t i = 0U; i < descriptor->device_count; i++) {
         const descriptor_device_t* const device = &descriptor->devices[i];
         if (!endnode_fits(descriptor, device, &first, out_misfit)) {
             return false;
         }
         const uint8_t node = descriptor->endnodes[device->first_endnode].node;
-        if ((count > 0U) && (memchr(nodes, node, count) != NULL)) {
+        if (memchr(nodes, node, count) != NULL) {
             continue;
         }
         if (count == NETWORK_DEVICES_MAX) {

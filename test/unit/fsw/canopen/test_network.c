@@ -102,14 +102,13 @@ static void a_joystick_has_two_axes_behind_one_node(void)
 
 static void the_network_checks_each_added_node(void)
 {
-    uint8_t index = 0U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_add(&network, "toaster", 0x13U));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_network_add(&network, "cia402-drive", 0x11U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_network_add(&network, "cia402-drive", 0x80U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x13U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x14U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, canopen_network_add(&network, "cia402-drive", 0x15U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_find(&network, 0x15U, &index));
+    TEST_ASSERT_EQUAL_UINT8(NETWORK_NO_DEVICE, canopen_network_find(&network, 0x15U));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_network_open(&network, &resolver, "robot", NULL));
     const canopen_setting_t setting = {.index = 0x6060U, .octets = 1U};
     for (unsigned i = 0U; i < NETWORK_SETTINGS_MAX; i++) {
@@ -246,6 +245,197 @@ static void it_can_be_configured_again_for_another_mode(void)
     expect_no_fault();
 }
 
+/// Cycles until the first fault, which is this refusal.
+static unsigned cycles_to_refusal(const action_t action, const uint8_t node,
+                                  const canopen_network_refusal_t refusal)
+{
+    canopen_network_fault_t fault;
+    unsigned cycles = 0U;
+    do {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(action));
+        cycles++;
+        TEST_ASSERT_TRUE(cycles < 2000U);
+    } while (canopen_network_take_fault(&network, &fault) != STATUS_OK);
+    TEST_ASSERT_EQUAL(NETWORK_DEVICE_REFUSED, fault.kind);
+    TEST_ASSERT_EQUAL(refusal, fault.refusal);
+    TEST_ASSERT_EQUAL_HEX8(node, fault.node);
+    return cycles;
+}
+
+static void a_boot_is_repeated_every_300_ms_at_the_missing_node_only(void)
+{
+    unsigned resets[2]      = {0U, 0U};
+    joints[1]->is_boot_mute = true;
+    // The first cycle begins the call, the second sends the reset, the 600th after that repeats it.
+    (void)cycle(canopen_network_boot);
+    TEST_ASSERT_EQUAL_UINT(601U, cycles_to_refusal(canopen_network_boot, 0x12U, REFUSAL_NOT_BOOTED) + 1U);
+    for (unsigned i = 0U; i < 1800U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+        for (unsigned k = 0U; k < bus.seen_count; k++) {
+            const bool is_reset = (bus.seen[k].id == 0U) && (bus.seen[k].data[0] == 0x81U);
+            resets[0] += (is_reset && (bus.seen[k].data[1] != 0x12U)) ? 1U : 0U;
+            resets[1] += (is_reset && (bus.seen[k].data[1] == 0x12U)) ? 1U : 0U;
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT(0U, resets[0]);
+    TEST_ASSERT_EQUAL_UINT(3U, resets[1]);
+    expect_no_fault(); // It is reported once for each boot,
+    canopen_network_stop(&network);
+    (void)cycle(canopen_network_boot);
+    (void)cycles_to_refusal(canopen_network_boot, 0x12U, REFUSAL_NOT_BOOTED); // and again for the next.
+}
+
+static void no_reset_is_repeated_while_no_node_acknowledges(void)
+{
+    joints[0]->is_plugged = false;
+    joints[1]->is_plugged = false;
+    for (unsigned i = 0U; i < 5U; i++) {
+        (void)cycle(canopen_network_boot);
+    }
+    for (unsigned i = 0U; i < 1500U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+        TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus, 0U));
+    }
+}
+
+static void a_silent_device_is_reported_after_100_ms_of_each_start(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
+    joints[1]->is_pdo_mute = true;
+    for (unsigned i = 0U; i < 2U; i++) {
+        TEST_ASSERT_EQUAL_UINT(201U, cycles_to_refusal(canopen_network_start, 0x12U, REFUSAL_SILENT));
+        for (unsigned k = 0U; k < 500U; k++) {
+            TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_start));
+        }
+        expect_no_fault();
+        canopen_network_stop(&network);
+    }
+}
+
+static void a_value_of_another_size_is_a_refusal_for_its_format(void)
+{
+    scripted_object(joints[1], 0x1000U, 0U)->octets = 2U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(canopen_network_boot));
+    expect_refusal(0x12U, REFUSAL_FORMAT, 0x100000U, 0U);
+}
+
+/// A drive has one axis; the places of others are not its own.
+static void axes_that_a_device_does_not_have_take_no_part(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    canopen_cia402_axis_t* const other = &network.devices[0].device.axes[1];
+    canopen_cia402_axis_set_goal(other, CIA402_GOAL_STANDBY, false);
+    other->statusword      = 0x0218U; // Fault, not standby.
+    const double torque_nm = other->scale.torque_max_nm;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
+    canopen_cia402_axis_set_goal(other, CIA402_GOAL_QUICK_STOP, false);
+    other->statusword = 0x0237U;
+    go(CIA402_GOAL_STANDBY);
+    TEST_ASSERT_EQUAL(CIA402_GOAL_QUICK_STOP, other->goal);
+    TEST_ASSERT_EQUAL_HEX16(0U, other->controlword);
+    other->statusword = 0x0218U;
+    idle(5U);
+    expect_no_fault();
+    TEST_ASSERT_TRUE(torque_nm == 0.0);
+}
+
+/// The parameters of PDOs that the class does not have, and other entries, leave the PDOs as they are.
+static void only_the_identifiers_of_its_own_pdos_move_a_device(void)
+{
+    static const struct {
+        uint16_t index;
+        uint8_t subindex;
+    } others[]                           = {{0x13FFU, 1U}, {0x1402U, 1U}, {0x1400U, 0U}, {0x1401U, 2U},
+                                            {0x17FFU, 1U}, {0x1802U, 1U}, {0x1800U, 0U}, {0x1801U, 2U}};
+    const canopen_device_t* const device = &network.devices[0].device;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    for (size_t i = 0U; i < (sizeof others / sizeof others[0]); i++) {
+        set(0U, others[i].index, others[i].subindex, 4U, 0x80000155U);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
+    const uint16_t transmit[2] = {0x191U, 0x291U};
+    const uint16_t receive[2]  = {0x211U, 0x311U};
+    for (unsigned i = 0U; i < 2U; i++) {
+        TEST_ASSERT_EQUAL_HEX16(transmit[i], device->transmit[i].cob);
+        TEST_ASSERT_EQUAL_HEX16(receive[i], device->receive[i].cob);
+        TEST_ASSERT_TRUE(device->transmit[i].is_valid);
+    }
+    TEST_ASSERT_TRUE(device->receive[0].is_valid);
+    TEST_ASSERT_FALSE(device->receive[1].is_valid);
+}
+
+static void two_devices_cannot_send_under_one_identifier(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    set(1U, 0x1801U, 1U, 4U, 0x191U);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, cycle(canopen_network_start));
+    TEST_ASSERT_FALSE(network.is_running);
+    TEST_ASSERT_EQUAL(0U, network.master.route_count); // Nothing is left of the start.
+    idle(2U);
+    TEST_ASSERT_EQUAL_UINT(0U, bus.syncs);
+    // A device that could not be connected does not take away the route of the other one.
+    canopen_device_t* const devices[2] = {&network.devices[0].device, &network.devices[1].device};
+    devices[1]->transmit[1].is_valid   = true;
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_device_connect(devices[0]));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_device_connect(devices[1]));
+    canopen_device_disconnect(devices[1]);
+    const uint8_t octets[8] = {0x50U, 0x02U};
+    scripted_bus_deliver(&bus, 0x191U, octets, 8U);
+    idle(1U);
+    TEST_ASSERT_TRUE(devices[0]->transmit[0].is_heard);
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, devices[0]->axes[0].statusword);
+}
+
+static void a_closed_network_begins_anew(void)
+{
+    canopen_network_fault_t fault;
+    run_to(CIA402_GOAL_ENABLED);
+    scripted_bus_emergency(&bus, 0x11U, 0x4310U);
+    idle(1U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
+    canopen_network_close(&network);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_network_take_fault(&network, &fault));
+    TEST_ASSERT_FALSE(network.is_running);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_start(&network, now_ns)); // It has not booted.
+    network.master.route_count = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
+    go(CIA402_GOAL_STANDBY);
+    go(CIA402_GOAL_ENABLED);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure)); // From the quick stop on.
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]);
+}
+
+static void a_boot_that_was_interrupted_by_closing_begins_with_the_reset(void)
+{
+    for (unsigned i = 0U; i < 6U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+    }
+    canopen_network_close(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
+    const unsigned boots = joints[0]->boots;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    TEST_ASSERT_EQUAL_UINT(boots + 1U, joints[0]->boots);
+}
+
+static void settings_belong_to_their_device_until_they_are_cleared(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(1U, canopen_network_find(&network, 0x12U));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    set(0U, 0x6065U, 0U, 4U, 1U);
+    set(1U, 0x6065U, 0U, 4U, 2U);
+    canopen_network_clear_settings(&network);
+    set(1U, 0x6066U, 0U, 2U, 3U);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
+    TEST_ASSERT_EQUAL_UINT(0U, joints[0]->writes);
+    TEST_ASSERT_EQUAL_UINT(1U, joints[1]->writes);
+    TEST_ASSERT_EQUAL_UINT32(3U, scripted_object(joints[1], 0x6066U, 0U)->value);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -263,5 +453,15 @@ int main(void)
     RUN_TEST(an_abort_and_silence_end_commissioning);
     RUN_TEST(starting_waits_without_endy_device);
     RUN_TEST(it_can_be_configured_again_for_another_mode);
+    RUN_TEST(a_boot_is_repeated_every_300_ms_at_the_missing_node_only);
+    RUN_TEST(no_reset_is_repeated_while_no_node_acknowledges);
+    RUN_TEST(a_silent_device_is_reported_after_100_ms_of_each_start);
+    RUN_TEST(a_value_of_another_size_is_a_refusal_for_its_format);
+    RUN_TEST(axes_that_a_device_does_not_have_take_no_part);
+    RUN_TEST(only_the_identifiers_of_its_own_pdos_move_a_device);
+    RUN_TEST(two_devices_cannot_send_under_one_identifier);
+    RUN_TEST(a_closed_network_begins_anew);
+    RUN_TEST(a_boot_that_was_interrupted_by_closing_begins_with_the_reset);
+    RUN_TEST(settings_belong_to_their_device_until_they_are_cleared);
     return UNITY_END();
 }

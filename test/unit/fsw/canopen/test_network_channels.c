@@ -18,6 +18,7 @@ static scripted_bus_t bus[NETWORK_CHANNELS];
 static scripted_node_t* nodes[NETWORK_CHANNELS][2];
 static canopen_network_t network;
 static uint64_t now_ns;
+static bool is_a_missing;
 static bool is_b_missing;
 static unsigned spoken[NETWORK_CHANNELS]; // Frames of the master.
 
@@ -27,7 +28,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
     (void)context;
     (void)kind;
     const bool is_b = (strcmp(name, "robot-b") == 0);
-    if (is_b && is_b_missing) {
+    if (is_b ? is_b_missing : is_a_missing) {
         return STATUS_NOT_FOUND;
     }
     (void)strcpy(out_address->address, bus[is_b ? B : A].address);
@@ -65,6 +66,7 @@ static void open_network(void)
 void setUp(void)
 {
     static const char* const names[] = {"test-channel-a", "test-channel-b"};
+    is_a_missing                     = false;
     is_b_missing                     = false;
     now_ns                           = 0U;
     memset(spoken, 0, sizeof spoken);
@@ -323,6 +325,120 @@ static void unsent_frames_are_counted_with_the_reason(void)
     TEST_ASSERT_EQUAL_UINT32(before.full + 1U, after.full);
 }
 
+/// Each of both controllers counts for itself.
+static void the_counters_of_both_channels_are_summed(void)
+{
+    canopen_network_bus_counters_t sum;
+    for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
+        const uint32_t unit                          = (i == A) ? 1U : 100U;
+        network.flows[i].counters.sent               = 1U * unit;
+        network.flows[i].counters.received           = 2U * unit;
+        network.flows[i].counters.refused            = 3U * unit;
+        network.flows[i].counters.full               = 4U * unit;
+        network.flows[i].counters.errors             = 5U * unit;
+        network.flows[i].counters.overruns           = 6U * unit;
+        network.flows[i].counters.lost               = 7U * unit;
+        network.flows[i].errors.bus_offs             = 8U * unit;
+        network.flows[i].errors.restarts             = 9U * unit;
+        network.flows[i].errors.missing_acknowledges = 10U * unit;
+        network.flows[i].errors.transmit_timeouts    = 11U * unit;
+        network.flows[i].errors.lost_arbitrations    = 12U * unit;
+    }
+    canopen_network_bus_counters(&network, &sum);
+    TEST_ASSERT_EQUAL_UINT32(101U, sum.sent);
+    TEST_ASSERT_EQUAL_UINT32(202U, sum.received);
+    TEST_ASSERT_EQUAL_UINT32(303U, sum.refused);
+    TEST_ASSERT_EQUAL_UINT32(404U, sum.full);
+    TEST_ASSERT_EQUAL_UINT32(505U, sum.errors);
+    TEST_ASSERT_EQUAL_UINT32(606U, sum.overruns);
+    TEST_ASSERT_EQUAL_UINT32(707U, sum.lost);
+    TEST_ASSERT_EQUAL_UINT32(808U, sum.bus_offs);
+    TEST_ASSERT_EQUAL_UINT32(909U, sum.restarts);
+    TEST_ASSERT_EQUAL_UINT32(1010U, sum.missing_acknowledges);
+    TEST_ASSERT_EQUAL_UINT32(1111U, sum.transmit_timeouts);
+    TEST_ASSERT_EQUAL_UINT32(1212U, sum.lost_arbitrations);
+}
+
+static unsigned cycles_to_reset(const unsigned channel)
+{
+    unsigned cycles = 0U;
+    do {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+        cycles++;
+        TEST_ASSERT_TRUE(cycles < 1000U);
+    } while (scripted_bus_count(&bus[channel], 0U) == 0U);
+    return cycles;
+}
+
+/// A heartbeat from before the call says nothing about the channel on which the node is now.
+static void a_call_ends_when_every_node_was_heard_since_or_after_160_ms(void)
+{
+    static const uint8_t alive = 0x7FU;
+    open_network();
+    scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
+    scripted_bus_deliver(&bus[A], 0x712U, &alive, 1U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot)); // They are received as the call begins.
+    scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+    TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus[A], 0U));
+    scripted_bus_deliver(&bus[A], 0x712U, &alive, 1U);
+    TEST_ASSERT_EQUAL_UINT(1U, cycles_to_reset(A));
+    canopen_network_close(&network);
+    devices_on(NETWORK_CHANNELS); // Nobody answers.
+    open_network();
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+    TEST_ASSERT_EQUAL_UINT(320U, cycles_to_reset(A));
+}
+
+static void frames_of_the_other_channel_are_read_in_the_cycle_they_arrive(void)
+{
+    static const uint8_t stray[8] = {0U};
+    open_network();
+    run();
+    for (unsigned i = 0U; i < 10U; i++) {
+        scripted_bus_deliver(&bus[B], 0x191U, stray, 8U);
+    }
+    idle(1U);
+    TEST_ASSERT_EQUAL_UINT32(10U, network.flows[B].counters.received);
+}
+
+static void a_missing_channel_a_is_reported_without_the_offset_of_b(void)
+{
+    is_a_missing = true;
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
+    devices_on(B);
+    open_network();
+    run();
+    TEST_ASSERT_EQUAL_UINT(1U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_MISSING));
+}
+
+static void a_channel_that_does_not_exist_is_not_missing(void)
+{
+    canopen_network_clear(&network);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x11U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
+    run();
+    TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_MISSING + NETWORK_BUS_CHANNEL_B));
+}
+
+/// Continuous loss is reported once; the time before the bus was opened does not belong to it.
+static void lost_frames_are_reported_after_each_opening_on_both_channels(void)
+{
+    for (unsigned i = 0U; i < 2U; i++) {
+        open_network();
+        run();
+        scripted_bus_error(&bus[A], OSAL_CAN_ERROR_CONTROLLER, 0x01U);
+        scripted_bus_error(&bus[B], OSAL_CAN_ERROR_CONTROLLER, 0x01U);
+        idle(1U);
+        canopen_network_fault_t fault;
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_take_fault(&network, &fault));
+        TEST_ASSERT_EQUAL_HEX16(NETWORK_BUS_OVERRUN, fault.code);
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_take_fault(&network, &fault));
+        TEST_ASSERT_EQUAL_HEX16(NETWORK_BUS_OVERRUN + NETWORK_BUS_CHANNEL_B, fault.code);
+        canopen_network_close(&network);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -336,5 +452,11 @@ int main(void)
     RUN_TEST(a_missing_channel_b_is_reported_and_cannot_be_selected);
     RUN_TEST(conditions_of_a_controller_are_reported_and_counted);
     RUN_TEST(unsent_frames_are_counted_with_the_reason);
+    RUN_TEST(the_counters_of_both_channels_are_summed);
+    RUN_TEST(a_call_ends_when_every_node_was_heard_since_or_after_160_ms);
+    RUN_TEST(frames_of_the_other_channel_are_read_in_the_cycle_they_arrive);
+    RUN_TEST(a_missing_channel_a_is_reported_without_the_offset_of_b);
+    RUN_TEST(a_channel_that_does_not_exist_is_not_missing);
+    RUN_TEST(lost_frames_are_reported_after_each_opening_on_both_channels);
     return UNITY_END();
 }

@@ -451,6 +451,97 @@ static void released_drives_have_closed_their_bus(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // The hardware can be initialised again.
 }
 
+/// What the subsystem was asked to do with the devices ends 20 ms after it was asked for the last time.
+static void a_configuration_is_given_up_after_20_ms_without_a_call(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    select(2U);
+    nodes[1]->is_pdo_mute = true;
+    for (unsigned i = 0U; i < 50U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure));
+    }
+    const unsigned writes = nodes[1]->writes;
+    for (unsigned i = 0U; i < 39U; i++) {
+        (void)cycle(NULL);
+    }
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure)); // After 20 ms exactly it continues.
+    TEST_ASSERT_EQUAL_UINT(writes, nodes[1]->writes);
+    for (unsigned i = 0U; i < 41U; i++) {
+        TEST_ASSERT_NOT_NULL(drives_device(&drives, 0U));
+        (void)cycle(NULL);
+    }
+    TEST_ASSERT_NULL(drives_device(&drives, 0U));
+    nodes[1]->is_pdo_mute = false;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+    TEST_ASSERT_EQUAL_UINT(writes + 1U, nodes[1]->writes);
+    for (unsigned i = 0U; i < 200U; i++) { // What has been applied stays.
+        (void)cycle(NULL);
+    }
+    TEST_ASSERT_TRUE(drives_are_running(&drives));
+    TEST_ASSERT_NOT_NULL(drives_device(&drives, 0U));
+}
+
+static void the_same_configuration_is_applied_again_when_it_runs(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    select(2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+    const unsigned writes = nodes[1]->writes;
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure));
+    TEST_ASSERT_FALSE(drives_are_running(&drives));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+    TEST_ASSERT_EQUAL_UINT(writes + 1U, nodes[1]->writes);
+}
+
+static void a_failed_configuration_leaves_no_device_and_no_process_data(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    select(2U);
+    scripted_object(nodes[1], 0x6065U, 0U)->abort_code = 0x08000022U;
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, run_action(configure));
+    TEST_ASSERT_NULL(drives_device(&drives, 0U));
+    TEST_ASSERT_FALSE(drives_are_running(&drives));
+    scripted_object(nodes[1], 0x6065U, 0U)->abort_code = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_deinit));
+    TEST_ASSERT_NULL(drives_device(&drives, 0U));
+    TEST_ASSERT_FALSE(drives_are_running(&drives));
+}
+
+/// The first call gives the command; its result counts from the next cycle on.
+static void a_goal_is_commanded_again_after_each_stop(void)
+{
+    static const action_t stops[] = {drives_post, drives_secure};
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    select(2U);
+    for (size_t i = 0U; i < (sizeof stops / sizeof stops[0]); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_start_control));
+        TEST_ASSERT_EQUAL_HEX16(0x0233U, nodes[0]->status[0]);
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(stops[i]));
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_start_control));
+        TEST_ASSERT_EQUAL_HEX16(0x0233U, nodes[0]->status[0]);
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_post));
+    }
+}
+
+/// Only on the way out of the safe state is a fault of a drive reset.
+static void a_fault_is_reset_by_starting_the_control_only(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    select(2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+    nodes[0]->status[0] = 0x0218U;
+    for (unsigned i = 0U; i < 20U; i++) {
+        (void)cycle(drives_engage);
+    }
+    TEST_ASSERT_EQUAL_HEX16(0x0218U, nodes[0]->status[0]);
+    generic.state = STATE_SAFE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_start_control));
+    TEST_ASSERT_EQUAL_HEX16(0x0233U, nodes[0]->status[0]);
+}
+
 int main(void)
 {
     descriptor_loader_init(&loader);
@@ -471,5 +562,10 @@ int main(void)
     RUN_TEST(each_change_of_activity_ends_a_command_once);
     RUN_TEST(counters_are_published_where_the_descriptor_names_them);
     RUN_TEST(released_drives_have_closed_their_bus);
+    RUN_TEST(a_configuration_is_given_up_after_20_ms_without_a_call);
+    RUN_TEST(the_same_configuration_is_applied_again_when_it_runs);
+    RUN_TEST(a_failed_configuration_leaves_no_device_and_no_process_data);
+    RUN_TEST(a_goal_is_commanded_again_after_each_stop);
+    RUN_TEST(a_fault_is_reset_by_starting_the_control_only);
     return UNITY_END();
 }

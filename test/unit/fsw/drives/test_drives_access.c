@@ -201,6 +201,59 @@ static void commissioning_ends_a_transfer(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_sdo_client_result(client, NULL));
 }
 
+/// A transfer that ended in any way leaves the device free for the next one.
+static void each_end_of_a_transfer_frees_its_device(void)
+{
+    static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
+    const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
+    static const uint8_t ends[]     = {0x4FU, 0x80U, 0x20U};
+    for (size_t i = 0U; i < sizeof(ends); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, begin(DRIVES_ACCESS_SLOTS - 1U, &read)); // The last slot, too.
+        answer(ends[i], "\0\0\0");
+        (void)poll(DRIVES_ACCESS_SLOTS - 1U);
+        TEST_ASSERT_EQUAL_UINT8(0U, drives.access.owners[0]);
+        canopen_sdo_client_reset(client);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
+    drives.network.is_running = false; // Abandoned while the network is stopped.
+    port.abandon(port.context, 0U);
+    canopen_sdo_client_reset(client);
+    drives.network.is_running = true;
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &read));
+}
+
+static void objects_have_at_most_the_octets_of_a_transfer(void)
+{
+    static const uint8_t most[]         = {0x60, 0x65, 0x01, SDO_OCTETS_MAX};
+    static uint8_t data[SDO_OCTETS_MAX] = {7U};
+    pus_device_action_t write           = command(PUS_DEVICE_COMMAND, FIRST_NODE, most, NULL);
+    const pus_device_action_t read      = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, most, NULL);
+    write.data                          = data;
+    write.size                          = sizeof data;
+    TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &write));
+    TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &read));
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &write));
+    TEST_ASSERT_TRUE(canopen_sdo_client_request(client, 1U, frame));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x21, 0x65, 0x60, 0x01, SDO_OCTETS_MAX, 0, 0, 0}), frame,
+                                 8U);
+}
+
+static void nodes_of_registers_are_those_of_the_network(void)
+{
+    pus_device_action_t dump = {.kind = PUS_DEVICE_DUMP_REGISTER, .address = (0xFFU << 24U) | 0x606500U};
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, port.check(port.context, &dump));
+    dump.address = (SECOND_NODE << 24U) | 0x606500U;
+    TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &dump));
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, &dump));
+    TEST_ASSERT_EQUAL_UINT8(0U, drives.access.owners[0]);
+    TEST_ASSERT_EQUAL_UINT8(1U, drives.access.owners[1]);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_sdo_client_result(client, NULL));
+    dump.kind = PUS_DEVICE_LOAD_REGISTER; // A register has four octets.
+    dump.data = frame;
+    dump.size = 3U;
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, port.check(port.context, &dump));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -211,5 +264,8 @@ int main(void)
     RUN_TEST(an_sdo_abort_of_the_device_is_reported);
     RUN_TEST(one_transfer_to_a_node_at_a_time);
     RUN_TEST(commissioning_ends_a_transfer);
+    RUN_TEST(each_end_of_a_transfer_frees_its_device);
+    RUN_TEST(objects_have_at_most_the_octets_of_a_transfer);
+    RUN_TEST(nodes_of_registers_are_those_of_the_network);
     return UNITY_END();
 }

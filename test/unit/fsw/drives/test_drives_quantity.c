@@ -201,6 +201,30 @@ static void wrong_lines_of_a_descriptor_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("id='2'", "id='1'"));
 }
 
+static void the_ends_of_each_range_can_be_set(void)
+{
+    static const struct {
+        double real;
+        uint16_t id;
+        bool fits;
+    } cases[] = {{3276.74, 1U, true},
+                 {3276.75, 1U, false},
+                 {-3276.84, 1U, true},
+                 {-3276.86, 1U, false},
+                 {0.0, 2U, true},
+                 {255.0, 2U, true},
+                 {-0.49, 2U, true},
+                 {-0.51, 2U, false},
+                 {6.8e38, 3U, true},
+                 {-6.8e38, 3U, true},
+                 {6.9e38, 3U, false},
+                 {-6.9e38, 3U, false},
+                 {-6.80564693277e38, 3U, true}};
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        TEST_ASSERT_EQUAL_MESSAGE(cases[i].fits, to_object(cases[i].id, cases[i].real), "fits");
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -210,5 +234,6 @@ int main(void)
     RUN_TEST(logical_devices_are_read_and_set);
     RUN_TEST(an_unknown_or_unsettable_quantity_is_refused);
     RUN_TEST(wrong_lines_of_a_descriptor_are_reported);
+    RUN_TEST(the_ends_of_each_range_can_be_set);
     return UNITY_END();
 }

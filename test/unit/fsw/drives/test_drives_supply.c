@@ -175,6 +175,43 @@ static void lines_of_a_supply_differ(void)
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "another line than on"));
 }
 
+/// The bus is released 10 ms after the last frame, not earlier.
+static void a_frame_has_10_ms_to_leave(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U)));
+    generic.now_ns += 10U * MS - 1U;
+    TEST_ASSERT_EQUAL(STATUS_BUSY, poll(0U));
+    TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
+    generic.now_ns += 1U;
+    TEST_ASSERT_EQUAL(STATUS_OK, poll(0U));
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U))); // It can be borrowed again,
+    port.abandon(port.context, 0U);
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow)); // and given back again.
+}
+
+/// An end of the hardware takes the bus over: a pulse that ends afterwards does not close it too early.
+static void hardware_deinit_keeps_the_bus_until_its_reset_has_left(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U)));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, drives_hardware_deinit(&drives));
+    port.abandon(port.context, 0U);
+    TEST_ASSERT_TRUE(flow_can_is_open(drives.network.flow));
+    TEST_ASSERT_EQUAL(STATUS_OK, drives_hardware_deinit(&drives));
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.network.flow));
+}
+
+static void pulses_wait_while_the_transmit_queue_is_full(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, drives_borrow(&drives));
+    while (flow_can_send(drives.network.flow, 0x7F0U, NULL, 0U) == STATUS_OK) {
+        TEST_ASSERT_TRUE(drives.network.flow->counters.sent <= OSAL_CAN_RING_FRAMES);
+    }
+    TEST_ASSERT_EQUAL(STATUS_FULL, begin(0U, turn(0x1F01U)));
+    scripted_bus_run(&bus);
+    TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U)));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -185,5 +222,8 @@ int main(void)
     RUN_TEST(an_abandoned_pulse_releases_the_bus);
     RUN_TEST(without_a_bus_the_command_fails);
     RUN_TEST(lines_of_a_supply_differ);
+    RUN_TEST(a_frame_has_10_ms_to_leave);
+    RUN_TEST(hardware_deinit_keeps_the_bus_until_its_reset_has_left);
+    RUN_TEST(pulses_wait_while_the_transmit_queue_is_full);
     return UNITY_END();
 }
