@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames that the receiver accepts and refuses. The frames of test_known_answers were made by another
-// implementation of AES-GCM (pyca/cryptography, which is OpenSSL); test/unit/gse/hirosco_gse/test_ground_sdls.py has
-// the same octets.
+// implementation of AES-GCM (pyca/cryptography, which is OpenSSL);
+// test/unit/gse/hirosco_gse/test_ground_sdls.py has the same octets.
 #include "base/octets.h"
 #include "test/support/assertion.h"
 #include "test/support/recorded_media.h"
