@@ -12,7 +12,7 @@
 #define CAPACITY_PORT_LINKS 4U       ///< Real-time links that begin at one port: its readers.
 #define CAPACITY_BUSES 8U            ///< CAN buses of a mission.
 #define CAPACITY_NODES 2U            ///< On-board computers.
-#define CAPACITY_RING_RECORDS 15000U ///< Of the packet log in memory.
+#define CAPACITY_RING_RECORDS 15000U ///< Number of ring records of the packet log in memory.
 /// Room for one report of each HIGH event of a subsystem; other reports never use it [octets].
 #define CAPACITY_HIGH_EVENTS 2048U
 #define CAPACITY_HIGH_EVENT_HEAD 27U ///< Of each report, without its auxiliary data [octets].

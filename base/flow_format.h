@@ -31,7 +31,7 @@ typedef struct {
     flow_framing_t framing;
     flow_order_t order;
     flow_direction_t direction; ///< For a file; all others go both ways.
-    uint32_t baud;              ///< Of a serial line [bit/s].
+    uint32_t baud;              ///< Baud of a serial line [bit/s].
 } flow_format_t;
 
 #endif // BASE_FLOW_FORMAT_H

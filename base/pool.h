@@ -41,7 +41,7 @@ typedef struct {
 } pool_setup_t;
 
 typedef struct {      // One per block, placed by the owner. All fields are private.
-    uint32_t start;   // Of the block [octets] in the storage: constant.
+    uint32_t start;   // Start of the block [octets] in the storage: constant.
     uint16_t next;    // Of the list of free blocks; the last one's is some block.
     uint16_t holders; // 0 = free.
 } pool_slot_t;

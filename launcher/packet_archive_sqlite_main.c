@@ -43,7 +43,7 @@ typedef struct {
 typedef struct {
     osal_file_t file;
     bool is_open;
-    uint64_t position; ///< Of the buffer in the file.
+    uint64_t position; ///< Position of the buffer in the file.
     size_t held;
     size_t partial; ///< Octets of these that the last reading left over.
     uint8_t buffer[CHUNK + LINE_MAX_CHARACTERS];

@@ -28,7 +28,7 @@
 #define MASTER_FRAMES_PER_CYCLE 512U ///< More in one cycle wait for the next.
 
 typedef struct {
-    uint8_t node_id;               ///< Of the master, 1..127.
+    uint8_t node_id;               ///< Id of the master, 1..127.
     uint64_t heartbeat_ns;         ///< Period of its own heartbeat.
     uint64_t heartbeat_timeout_ns; ///< A node that has begun to send heartbeats must repeat them within this.
     uint64_t sdo_timeout_ns;

@@ -122,7 +122,7 @@ typedef struct { // Private: last checked state of a controller.
 
 typedef struct { // Private: SYNCs of other nodes at the last check.
     uint32_t count;
-    uint64_t time_ns; ///< Of the last one; 0: none.
+    uint64_t time_ns; ///< Time of the last such SYNC; 0: none.
 } canopen_network_foreign_sync_t;
 
 typedef enum { // Private.

@@ -32,7 +32,7 @@ typedef struct { // Read-only outside.
     uint16_t count;
     uint16_t position; ///< Setting in progress; after a failure, the one that failed.
     bool is_started;
-    uint32_t abort_code; ///< Of the failed access, 0 if the node did not abort it.
+    uint32_t abort_code; ///< Code of the failed access, 0 if the node did not abort it.
     bool is_other_value; ///< The value of the node differs from that of SETTING_VERIFY.
     uint64_t found;      ///< Value of the node if is_other_value, else 0.
     status_t result;     ///< STATUS_BUSY while running.

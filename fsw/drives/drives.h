@@ -27,7 +27,7 @@
 #include <stdint.h>
 
 #define DRIVES_ACCESS_SLOTS 16U ///< Transfers of drives_access.h at most.
-#define DRIVES_COUNTERS 27U     ///< Of drives_counters.h, without PDO_MISSED.
+#define DRIVES_COUNTERS 27U     ///< Number of counters of drives_counters.h, without PDO_MISSED.
 
 typedef enum {
     DRIVES_RESTING,  ///< Controllers off.

@@ -20,7 +20,7 @@ typedef struct { // All counters at one instant.
 
 static const struct {
     const char* name; // In the descriptor.
-    size_t offset;    // Of an uint32_t in counts_t.
+    size_t offset;    // Offset of an uint32_t in counts_t.
 } counters[DRIVES_COUNTERS] = {
     {"CYCLES", offsetof(counts_t, cycles)},
     {"FRAMES_RECEIVED", offsetof(counts_t, bus.received)},

@@ -10,7 +10,7 @@
 #define APID_MAX 2046
 #define OCTET_MAX 255
 #define STEP_MAX 65535
-#define CALL_PRICE 64U  // Of a call of the host, including its work.
+#define CALL_PRICE 64U  // Price of a call of the host, including its work.
 #define OCTETS_READ 20U // Octets of arguments that are looked at for a unit.
 
 void procedure_push_value(lua_State* const state, const value_type_t type, const uint64_t bits)

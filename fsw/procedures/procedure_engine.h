@@ -14,9 +14,9 @@
 #include "fsw/procedures/procedure_heap.h"
 #include "pus/core/procedure_port.h"
 
-#define PROCEDURE_TEXT_MAX 96U     ///< Of an error, with its NUL [octets].
-#define PROCEDURE_DATA_MAX 1024U   ///< Of a request it sends [octets].
-#define PROCEDURE_NAME_MAX 64U     ///< Of a parameter, with its NUL [octets].
+#define PROCEDURE_TEXT_MAX 96U     ///< Longest text of an error, with its NUL [octets].
+#define PROCEDURE_DATA_MAX 1024U   ///< Maximum size of the data of a request [octets].
+#define PROCEDURE_NAME_MAX 64U     ///< Longest name of a parameter, with its NUL [octets].
 #define PROCEDURE_STRING_MAX 4096U ///< Longest text [octets].
 
 typedef struct { // Private.
@@ -28,7 +28,7 @@ typedef struct { // Private.
     size_t memory_size;
     uint8_t* map;
     uint32_t budget;
-    uint32_t spent; // Of the budget; the excess is taken from the next one.
+    uint32_t spent; // Part of the budget that is spent; the excess is taken from the next one.
     uint32_t used;  // Since the last grant.
     uint32_t grace; // Lists made since the last grant that were no larger than one before.
     // The largest values that this procedure has had; prices depend on them.

@@ -9,11 +9,11 @@
 #include <string.h>
 
 #define UNPACK_MAX 250      // Values that `unpack` returns.
-#define KEY_PRICE 4U        // Of taking a key from a table, and of comparing two keys.
+#define KEY_PRICE 4U        // Price of taking a key from a table, and of comparing two keys.
 #define TEXT_COMPARED 512U  // Octets that one unit compares.
-#define METATABLE_PRICE 40U // Of copying one.
-#define NUMBER_PRICE 18U    // Of making a number a text.
-#define PIECE_PRICE 2U      // Of a text that is put into another.
+#define METATABLE_PRICE 40U // Price of copying a metatable.
+#define NUMBER_PRICE 18U    // Price of a conversion of a number to a text.
+#define PIECE_PRICE 2U      // Price of a text that is put into another.
 #define PIECES 4U           // Texts that a unit repeats.
 
 procedure_slot_t* procedure_slot_of(lua_State* const state)

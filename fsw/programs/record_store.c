@@ -6,7 +6,7 @@
 #include "base/text.h"
 #include "osal/include/osal/console.h"
 
-#define JOURNAL_LIMIT (64U * 1024U * 1024U) ///< Of each file [octets].
+#define JOURNAL_LIMIT (64U * 1024U * 1024U) ///< Maximum size of each file [octets].
 #define JOURNAL_SLACK (1024U * 1024U)       ///< Dead octets before a compaction.
 #define PIECE 4096U                         ///< Copied at a time [octets].
 

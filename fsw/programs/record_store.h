@@ -20,7 +20,7 @@
 #include "fsw/framework/journal/journal.h"
 #include "osal/include/osal/file.h"
 
-#define RECORD_STORE_COPIES 4U ///< Of each damaged medium.
+#define RECORD_STORE_COPIES 4U ///< Number of copies of each damaged medium.
 
 /// Returns the medium that the journal uses in front of its first or second medium; null: none.
 typedef struct {

@@ -15,7 +15,7 @@
 #define SHUTDOWN_STEPS 6U // sequences.c.
 #define SESSION_TIME_NS 10000000000ULL
 #define ANNEX_FRAME (2U * sizeof(uint32_t))
-#define PRIME 0x100000001B3ULL // Of FNV-1a, here over words.
+#define PRIME 0x100000001B3ULL // Prime of FNV-1a, here over words.
 
 CAPACITY_CHECK(both_states_have_room, (2U * sizeof(checkpoint_state_t)) <= CHECKPOINT_STATES_MAX);
 CAPACITY_CHECK(a_boolean_is_an_octet, sizeof(bool) == 1U);

@@ -97,16 +97,16 @@ typedef struct {   // Content of a message ring.
 } checkpoint_ring_t;
 
 typedef struct {
-    uint64_t interface_hash;                   ///< Of the mission.
-    uint64_t now_ns;                           ///< Of the commit.
-    uint64_t log_number;                       ///< Of the next record.
+    uint64_t interface_hash;                   ///< Hash of the mission.
+    uint64_t now_ns;                           ///< Time of the commit.
+    uint64_t log_number;                       ///< Number of the next record.
     uint64_t log_written;                      ///< Last record that is in a file.
-    uint64_t log_sizes[PACKET_LOG_STRATEGIES]; ///< Of the files.
+    uint64_t log_sizes[PACKET_LOG_STRATEGIES]; ///< Sizes of the files.
     uint64_t shutdown_ns;
     orbit_t path;
     pus_token_t shutdown_token;
-    uint32_t lives;        ///< Of the supervisor in this run, this one included.
-    uint32_t message_life; ///< Of its message channels, which outlive it.
+    uint32_t lives;        ///< Number of lives of the supervisor in this run, this one included.
+    uint32_t message_life; ///< Life of its message channels, which outlive it.
     uint32_t message_stamp;
     uint32_t link_epoch;
     uint32_t link_transaction;
@@ -129,7 +129,7 @@ typedef struct {
     plan_runner_t plans;
     pending_table_t pending; ///< To subsystems.
     pending_table_t own;     ///< To the supervisor itself.
-    pus_counts_t counts;     ///< Of the supervisor's own packets.
+    pus_counts_t counts;     ///< Counts of the supervisor's own packets.
     message_position_t channels[MESSAGE_PEERS_MAX];
     checkpoint_ring_t rings[CHECKPOINT_RINGS];
 } checkpoint_state_t;

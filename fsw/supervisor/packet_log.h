@@ -52,7 +52,7 @@ typedef struct { // Private: one job for the file. While busy, the writer owns i
     uint64_t last_number;
     size_t octets;
     bool is_rest;  // and no other record waited when it was made.
-    uint64_t size; // Of the file: whole records, before and after.
+    uint64_t size; // Size of the file: whole records, before and after.
     // Before: the file may end with a part of a record, which is cut off first. After: it could not be cut
     // off.
     bool is_cut;
@@ -73,7 +73,7 @@ typedef struct {                    // All fields are private, except the first 
     uint32_t ring_records; // At most, while the ring is in force.
     osal_file_t file;
     bool is_open;  // Also while the ring is in force and is being written to the file.
-    uint64_t size; // Of the file: whole records.
+    uint64_t size; // Size of the file: whole records.
     uint64_t whole[PACKET_LOG_STRATEGIES]; // Whole records in each strategy's file [octets].
     bool is_cut[PACKET_LOG_STRATEGIES];
     uint64_t now_ns;
@@ -98,7 +98,7 @@ typedef struct {                    // All fields are private, except the first 
 typedef struct { // State of the log before it is opened: of a program that died, from its last commit.
     uint64_t next_number; ///< 1: a new log.
     uint64_t written_number;
-    uint64_t sizes[PACKET_LOG_STRATEGIES]; ///< Of the files (`whole`); later octets are cut off.
+    uint64_t sizes[PACKET_LOG_STRATEGIES]; ///< Sizes of the files (`whole`); later octets are cut off.
     const uint8_t* ring;                   ///< Its ring, copied by message_ring_copy; null: no log before.
     size_t ring_octets;
 } packet_log_past_t;

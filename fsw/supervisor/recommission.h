@@ -28,7 +28,7 @@ typedef struct { // Private: of one subsystem.
     state_t ordered; // Ordered from its present stable state; STATE_COUNT: no order yet.
     state_t seen;
     state_phase_t seen_phase;
-    uint64_t since_ns; // Of the last progress.
+    uint64_t since_ns; // Time of the last progress.
 } recommission_t;
 
 struct supervisor;

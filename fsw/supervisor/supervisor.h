@@ -133,7 +133,7 @@ typedef struct {
     const char* log_folder;
     bool has_log_writer; ///< A task of its own waits for the disk of the packet log.
     uint32_t start_count;
-    pus_file_store_t files; ///< Of ST[23] and of services that load by reference.
+    pus_file_store_t files; ///< Files of ST[23] and of services that load by reference.
     journal_t* journal;     ///< Open, with the lasting records of earlier lives; null: no lasting records.
     subsystem_services_t optional; ///< Services that its descriptor lists.
     const medium_t* store_media;   ///< SPACECRAFT_STORES media for packet stores; null: nothing fits.

@@ -24,11 +24,11 @@
 
 #define TELEMETRY_CACHE_PARAMETERS 2048U
 #define TELEMETRY_CACHE_BUCKETS 4096U   ///< A power of two, more than the parameters.
-#define TELEMETRY_CACHE_OCTETS 65536U   ///< Of all values.
+#define TELEMETRY_CACHE_OCTETS 65536U   ///< Octets of all values.
 #define TELEMETRY_CACHE_STRUCTURES 256U ///< Housekeeping and diagnostic, of all subsystems.
 #define TELEMETRY_CACHE_INTERVALS 3U
 #define TELEMETRY_CACHE_AGE_MIN_NS 3000000000ULL
-#define TELEMETRY_CACHE_ENTRIES 8192U ///< Of all structures' definitions.
+#define TELEMETRY_CACHE_ENTRIES 8192U ///< Number of entries of all structures' definitions.
 
 /// Source of the sizes of parameters that are not scalars.
 typedef struct {
@@ -40,7 +40,7 @@ typedef struct {
 typedef struct { // Private.
     uint32_t id;
     uint16_t size;
-    uint32_t offset; // Of its value.
+    uint32_t offset; // Offset of its value.
     bool is_known;   // It was reported.
     uint64_t taken_ns;
     uint64_t interval_ns; // Between the last two reports; 0: there was only one.
@@ -48,11 +48,11 @@ typedef struct { // Private.
 
 typedef struct { // Private.
     uint16_t apid;
-    uint8_t subtype; // Of its reports, 25 or 26.
+    uint8_t subtype; // Subtype of its reports, 25 or 26.
     uint16_t id;
     uint16_t first; // Entry; there are `count` of them.
     uint16_t count;
-    uint32_t size; // Of a report's values [octets].
+    uint32_t size; // Size of a report's values [octets].
 } telemetry_cache_structure_t;
 
 typedef struct {          // Private: one parameter of a structure, or the head of a set.

@@ -41,7 +41,7 @@ typedef struct { // Private.
     uint16_t apid;
     uint16_t configuration;
     uint16_t id;
-    uint16_t offset; // Of its definition, as in TM[3,10] from the parameters on.
+    uint16_t offset; // Offset of its definition, as in TM[3,10] from the parameters on.
     uint16_t size;
 } telemetry_structure_t;
 

@@ -23,7 +23,7 @@ typedef struct {
 } pus_request_count_t;
 
 typedef struct {
-    uint16_t sequence; ///< Of the next report.
+    uint16_t sequence; ///< Sequence of the next report.
     pus_message_count_t messages[PUS_MESSAGE_COUNTERS];
     pus_request_count_t requests[PUS_ADDRESSEES];
 } pus_counts_t;

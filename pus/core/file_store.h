@@ -12,7 +12,7 @@
 
 typedef struct {
     bool is_directory;
-    uint64_t size; ///< Of a file [octets].
+    uint64_t size; ///< Size of a file [octets].
 } pus_file_about_t;
 
 typedef struct {

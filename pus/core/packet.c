@@ -6,7 +6,7 @@
 
 #define NS_PER_S 1000000000ULL
 #define TIME_FRACTIONS ((uint64_t)PUS_TIME_TICKS_PER_S)
-#define SECONDS_SHIFT 24U // Of fields in the time on the wire [bits].
+#define SECONDS_SHIFT 24U // Shift of fields in the time on the wire [bits].
 #define P_FIELD_SHIFT 56U
 #define RELATIVE_TIME_SIGN (1ULL << 55U)
 

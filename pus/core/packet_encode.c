@@ -5,7 +5,7 @@
 #include "base/crc.h"
 #include "pus/core/packet_internal.h"
 
-#define COMMON_SIZE 9U // Of the headers of requests and reports [octets].
+#define COMMON_SIZE 9U // Size of the headers of requests and reports [octets].
 
 /// Begin a packet of `size` octets. False: there is no room.
 static bool header_write(octet_writer_t* const writer, const packet_header_t* const header, const size_t size)

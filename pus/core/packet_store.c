@@ -18,7 +18,7 @@
 #define SEED_SIZE 12U // Address and generation.
 #define TIME_AT 14U
 #define PACKET_AT 22U
-#define FRAME_SIZE 14U // Of a record around its packet: size, time and checksum.
+#define FRAME_SIZE 14U // Size of a record around its packet: size, time and checksum.
 
 void pus_packet_store_init(pus_packet_store_t* const store, const pus_packet_store_config_t* const config)
 {

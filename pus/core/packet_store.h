@@ -19,7 +19,7 @@
 #include "pus/core/packet.h"
 
 #define PUS_STORE_BLOCK 16384U
-#define PUS_STORE_BLOCKS_MIN 2U ///< Of a store.
+#define PUS_STORE_BLOCKS_MIN 2U ///< Minimum number of blocks of a store.
 /// Room for one packet with its record fields [octets].
 #define PUS_STORE_BUFFER_SIZE (PUS_PACKET_MAX + 26U)
 

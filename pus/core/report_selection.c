@@ -24,7 +24,7 @@
 #define DIAGNOSTIC_REPORT 26U
 #define EVENT_REPORTS 4U // Subtypes 1 to this.
 
-#define ENTRY_SIZE 6U // Of a lasting record [octets].
+#define ENTRY_SIZE 6U // Size of a lasting record [octets].
 #define GROUP_ROOM 8U // Largest size of an entry in a report [octets].
 #define NO_KEY UINT32_MAX
 

@@ -49,7 +49,7 @@ typedef struct {
     uint16_t apid_count;
     pus_selection_entry_t* candidate;     ///< As many as the largest selection has.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
-    uint8_t table;                        ///< Of the lasting records.
+    uint8_t table;                        ///< Table of the lasting records.
 } pus_selection_editor_t;
 
 /// Perform the instructions of a request, whose reader is at the count of processes, and put the whole

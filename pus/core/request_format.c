@@ -8,7 +8,7 @@
 #define REGISTERS 2U
 #define LAYOUT_SHIFT 16U
 #define LAYOUT_MASK 0x1FU
-#define LENGTH_OFFSET 4U // Of the length field in a packet [octets].
+#define LENGTH_OFFSET 4U // Offset of the length field in a packet [octets].
 
 typedef struct {
     const uint8_t* body;

@@ -11,7 +11,7 @@
 #define KEY_RELEASING 1U // Identifiers of the requests under release.
 #define KEY_ACTIVITY 0x01000000U
 #define SLOT_MASK 0xFFFFU
-#define ID_SIZE 6U // Of an identifier in a record [octets].
+#define ID_SIZE 6U // Size of an identifier in a record [octets].
 
 void pus_schedule_init(pus_schedule_t* const schedule, const pus_schedule_kind_t* const kind,
                        void* const self, const pus_schedule_config_t* const config)

@@ -70,7 +70,7 @@ typedef struct {
     uint16_t sub_schedule_count;    ///< At most, 1..256.
     uint16_t group_count;           ///< At most, 1..256.
     uint64_t margin;                ///< Minimum distance of a tag from now [ticks of the tag].
-    void* context;                  ///< Of `lost`.
+    void* context;                  ///< Context of `lost`.
     /// Told in the first step after a restart: the request may or may not have been released. May be null.
     void (*lost)(void* context, const pus_activity_id_t* id);
 } pus_schedule_config_t;
@@ -98,8 +98,8 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     bool is_enabled;
     uint16_t count; ///< Activities in the schedule.
     uint16_t free;
-    uint64_t serial;        // Of the next activity.
-    uint32_t report_number; // Of the last report by identifiers.
+    uint64_t serial;        // Serial of the next activity.
+    uint32_t report_number; // Number of the last report by identifiers.
     pus_sorted_index_t order;
     pus_schedule_set_t sub_schedules;
     pus_schedule_set_t groups;

@@ -2,7 +2,7 @@
 // The other end of service 130: the link manager, not the subsystems, writes requests and reads reports.
 #include "pus/private/st130_codec.h"
 
-#define STATUS_SIZE 52U // Of an entry of TM[130,9] [octets].
+#define STATUS_SIZE 52U // Size of an entry of TM[130,9] [octets].
 
 void pus_link_request_write(octet_writer_t* const writer, const pus_link_request_t* const request)
 {

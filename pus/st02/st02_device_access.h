@@ -16,7 +16,7 @@
 
 #include "pus/core/service.h"
 
-#define PUS_DEVICE_DATA_MAX 512U          ///< Of one acquisition [octets].
+#define PUS_DEVICE_DATA_MAX 512U          ///< Maximum size of the data of one acquisition [octets].
 #define PUS_DEVICE_PROTOCOL_SIZE 4U       ///< Protocol-specific data [octets].
 #define PUS_DEVICE_INSTRUCTIONS_MAX 2048U ///< More than fit any request.
 #define PUS_DEVICE_TIMED_OUT 0xFFFFU      ///< Return code.
@@ -42,13 +42,13 @@ typedef struct {
     uint32_t address;        ///< Register; LOGICAL_ACQUIRE: parameter id.
     const uint8_t* protocol; ///< COMMAND, ACQUIRE: PUS_DEVICE_PROTOCOL_SIZE octets.
     const uint8_t* data;     ///< LOAD_REGISTER (4 octets), COMMAND, LOGICAL_COMMAND.
-    uint16_t size;           ///< Of data [octets].
+    uint16_t size;           ///< Size of data [octets].
 } pus_device_action_t;
 
 typedef struct {
-    uint16_t return_code; ///< Of an acquisition; not 0 if it failed.
-    uint32_t detail;      ///< Of TM[1,8] if it failed.
-    uint16_t size;        ///< Of data that were read; a register has 4.
+    uint16_t return_code; ///< Code of an acquisition; not 0 if it failed.
+    uint32_t detail;      ///< Detail of TM[1,8] if it failed.
+    uint16_t size;        ///< Size of the data that were read; a register has 4.
     uint8_t data[PUS_DEVICE_DATA_MAX];
 } pus_device_result_t;
 
@@ -74,7 +74,7 @@ typedef struct { // Private: position in the instructions of a request.
     uint8_t inner; // Pulses of the CPDU.
     uint16_t cpdu;
     uint16_t transaction;
-    uint16_t number; // Of the instruction, from 1.
+    uint16_t number; // Number of the instruction, from 1.
     uint32_t place;  // Its octet offset.
 } pus_device_cursor_t;
 
@@ -88,7 +88,7 @@ typedef struct {   // Private: a request under way.
     pus_failure_t failure; // The first.
     pus_token_t token;
     uint8_t left_out[PUS_DEVICE_INSTRUCTIONS_MAX / 8U]; // Bit n - 1: instruction n was refused, or failed.
-    uint32_t values[PUS_COUNT_MAX];                     // Of registers.
+    uint32_t values[PUS_COUNT_MAX];                     // Values of registers.
     uint8_t data[PUS_TC_DATA_MAX];
     size_t size;
 } pus_device_operation_t;

@@ -12,7 +12,7 @@ enum {
 };
 
 #define RECORD_HEAD 1U // Number of entries before the entries of a record [octets].
-#define ENTRY_SIZE 8U  // Of an entry in a record.
+#define ENTRY_SIZE 8U  // Size of an entry in a record.
 
 static pus_hk_functional_t* definition_of(const pus_hk_t* const hk, const uint16_t id)
 {

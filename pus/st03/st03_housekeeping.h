@@ -50,8 +50,8 @@ typedef struct { // Private.
 typedef struct { // Private.
     uint16_t repetitions;
     uint16_t taken;  // Samples of the present interval so far.
-    uint16_t offset; // Of the set's first sample in the sample buffer.
-    uint16_t size;   // Of one sample [octets].
+    uint16_t offset; // Offset of the set's first sample in the sample buffer.
+    uint16_t size;   // Size of one sample [octets].
     uint8_t first;   // Entry.
     uint8_t count;   // Entries.
 } pus_hk_set_t;
@@ -65,7 +65,7 @@ typedef struct { // Private.
     uint16_t id;
     uint32_t interval;
     uint32_t start; // Cycle before the interval's first.
-    uint16_t size;  // Of all values [octets].
+    uint16_t size;  // Size of all values [octets].
     uint8_t simple_count;
     uint8_t entry_count;
     uint8_t set_count;

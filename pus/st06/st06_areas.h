@@ -8,9 +8,9 @@
 /// The memory of a request's areas, or one object of it.
 typedef struct {
     const pus_memory_t* memory;
-    uint8_t index; ///< Of the memory.
+    uint8_t index; ///< Index of the memory.
     bool is_object;
-    uint32_t base_id; ///< Of the object.
+    uint32_t base_id; ///< Id of the object.
     uint32_t origin;  ///< Address = origin + offset in the request.
     uint32_t first;   ///< Least that a request may give.
     uint32_t size;    ///< From there on [octets].

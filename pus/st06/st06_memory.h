@@ -48,11 +48,11 @@ typedef struct {  // Private: a request under way.
     uint8_t kind; // 0: free.
     bool is_object;
     uint8_t memory; // Its place in the list.
-    uint8_t phase;  // Of a load by reference.
+    uint8_t phase;  // Phase of a load by reference.
     uint8_t count;  // Areas.
     uint8_t index;  // Area under way, from 0.
     uint8_t refused;
-    uint16_t checksum; // Of the area under way, as far as it has been read.
+    uint16_t checksum; // Checksum of the area under way, as far as it has been read.
     uint32_t base_id;
     uint32_t origin; // Added to the offsets of areas.
     uint32_t done;   // Octets of the area under way.

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define PERFORM 1U
-#define COUNT_OFFSET PUS_NAME_SIZE // Of the argument count in the application data.
+#define COUNT_OFFSET PUS_NAME_SIZE // Offset of the argument count in the application data.
 
 static size_t size_of(const pus_argument_t* const argument)
 {

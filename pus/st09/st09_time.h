@@ -26,9 +26,9 @@ typedef enum {
 } pus_time_format_t;
 
 typedef struct {
-    uint32_t epoch_s; ///< Of the mission [seconds since 1958-01-01 TAI].
+    uint32_t epoch_s; ///< Epoch of the mission [seconds since 1958-01-01 TAI].
     pus_time_format_t format;
-    uint8_t exponent; ///< Of the rate at first, 0..PUS_TIME_EXPONENT_MAX or PUS_TIME_NO_REPORTS.
+    uint8_t exponent; ///< Exponent of the rate at first, 0..PUS_TIME_EXPONENT_MAX or PUS_TIME_NO_REPORTS.
     uint8_t status;   ///< Spacecraft time reference status, the mission's meaning.
     pus_port_t port;  ///< Takes time packets to ground.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#define KIND_SHIFT 16U // Of a record's key.
+#define KIND_SHIFT 16U // Shift of a record's key.
 #define SETTINGS_SIZE 6U
 
 void pus_monitoring_init(pus_monitoring_t* const self, const pus_monitoring_config_t* const config)

@@ -39,7 +39,7 @@ typedef struct { // Private.
     uint16_t next_part;
     size_t size;
     uint64_t heard_ns;
-    pus_token_t token; // Of the last part.
+    pus_token_t token; // Token of the last part.
 } pus_large_uplink_t;
 
 typedef struct {
@@ -63,10 +63,10 @@ typedef struct {
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_large_config_t config;
-    size_t first_report; // Of a ring: the report that is sent, followed by the next ones.
+    size_t first_report; // First report of a ring: the report that is sent, followed by the next ones.
     size_t posted;
     bool is_building;
-    uint16_t transaction; // Of the next long report.
+    uint16_t transaction; // Transaction of the next long report.
     struct {
         uint32_t reports;  ///< Reports sent in parts, whole.
         uint32_t parts;    ///< Their parts.

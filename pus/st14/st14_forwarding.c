@@ -8,7 +8,7 @@
 
 // Each list has four subtypes in a row: a first and a second that change it, one that asks and the answer.
 #define SUBTYPES_PER_LIST 4U
-#define ANSWER_OFFSET 1U // Of an answer's subtype from the request's.
+#define ANSWER_OFFSET 1U // Offset of an answer's subtype from the request's.
 
 void pus_forwarding_init(pus_forwarding_t* const forwarding, const pus_forwarding_config_t* const config)
 {

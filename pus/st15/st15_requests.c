@@ -30,7 +30,7 @@ enum { // Subtypes that are distinguished below.
     REPORT_HOUSEKEEPING = 35
 };
 
-#define ANSWER_OFFSET 1U // Of a content report's subtype from the request's.
+#define ANSWER_OFFSET 1U // Offset of a content report's subtype from the request's.
 #define PER_CENT 100U
 
 static uint32_t id_of(const uint8_t* const name)
@@ -44,7 +44,7 @@ static uint32_t id_of(const uint8_t* const name)
 typedef struct {
     pus_storage_t* storage;
     uint8_t subtype;
-    uint8_t number; ///< Of the store it is for.
+    uint8_t number; ///< Number of its store.
     const uint8_t* name;
     bool is_for_all;
     bool has_good_times;

@@ -8,7 +8,7 @@
 
 #define PRINTABLE_FIRST 0x21U
 #define PRINTABLE_LAST 0x7EU
-#define STATE_SIZE 79U // Of a lasting record [octets].
+#define STATE_SIZE 79U // Size of a lasting record [octets].
 
 uint32_t st15_blocks_of(const uint32_t size)
 {

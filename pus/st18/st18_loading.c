@@ -5,11 +5,11 @@
 
 #include <string.h>
 
-#define PART_HEAD 12U // Of a record: id 8, size u16, checksum u16 [octets].
+#define PART_HEAD 12U // Size of the head of a record: id 8, size u16, checksum u16 [octets].
 #define PART_DATA (PUS_RECORD_MAX - PART_HEAD)
-#define PARTS 3U          // Of the largest code.
+#define PARTS 3U          // Number of parts of the largest code.
 #define KEYS_EACH 4U      // Keys of one procedure.
-#define ENGINE_KEY 65535U // Of the record that contains whether the engine is stopped.
+#define ENGINE_KEY 65535U // Key of the record that contains whether the engine is stopped.
 
 uint32_t procedures_detail(const uint8_t* const id)
 {

@@ -64,8 +64,8 @@ typedef struct { // Private: a loaded procedure.
     bool was_aborted;  // By the last request for all.
     uint8_t parts;     // Of its records that were restored; one bit each.
     uint8_t level;     // pus_observability_t.
-    uint16_t size;     // Of the code [octets].
-    uint16_t checksum; // Of the code.
+    uint16_t size;     // Size of the code [octets].
+    uint16_t checksum; // Checksum of the code.
     uint16_t slot;     // PUS_PROCEDURE_NONE: inactive.
     uint8_t code[PUS_PROCEDURE_CODE_MAX];
 } pus_procedure_t;
@@ -91,10 +91,10 @@ typedef struct {        // Private: a slot of the engine.
     uint16_t step;
     pus_hold_t stop;
     pus_hold_t suspension;
-    pus_token_t token; // Of the request that activated it.
+    pus_token_t token; // Token of the request that activated it.
     pus_waiting_t waiting;
     uint64_t until;      // Cycle.
-    uint32_t request_id; // Of the request for which it waits.
+    uint32_t request_id; // Id of the request for which it waits.
     pus_call_t call;
     pus_answer_t answer;
     uint16_t communicated; // Octets that wait.
@@ -112,7 +112,7 @@ typedef struct {
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
     pus_procedure_t* procedures;
     pus_procedure_run_t* runs; ///< One for each slot of the engine.
-    uint16_t capacity;         ///< Of `procedures`, 1..16383.
+    uint16_t capacity;         ///< Capacity of `procedures`, 1..16383.
     uint32_t budget;           ///< Units of the engine for a procedure in a cycle.
     uint16_t calls;            ///< Steps, events and requests in a cycle, >= 1; the next one waits a cycle.
     uint64_t cycle_ns;         ///< [ns], >= 1.

@@ -53,7 +53,7 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     uint16_t free;
     uint16_t queue_first;
     uint16_t queue_count;
-    uint32_t report_number; // Of the last report by identifiers.
+    uint32_t report_number; // Number of the last report by identifiers.
     uint32_t report_wanted; // Of that under way; 0: all.
     pus_long_report_t report;
     uint8_t record[PUS_EVENT_ACTION_RECORD_HEAD + PUS_PACKET_MAX];

@@ -27,7 +27,7 @@ typedef struct { // Private.
 } pus_parameter_place_t;
 
 typedef struct {
-    uint16_t apid;             ///< Of ids that may be defined.
+    uint16_t apid;             ///< APID of ids that may be defined.
     pus_parameter_port_t port; ///< To the parameters of the dictionary.
     const pus_memory_t* memories;
     const pus_memory_state_t* states; ///< Of ST[06]: a parameter in protected memory is not set.

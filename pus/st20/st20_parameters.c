@@ -11,7 +11,7 @@ enum {
     DEFINITIONS = 7
 };
 
-#define ID_SIZE 4U // Of a parameter id before its value [octets].
+#define ID_SIZE 4U // Size of a parameter id before its value [octets].
 
 void pus_parameters_init(pus_parameters_t* const parameters, const pus_parameter_port_t* const port)
 {

@@ -5,10 +5,11 @@
 
 #include <string.h>
 
-#define KEY_PART 0x01000000U // Of a record: and slot << 16, and number of the part.
+#define KEY_PART                                                                                             \
+    0x01000000U // Bit in the key of a record; the others are slot << 16 and the number of the part.
 #define SLOT_SHIFT 16U
 #define PART_MASK 0xFFFFU
-#define LENGTH_OFFSET 4U // Of the length field in a packet [octets].
+#define LENGTH_OFFSET 4U // Offset of the length field in a packet [octets].
 
 void pus_sequences_init(sequences_t* const self, const pus_sequences_config_t* const config)
 {

@@ -45,7 +45,7 @@ typedef struct {
     pus_sequence_t* sequences;
     pus_sorted_index_node_t* nodes; ///< One for each sequence.
     uint16_t sequence_count;        ///< 1..PUS_SEQUENCE_COUNT_MAX.
-    uint32_t octets_max;            ///< Of the content of a sequence.
+    uint32_t octets_max;            ///< Maximum size of the content of a sequence.
     pus_block_chains_t* chains;     ///< Room for the contents; may be shared with others of the same loop.
 } pus_sequences_config_t;
 

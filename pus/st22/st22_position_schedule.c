@@ -4,12 +4,12 @@
 #include "base/assertion.h"
 #include "generated/pus/st22_request_formats.h"
 
-#define FIELD_BITS 48U // Of a position and of an offset.
+#define FIELD_BITS 48U // Bits of a position and of an offset.
 #define FIELD_MASK ((1ULL << FIELD_BITS) - 1U)
 #define SIGN (1ULL << (FIELD_BITS - 1U))
 #define ANGLE_BITS 16U
 #define ANGLE_MASK 0xFFFFU
-#define RECORD_SIZE 12U // Of offset and pending change [octets].
+#define RECORD_SIZE 12U // Size of offset and pending change [octets].
 
 static bool read_position(octet_reader_t* const reader, uint64_t* const out_tag)
 {

@@ -12,7 +12,7 @@
 
 #include "pus/core/schedule.h"
 
-#define PUS_POSITION_TICKS 65536U ///< Of an orbit.
+#define PUS_POSITION_TICKS 65536U ///< Number of ticks of an orbit.
 
 typedef struct { // The on-board orbit position parameter.
     void* context;

@@ -12,7 +12,7 @@ enum {
 };
 
 #define COPIES_MAX 255U
-#define INTERVAL_SIZE 4U // Of its record [octets].
+#define INTERVAL_SIZE 4U // Size of its record [octets].
 
 void pus_files_init(pus_files_t* const files, const pus_files_config_t* const config)
 {

@@ -17,7 +17,7 @@
 #include "pus/core/file_store.h"
 #include "pus/core/service.h"
 
-#define PUS_FILE_SLICE 4096U ///< Of a copy [octets].
+#define PUS_FILE_SLICE 4096U ///< Slice of a copy [octets].
 
 typedef struct { // Private.
     bool is_used;
@@ -54,7 +54,7 @@ typedef struct { // Private.
     pus_file_path_t folder;             // Where it is,
     char after[PUS_FILE_NAME_MAX + 1U]; // behind which name.
     char pattern[PUS_FILE_NAME_MAX + 1U];
-    uint16_t count; // Of entries in `data`.
+    uint16_t count; // Number of entries in `data`.
     size_t size;
     uint8_t data[PUS_TM_DATA_MAX];
 } pus_file_search_t;
@@ -77,7 +77,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_files_config_t config;
     size_t next_copy; // Copy that is served next.
     size_t next_search;
-    uint32_t interval; // Of the status report [cycles]; 0: none.
+    uint32_t interval; // Interval of the status report [cycles]; 0: none.
     uint32_t reported_cycle;
     bool is_interval_new;
     bool is_restored; // Locks were.

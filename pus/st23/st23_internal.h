@@ -25,7 +25,7 @@ typedef struct {
     pus_file_path_t path;
     uint32_t folder_offset;
     uint32_t name_offset;
-    uint32_t bad_offset; ///< Of the field that is not a path or not a name.
+    uint32_t bad_offset; ///< Offset of the field that is not a path or not a name.
 } st23_place_t;
 
 /// False: one of the fields is malformed.

@@ -11,7 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define DEPTH_MAX 3U // Of lists in lists.
+#define DEPTH_MAX 3U // Maximum depth of lists in lists.
 #define WORD_MAX 32U // Characters of a name or type.
 
 /// A list that is being decoded.

@@ -21,7 +21,7 @@ typedef struct { // Private, except name, bus, flight_node and the listener.
     unsigned flight_node; ///< BUS_NODES_MAX: there is no flight.
     osal_can_t can;       // Wire end of flight's controller.
     bool has_flight;
-    const char* address; // Of the wire end.
+    const char* address; // Address of the wire end.
     bool is_lost;        // The interface to flight software is removed or down.
     uint64_t retry_ns;
     uint64_t refused; ///< Frames of flight that the bus did not take.
@@ -34,7 +34,7 @@ typedef struct { // Private, except name, bus, flight_node and the listener.
 
 typedef struct {
     const char* name;        ///< Outlives the segment.
-    const char* address;     ///< Of flight's controller, outlives the segment; null or "": no flight.
+    const char* address;     ///< Address of flight's controller, outlives the segment; null or "": no flight.
     const char* published;   ///< Of the interface where tools see the bus; null or "": none.
     const char* output_path; ///< Folder of the log; null: none is written.
     bool is_classic;

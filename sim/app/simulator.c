@@ -38,7 +38,7 @@ typedef struct {
 struct simulator {
     uint64_t time_ns;
     segment_t segment[SIMULATOR_BUSES_MAX];
-    bus_t* channel_b[SIMULATOR_BUSES_MAX]; ///< Of each segment; null: it has none.
+    bus_t* channel_b[SIMULATOR_BUSES_MAX]; ///< Channel B of each segment; null: it has none.
     unsigned bus_count;
     bench_devices_t* bench_devices;
     plant_t* plant;

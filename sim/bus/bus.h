@@ -33,7 +33,7 @@ typedef struct bus bus_t;
 typedef struct {
     uint32_t nominal_bit_rate; ///< Divides 10^9, e.g. 1 000 000.
     uint32_t data_bit_rate;    ///< Divides 10^9, e.g. 5 000 000; 0: classic bus.
-    uint64_t seed;             ///< Of loss, corruption and duplication.
+    uint64_t seed;             ///< Seed of loss, corruption and duplication.
 } bus_config_t;
 
 /// Notifications of a node. Each may be null.

@@ -36,7 +36,7 @@ typedef struct { // All fields are private, except stream_port and count: read-o
     char line[COSIMULATION_PORT_LINE_BYTES]; ///< Received and not yet used.
     size_t line_size;
     uint64_t came_ns;     ///< When the client connected (wall-clock).
-    uint16_t stream_port; ///< Of the client that takes part; 0: it has no stream.
+    uint16_t stream_port; ///< Port of the client that takes part; 0: it has no stream.
     struct {
         uint32_t joined;
         uint32_t left;      ///< Sent `leave`.

@@ -18,7 +18,7 @@ typedef struct {
 } node_channel_t;
 
 struct node {
-    bus_t* bus; ///< Of the active channel.
+    bus_t* bus; ///< Bus of the active channel.
     unsigned bus_index;
     node_channel_t channel[NODE_CHANNELS];
     unsigned active;

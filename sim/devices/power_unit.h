@@ -28,7 +28,7 @@ typedef struct { // Private.
     uint8_t id;
     unsigned count;
     node_t* node[POWER_UNIT_RELAYS_MAX];
-    uint64_t move_ns[2U * POWER_UNIT_RELAYS_MAX]; // Of each line; BUS_NEVER: no pulse.
+    uint64_t move_ns[2U * POWER_UNIT_RELAYS_MAX]; // Time of the next move of each line; BUS_NEVER: no pulse.
 } power_unit_t;
 
 /// All relays closed.

@@ -22,7 +22,7 @@
 typedef struct {
     int descriptor;
     bool is_broken;
-    off_t size; ///< Of the file: whole lines or records.
+    off_t size; ///< Size of the file: whole lines or records.
     size_t used;
     uint8_t octets[BUFFER_OCTETS];
 } sink_t;

@@ -25,7 +25,7 @@ typedef struct {
     double grip_damping_nms_rad;  ///< Until the first `grip`.
     double position_scale;        ///< s_p: joint angle per stick angle.
     double force_scale;           ///< s_f: stick torque per joint torque.
-    double arm_stiffness_nm_rad;  ///< Of a joint under control, as the operator has learned it.
+    double arm_stiffness_nm_rad;  ///< Arm stiffness of a joint under control, as the operator has learned it.
 } hand_parameters_t;
 
 /// What the hand is doing now, for the truth log.

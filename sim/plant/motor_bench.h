@@ -16,7 +16,7 @@ typedef struct { // Read-only for others.
     const plant_parameters_t* parameters;
     plant_rotor_t rotor;
     double contact_rad;      ///< Where the output meets something, in the positive direction.
-    double stiffness_nm_rad; ///< Of the elastic object; 0: none.
+    double stiffness_nm_rad; ///< Stiffness of the elastic object; 0: none.
     double output_torque_nm; ///< Gear torque on the output, as the drive's torque sensor measures it.
 } motor_bench_t;
 

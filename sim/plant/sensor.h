@@ -38,7 +38,7 @@ void torque_sensor_init(torque_sensor_t* sensor, const torque_sensor_parameters_
 double torque_sensor_read(const torque_sensor_t* sensor, uint64_t step, uint64_t time_ns, double torque_nm);
 
 typedef struct {
-    uint32_t counts_per_turn; ///< Of the encoder's own shaft.
+    uint32_t counts_per_turn; ///< Counts per turn of the encoder's own shaft.
     double gear_ratio;        ///< Turns of that shaft per turn of the joint or stick; 1 without a gear.
 } encoder_parameters_t;
 

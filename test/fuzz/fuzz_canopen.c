@@ -13,7 +13,7 @@
 
 #define CYCLE_NS 500000U
 #define SECURE_CYCLES 1000U
-#define CYCLES_MAX 1000U // Of one input.
+#define CYCLES_MAX 1000U // Maximum number of cycles of one input.
 
 static scripted_bus_t bus;
 static canopen_network_t network;

@@ -18,7 +18,7 @@
 
 #define DESCRIPTOR "descriptors/subsystems/manipulator.xml"
 #define STEPS_TO_OFFLINE 100000U
-#define STEPS_MAX 3000U // Of the records of one input.
+#define STEPS_MAX 3000U // Maximum number of steps of the records of one input.
 #define TOKENS 64U
 
 static subsystem_descriptor_t descriptor;

@@ -10,7 +10,7 @@
 #define ENDS 32
 #define STREAM_OCTETS 16384U
 #define BACKLOG 8U
-#define LOCAL_PORT 1U // Of every local socket.
+#define LOCAL_PORT 1U // Port of every local socket.
 #define FIRST_PORT 40000U
 
 typedef struct {

@@ -62,8 +62,8 @@ bool fuzz_next(fuzz_input_t* const input, fuzz_record_t* const out_record)
 // ---- Mutating ----
 
 typedef struct {
-    size_t offset; // Of its header.
-    size_t size;   // Of its octets.
+    size_t offset; // Offset of its header.
+    size_t size;   // Size of its octets.
 } place_t;
 
 static size_t find_records(const uint8_t* const data, const size_t size, place_t places[RECORDS_MAX])

@@ -18,7 +18,7 @@ typedef struct { // Private.
 } disk_file_t;
 
 typedef struct {
-    unsigned calls;     ///< Of the store.
+    unsigned calls;     ///< Number of calls of the store.
     unsigned fail_call; ///< The call of this number returns `failure`; 0: none does.
     status_t failure;
     uint64_t room; ///< Size requested by the last file made [octets].

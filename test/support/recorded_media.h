@@ -40,7 +40,7 @@ typedef struct {
     size_t data_size;
     uint8_t data[1U << 21U];
     unsigned mark;      ///< The test's own; noted with each operation.
-    unsigned calls;     ///< Of any kind, reads too, since the last clear.
+    unsigned calls;     ///< Number of calls of any kind, reads included, since the last clear.
     unsigned fail_from; ///< The call of this number and `fail_count` - 1 after it fail; 0: none.
     unsigned fail_count;
     status_t failure; ///< With this status.

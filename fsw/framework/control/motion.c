@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-#define PEAK_SPEED 1.875 // Of s(x) = 10 x^3 - 15 x^4 + 6 x^5 on [0, 1].
+#define PEAK_SPEED 1.875 // Peak speed of s(x) = 10 x^3 - 15 x^4 + 6 x^5 on [0, 1].
 
 void control_motion_rest(control_motion_t* const motion, const double position)
 {

@@ -28,10 +28,10 @@ typedef struct {
     bool is_receiver;
     uint32_t depth;          ///< Messages; set by the receiver.
     uint32_t message_octets; ///< Longest message; a sender refuses a queue of shorter ones.
-    flow_order_t order;      ///< Of the octets of a number, in records.
+    flow_order_t order;      ///< Byte order of a number, in records.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
-    quota_t* quota; ///< Of open queues; null: not counted.
+    quota_t* quota; ///< Quota of open queues; null: not counted.
 } flow_mqueue_setup_t;
 
 typedef struct { // [messages, wrap]

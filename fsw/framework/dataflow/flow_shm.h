@@ -42,10 +42,10 @@ typedef struct {
     const char* name;
     bool is_writer;
     flow_shm_shape_t shape;
-    flow_order_t order;      ///< Of the octets of a number, in records.
+    flow_order_t order;      ///< Byte order of a number, in records.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
-    quota_t* quota; ///< Of open memories; null: not counted.
+    quota_t* quota; ///< Quota of open memories; null: not counted.
 } flow_shm_setup_t;
 
 typedef struct { // [wrap]

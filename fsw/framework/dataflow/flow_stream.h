@@ -42,7 +42,7 @@ typedef struct {
     size_t outbox_octets;
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
-    quota_t* quota; ///< Of open connections; null: not counted.
+    quota_t* quota; ///< Quota of open connections; null: not counted.
 } flow_stream_setup_t;
 
 typedef struct {        // [wrap]

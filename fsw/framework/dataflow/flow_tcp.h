@@ -71,7 +71,7 @@ typedef struct { // Private, except counters: read-only.
     flow_tcp_client_t* clients;
     unsigned capacity;
     size_t buffer_octets;
-    quota_t* quota; // Of sockets; null: not counted.
+    quota_t* quota; // Quota of sockets; null: not counted.
     flow_tcp_counters_t counters;
     unsigned first; // First client of the next step: the one after the client served last.
 } flow_tcp_t;

@@ -23,11 +23,11 @@
 typedef struct {
     const char* local;       ///< End node that is bound,
     const char* peer;        ///< The only peer. The resolver gives both addresses.
-    flow_order_t order;      ///< Of the octets of a number, in records.
+    flow_order_t order;      ///< Byte order of a number, in records.
     size_t receive_octets;   ///< Receive buffer requested from the system; 0: default.
     uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
     uint64_t retry_longest_ns;
-    quota_t* quota; ///< Of open sockets; null: not counted.
+    quota_t* quota; ///< Quota of open sockets; null: not counted.
 } flow_udp_setup_t;
 
 typedef struct { // [datagrams, wrap]

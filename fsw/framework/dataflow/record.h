@@ -27,7 +27,7 @@
 typedef struct {
     value_type_t type;
     uint16_t count; ///< Scalars of that type, one after the other.
-    size_t offset;  ///< Of the first one in the struct [octets].
+    size_t offset;  ///< Offset of the first field in the struct [octets].
 } flow_record_field_t;
 
 #define RECORD_FIELD(record, member, type, count)                                                            \

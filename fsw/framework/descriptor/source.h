@@ -99,7 +99,7 @@ typedef struct {      // A list of items in the model. Offsets are small and not
     uint32_t items;   ///< Offset of the first item in the model; an item that has a name begins with it.
     uint32_t count;   ///< Offset of the number of items in the model (uint16_t).
     uint16_t capacity;
-    uint16_t size;   ///< Of an item [octets].
+    uint16_t size;   ///< Size of an item [octets].
     uint16_t line;   ///< Offset of the line in an item (uint32_t), or 0.
     uint16_t first;  ///< Offset, in the enclosing item, of the first index of the range (uint16_t).
     uint16_t number; ///< Offset, in that item, of the length of the range (uint16_t), or 0: no range.
@@ -109,7 +109,7 @@ typedef struct { // One permitted child element of a parent.
     uint8_t parent;
     uint8_t kind;   ///< 1..63; the parent of its children.
     uint8_t times;  ///< SOURCE_ANY..
-    uint8_t number; ///< Of attributes.
+    uint8_t number; ///< Number of attributes.
     const char* name;
     const source_attribute_t* attributes; ///< All that are known.
     const source_list_t* list;            ///< Or NULL: it belongs to the item of its parent.
@@ -139,13 +139,13 @@ struct source {
     void* items[SOURCE_DEPTH_MAX + 1U]; ///< The model, and the item of each open element.
     void* item;                         ///< Of the innermost one.
     uint16_t depth;
-    uint16_t order; ///< Of the newest item in its range, or in its list without ranges, from 0.
+    uint16_t order; ///< Order of the newest item in its range, or in its list without ranges, from 0.
     uint64_t seen[SOURCE_DEPTH_MAX + 1U]; ///< Of each open element, bit n: a child of kind n has been read.
     uint64_t hash;
     char* text; ///< The model's strings.
     uint32_t text_capacity;
     uint32_t* text_used;
-    void* builder; ///< Of the handlers.
+    void* builder; ///< Builder of the handlers.
 };
 
 /// Handler for xml_begin over a source, whose items[0] is the model.

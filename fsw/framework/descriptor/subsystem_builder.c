@@ -10,7 +10,7 @@
 
 #define AUXILIARY_OCTETS_MAX 1024U
 #define RATE_DIGITS_MAX 4U
-#define RATE_MAX 1000U   // Of an event [1/s].
+#define RATE_MAX 1000U   // Maximum rate of an event [1/s].
 #define RATE_DEFAULT 10U // [1/s]
 
 void descriptor_subsystem_builder_resources(source_t* const source)

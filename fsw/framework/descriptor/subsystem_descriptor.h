@@ -72,7 +72,7 @@ typedef enum {
 #define DESCRIPTOR_SEVERITY_WORDS "INFORMATIVE LOW MEDIUM HIGH" ///< From DESCRIPTOR_INFORMATIVE on.
 
 typedef struct { // One field of a parameter, an argument of a function, or an element of a port's layout.
-    const char* name; ///< Of a structure within the parameter: "GROUP.NAME".
+    const char* name; ///< Name of a structure within the parameter: "GROUP.NAME".
     value_type_t type;
     uint16_t id;     ///< Arguments: argument id; otherwise the order within its owner, from 0.
     uint16_t count;  ///< >= 1.
@@ -169,7 +169,7 @@ typedef struct { // A loop for services that do not need the rate of the control
 typedef struct { // Housekeeping report structure.
     uint16_t id;
     uint8_t loop;             ///< 0: the main loop; n: the n-th <Loop> of the configuration.
-    uint32_t interval_cycles; ///< Of its loop; a multiple of every nrep.
+    uint32_t interval_cycles; ///< Interval of its loop; a multiple of every nrep.
     bool is_enabled;          ///< Periodic generation starts when the configuration is applied.
     uint16_t first_reference; ///< Sampled once.
     uint16_t reference_count;
@@ -210,7 +210,7 @@ typedef struct { // A quantity of a device in engineering units: an object times
     uint16_t id; ///< Differs within the device.
     uint16_t index;
     uint8_t subindex;
-    value_type_t type; ///< Of the object: an integer type or FLOAT.
+    value_type_t type; ///< Type of the object: an integer type or FLOAT.
     double scale;      ///< Not 0.
     bool is_settable;
     uint32_t line;

@@ -34,9 +34,9 @@
 
 typedef struct { // One per slot, placed by the owner. Private.
     uint32_t key;
-    uint32_t offset; // Of the record on the valid medium.
+    uint32_t offset; // Offset of the record on the valid medium.
     uint32_t moved;  // The same on the other one, during compaction.
-    uint16_t size;   // Of the record's octets.
+    uint16_t size;   // Size of the record's octets.
     uint8_t table;
     bool is_taken;
 } journal_slot_t;
@@ -75,12 +75,12 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
     bool is_suspect;        // Octets after `synced` may be lost, even if a read returns them.
     bool is_replaying;      // The buffer is lent to the callback.
     uint32_t changes;       // Since the last commit that counted.
-    journal_place_t tail;   // Of the next record.
+    journal_place_t tail;   // Tail of the next record.
     journal_place_t synced; // Behind the last commit that counted.
     uint8_t buffer[JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX)];
     journal_damage_t damage; ///< Found when it was opened. Read-only.
     struct {
-        uint32_t generation;  ///< Of the medium written to.
+        uint32_t generation;  ///< Generation of the medium written to.
         uint32_t records;     ///< Live ones.
         uint32_t live;        ///< Octets of live records.
         uint32_t used;        ///< Octets of the medium.

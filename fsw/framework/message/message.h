@@ -72,7 +72,7 @@ typedef struct {        // Position of a channel: all that another process needs
     uint32_t untold;    // Octets of frames taken since credit was last sent.
     uint16_t peer;
     uint16_t reserved;
-    uint16_t sizes[MESSAGE_WINDOW]; // Of the frames under way, by their number.
+    uint16_t sizes[MESSAGE_WINDOW]; // Sizes of the frames under way, by their number.
 } message_position_t;
 
 typedef struct { // Private.
@@ -101,7 +101,7 @@ typedef struct { // Private, except `counters`.
     message_place_t* places;
     size_t place_count;
     size_t channel_count; // Places in use, the first ones.
-    uint32_t stamp;       // Of the next frame that arrives.
+    uint32_t stamp;       // Stamp of the next frame that arrives.
     bool is_news;         // Frames have arrived that were not checked yet.
     bool is_past;         // The block taken last was sent by an earlier life of its peer.
     uint8_t frame[MESSAGE_FRAME_MAX];

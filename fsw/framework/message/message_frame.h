@@ -28,7 +28,7 @@ typedef struct {
     uint32_t to_life;
     uint32_t sequence;
     uint32_t taken;
-    size_t size; ///< Of the payload.
+    size_t size; ///< Size of the payload.
 } message_frame_t;
 
 void message_frame_write(const message_frame_t* frame, uint8_t header[MESSAGE_HEADER_OCTETS]);

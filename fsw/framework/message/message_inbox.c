@@ -9,7 +9,7 @@
 #define AT_STAMP 0U // In the ring, in place of magic, version and kind, which were checked.
 #define STAMP_OCTETS 4U
 #define AT_DROPPED 6U // In place of the addressee's low octet: 1 where the frame was dropped.
-#define AT_LIFE 8U    // Of the sender.
+#define AT_LIFE 8U    // Offset of the sender's life.
 #define KIND_DATA 0U
 
 void message_inbox_init(message_inbox_t* const inbox, uint8_t* const storage, const size_t octets)

@@ -34,7 +34,7 @@ typedef struct {           // Private, except `blocks`, to be read.
     message_ring_t blocks; ///< Frames with data, the checked ones first.
     uint32_t arrived;      // Frames with data so far.
     uint32_t judged;       // Of these, checked.
-    size_t place;          // Of the next frame to check, from the first octet of the ring.
+    size_t place;          // Position of the next frame to check, from the first octet of the ring.
     size_t last;           // Place of the frame that was checked last.
     uint32_t notes_set;    // Number of notes that are set.
     message_note_t notes[MESSAGE_INBOX_NOTES];

@@ -86,7 +86,7 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
     bool has_sample;
     osal_shm_t shm;
     struct link_slot* slot; // In the shared memory; null: its samples arrive as datagrams.
-    uint32_t guard;         // Of the last sample that was read.
+    uint32_t guard;         // Value of the guard when the last sample was read.
     uint32_t sequence;
     uint8_t peer_state;      ///< State number of the producer in its last frame.
     uint64_t sample_time_ns; ///< Time of the last sample [ns of the run].

@@ -48,7 +48,7 @@ typedef struct {
 
 /// The first part of a descriptor that the program cannot support.
 typedef struct {
-    uint32_t line;    ///< Of the descriptor file.
+    uint32_t line;    ///< Line of the descriptor file.
     const char* says; ///< Value found, and value expected.
 } subsystem_misfit_t;
 

@@ -49,15 +49,15 @@
 /// Room in a mailbox for all reports of one request; the process keeps further ones.
 #define SUBSYSTEM_MAILBOX_RESERVE 8192U
 #define SUBSYSTEM_LOOP_KEPT 8192U
-#define SUBSYSTEM_INBOX_OCTETS 4096U ///< Of requests to a loop of services.
+#define SUBSYSTEM_INBOX_OCTETS 4096U ///< Size of the ring of requests to a loop of services.
 /// Application data of the longest request to such a loop: the identifiers of TC[20,1].
 #define SUBSYSTEM_LOOP_REQUEST_MAX (1U + (4U * PUS_COUNT_MAX))
 #define SUBSYSTEM_LOOP_SCRATCH (sizeof(pus_token_t) + SUBSYSTEM_LOOP_REQUEST_MAX)
 #define SUBSYSTEM_LOOP_REQUESTS 4U ///< Performed in one cycle of a loop of services, at most.
-#define SUBSYSTEM_LOOP_HEADER 10U  ///< Of a report in a mailbox [octets].
+#define SUBSYSTEM_LOOP_HEADER 10U  ///< Size of the header of a report in a mailbox [octets].
 #define SUBSYSTEM_LOOP_REPORTS 16U ///< Taken from one mailbox in one step, at most.
 #define SUBSYSTEM_NEVER UINT64_MAX
-#define SUBSYSTEM_STATUS_INTERVAL_NS 1000000000ULL ///< Of unsolicited status reports.
+#define SUBSYSTEM_STATUS_INTERVAL_NS 1000000000ULL ///< Interval of unsolicited status reports.
 /// Cycles that a MEDIUM error waits for the supervisor's order.
 #define SUBSYSTEM_MEDIUM_CYCLES 4U
 
@@ -148,7 +148,7 @@ struct subsystem { // Private. The most frequently used members come first.
     bool has_pending;              // A request for a state or configuration is under way.
     bool is_medium_pending;
     bool is_supervisor_lost;
-    uint16_t loop_count; // Of the applied configuration; read only by the main loop.
+    uint16_t loop_count; // Number of loops of the applied configuration; read only by the main loop.
     bool has_reload;     // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
     state_machine_t machine;
     pus_app_process_t process;
@@ -193,7 +193,7 @@ struct subsystem { // Private. The most frequently used members come first.
     uint64_t call_token_storage[POOL_STORAGE_WORDS(sizeof(pus_token_t), SUBSYSTEM_CALL_TOKENS)];
     pool_slot_t call_token_slots[SUBSYSTEM_CALL_TOKENS];
     pus_token_t* open_call_tokens[SUBSYSTEM_CALL_TOKENS];
-    uint32_t token_in_call; // Of the function that is being performed; its reply ends it.
+    uint32_t token_in_call; // Token of the function that is being performed; its reply ends it.
 
     osal_mutex_t loop_guard;
     subsystem_loop_t loops[SUBSYSTEM_LOOPS];

@@ -24,7 +24,7 @@
 #define XML_OCTETS_MAX (1U << 20U)
 #define XML_ELEMENTS_MAX 20000U
 #define XML_DEPTH_MAX 16U
-#define XML_ATTRIBUTES_MAX 24U ///< Of an element.
+#define XML_ATTRIBUTES_MAX 24U ///< Maximum number of attributes of an element.
 
 /// An arena of this size holds every document within the limits [64-bit words].
 #define XML_ARENA_WORDS 8192U

@@ -34,7 +34,7 @@ typedef struct {     // All fields are private.
     bool is_reflecting; ///< The configuration reflects the torque of a robot.
     joystick_stick_control_t control;
     double felt_nm[STICK_AXES]; ///< External torque of the robot; falls to zero without fresh samples.
-    double share;               ///< Of the reflection, 0..1; grows while both sides are operational.
+    double share;               ///< Share of the reflection, 0..1; grows while both sides are operational.
     joystick_force_display_t display;
     uint32_t force_call_token; ///< Function FORCE under way; 0 none.
 } joystick_t;

@@ -44,7 +44,7 @@ typedef struct { // Read-only outside.
     control_tracker_t motor[ARM_JOINTS];     ///< Velocity of the motor angle.
     control_tracker_t reference[ARM_JOINTS]; ///< Desired link motion.
     manipulator_arm_observer_t observer;
-    double zero_nm[ARM_JOINTS];       ///< Of the torque sensors.
+    double zero_nm[ARM_JOINTS];       ///< Zero point of the torque sensors.
     double hand_zero_rad[ARM_JOINTS]; ///< Joystick angle that corresponds to link_zero_rad.
     double link_zero_rad[ARM_JOINTS];
     double goal_rad[ARM_JOINTS]; ///< Where the reference is led to, limited in speed and range.

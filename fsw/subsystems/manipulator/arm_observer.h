@@ -23,8 +23,8 @@ typedef struct {                        // Read-only outside.
 } manipulator_arm_observer_t;
 
 typedef struct {
-    double bandwidth_rad_s; ///< Of the velocity.
-    double gain_1_s;        ///< Of the estimate.
+    double bandwidth_rad_s; ///< Bandwidth of the velocity.
+    double gain_1_s;        ///< Gain of the estimate.
     double period_s;
 } manipulator_arm_observer_gains_t;
 

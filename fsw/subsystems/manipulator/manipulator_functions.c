@@ -11,7 +11,7 @@
 
 #define STOP_RAD_S2 4.0     // Deceleration of STOP.
 #define PARAMETER_SHARE 0.5 // A motion by setting DES_POSITION peaks at this share of the speed limit.
-#define PEAK_SPEED 1.875    // Of a minimum-jerk motion over distance 1 in time 1.
+#define PEAK_SPEED 1.875    // Peak speed of a minimum-jerk motion over distance 1 in time 1.
 #define DURATION_MIN_S 0.1
 
 // ---- Motion ----

@@ -12,7 +12,7 @@
 #define SPACECRAFT_FILE_SEARCHES 4U
 #define SPACECRAFT_FILES_OPEN 4U           ///< By other services, at once.
 #define SPACECRAFT_FILE_SIZE_MAX 67108864U ///< [octets]
-#define SPACECRAFT_FILE_SLICES 4U          ///< Of copies in a step.
+#define SPACECRAFT_FILE_SLICES 4U          ///< Number of slices of copies in a step.
 
 typedef struct { // Private to fsw/supervisor.
     pus_files_t service;

@@ -17,7 +17,7 @@
 #define SPACECRAFT_EVENT_BUCKETS 1024U
 #define SPACECRAFT_SUB_SCHEDULES 64U
 #define SPACECRAFT_GROUPS 64U
-#define SPACECRAFT_REQUEST_BLOCKS 32768U ///< Of PUS_BLOCK_CHAIN_BLOCK octets.
+#define SPACECRAFT_REQUEST_BLOCKS 32768U ///< Number of blocks of PUS_BLOCK_CHAIN_BLOCK octets.
 
 typedef struct { // Private to fsw/supervisor.
     pus_time_schedule_t time;

@@ -7,7 +7,7 @@
 #include "pus/st21/st21_sequences.h"
 
 #define SPACECRAFT_SEQUENCES DESCRIPTOR_SEQUENCES_MAX
-#define SPACECRAFT_SEQUENCE_OCTETS 65535U ///< Of the content of a sequence, at most.
+#define SPACECRAFT_SEQUENCE_OCTETS 65535U ///< Octets of the content of a sequence, at most.
 #define SPACECRAFT_SEQUENCE_BLOCKS 8192U  ///< Of PUS_BLOCK_CHAIN_BLOCK octets, for all of them.
 
 typedef struct { // Private to fsw/supervisor.

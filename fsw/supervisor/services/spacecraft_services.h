@@ -78,7 +78,7 @@ typedef struct { // Private to fsw/supervisor.
 } spacecraft_connections_t;
 
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
-    pus_persistence_t persistence; // Of the journal.
+    pus_persistence_t persistence; // Persistence of the journal.
     uint32_t refused;              // Records that no service has restored.
     // While requests wait: time since when there was no credit; 0: there was some.
     uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX];
@@ -92,12 +92,12 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     spacecraft_connections_t connections;
     spacecraft_storage_t storage;
     spacecraft_large_packets_t large_packets;
-    spacecraft_memory_t memory; // Of ST[06], which the component has.
+    spacecraft_memory_t memory; // Memory of ST[06], which the component has.
     spacecraft_procedures_t procedures;
     telemetry_directory_t directory;
     uint16_t
         defined[MISSION_SUBSYSTEMS_MAX]; // Configuration whose structures the telemetry cache has; 0: none.
-    telemetry_cache_t cache;             // Of the subsystems' parameters, for services that read them.
+    telemetry_cache_t cache;             // Cache of the subsystems' parameters, for services that read them.
 } spacecraft_services_t;
 
 extern const spacecraft_binding_t spacecraft_time_schedule;

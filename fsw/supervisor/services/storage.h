@@ -9,8 +9,8 @@
 #include "pus/st15/st15_storage.h"
 
 #define SPACECRAFT_STORES DESCRIPTOR_PACKET_STORES_MAX
-#define SPACECRAFT_STORE_BLOCKS 4096U ///< Of the largest store: 64 MiB.
-#define SPACECRAFT_STORE_ENTRIES 256U ///< Of a store's selection.
+#define SPACECRAFT_STORE_BLOCKS 4096U ///< Number of blocks of the largest store: 64 MiB.
+#define SPACECRAFT_STORE_ENTRIES 256U ///< Number of entries of a store's selection.
 #define SPACECRAFT_VIRTUAL_CHANNELS 8U
 #define SPACECRAFT_RETRIEVAL_PACKETS 16U ///< Sent in a step at most.
 #define SPACECRAFT_RETRIEVAL_OCTETS 65536U

@@ -46,7 +46,7 @@ typedef struct { ///< Deliveries announced during a grant, by their receiver. Co
 typedef struct { // All fields are private, except `attributes`: read-only.
     osal_clock_mode_t mode;
     osal_lockstep_t* scheduler;
-    osal_deliveries_t* deliveries; // Of a granted clock.
+    osal_deliveries_t* deliveries; // Deliveries of a granted clock.
     unsigned participant;
     uint32_t life;
     uint64_t origin_ns;

@@ -20,7 +20,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define OSAL_NAME_SIZE 64U ///< Of a name, with its NUL [octets].
+#define OSAL_NAME_SIZE 64U ///< Size of a name, with its NUL [octets].
 
 typedef struct { // Private; -1 when closed.
     int descriptor;
@@ -28,7 +28,7 @@ typedef struct { // Private; -1 when closed.
 
 typedef struct {
     bool is_directory;
-    uint64_t size; ///< Of a file [octets], else 0.
+    uint64_t size; ///< Size of a file [octets], else 0.
 } osal_directory_about_t;
 
 typedef struct {

@@ -21,7 +21,7 @@
 #define OSAL_TIPC_TYPE_MIN 64U ///< Lower service types are the kernel's own.
 
 typedef struct {
-    uint32_t type; ///< Of the service, >= OSAL_TIPC_TYPE_MIN.
+    uint32_t type; ///< Type of the service, >= OSAL_TIPC_TYPE_MIN.
     uint32_t instance;
 } osal_tipc_name_t;
 

@@ -23,7 +23,7 @@ static pus_file_copy_t copies[2];
 static pus_file_search_t searches[2];
 static uint8_t data[PUS_TC_DATA_MAX];
 static octet_writer_t writer;
-static uint8_t last_subtype;           // Of the last report of verification.
+static uint8_t last_subtype;           // Subtype of the last report of verification.
 static uint8_t answer[PUS_PACKET_MAX]; // The last report of the service.
 static size_t answer_size;
 

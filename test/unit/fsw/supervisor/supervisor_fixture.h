@@ -60,13 +60,13 @@ typedef struct {
 typedef struct {
     supervisor_t supervisor;
     message_ring_carrier_t hub;
-    message_endpoint_t endpoint; // Of the supervisor.
+    message_endpoint_t endpoint; // Endpoint of the supervisor.
     message_place_t inbox[8];
     fixture_member_t members[FIXTURE_MEMBERS];
     uint64_t now_ns;
     uint64_t next_status_ns;
-    uint16_t source; ///< Of the next telecommands.
-    uint8_t ack;     ///< Of the next telecommands.
+    uint16_t source; ///< Source of the next telecommands.
+    uint8_t ack;     ///< Acknowledgement flags of the next telecommands.
     bool is_stop_requested;
     bool is_finished;
     status_t start_result;

@@ -296,7 +296,7 @@ void tearDown(void)
 
 // ---- Judgement ----
 
-static const char* text; // Of all lines since the step.
+static const char* text; // Text of all lines since the step.
 
 static unsigned count_lines(const char* start)
 {

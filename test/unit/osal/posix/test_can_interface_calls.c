@@ -41,8 +41,8 @@ static message_t answers[3]; // Answers of the kernel, in turn. Without octets: 
 static int errors[3];
 static unsigned interruptions; // Signals before the next answer.
 static int open_count;
-static int can_error;    // Of the socket for CAN.
-static int socket_error; // Of any other.
+static int can_error;    // Error of the socket for CAN.
+static int socket_error; // Error of any other socket.
 static int send_error;
 static int bind_error;
 static struct sockaddr_un bound;

@@ -32,7 +32,7 @@ typedef struct {
 
 static uint64_t memory[8];
 static off_t fallocated = sizeof memory; // Size that the port must request.
-static off_t length;                     // Of the object that fstat knows.
+static off_t length;                     // Length of the object that fstat knows.
 static nlink_t links;
 static int policy_priority; // That goes with a policy.
 

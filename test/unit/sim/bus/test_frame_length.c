@@ -12,7 +12,7 @@
 typedef struct {
     unsigned count; // Bits on the wire so far.
     unsigned run;   // Equal bits at the end.
-    unsigned level; // Of the last bit.
+    unsigned level; // Level of the last bit.
     unsigned nominal;
     unsigned fast;
     bool is_fast;

@@ -20,7 +20,7 @@ static status_t filter_status;
 static unsigned attempts; // To open the interface.
 static int open_count;
 static unsigned left; // Frames in the queue.
-static uint32_t id;   // Of each.
+static uint32_t id;   // Id of each frame.
 
 status_t __wrap_osal_can_open(osal_can_t* can, const char* address, osal_can_end_t end)
 {

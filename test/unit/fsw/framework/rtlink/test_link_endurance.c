@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #define LINK 1U
-#define OCTETS 64U ///< Of a payload.
+#define OCTETS 64U ///< Octets of a payload.
 #define WORDS (OCTETS / sizeof(uint32_t))
 #define READERS 8U
 #define DECIMATION 5U

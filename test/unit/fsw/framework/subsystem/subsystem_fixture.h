@@ -49,8 +49,8 @@ typedef struct {
     subsystem_t subsystem;
     subsystem_descriptor_t descriptor;
     uint64_t now_ns;
-    uint16_t source;                ///< Of the next telecommands.
-    uint8_t ack;                    ///< Of the next telecommands.
+    uint16_t source;                ///< Source of the next telecommands.
+    uint8_t ack;                    ///< Acknowledgement flags of the next telecommands.
     bool has_many_users;            ///< Reports may go to any user.
     bool is_port_closed;            ///< The port refuses all reports.
     bool shows_actions;             ///< Callbacks of actions become lines.

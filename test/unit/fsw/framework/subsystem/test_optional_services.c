@@ -19,7 +19,7 @@ static struct {
     device_service_t devices;
     pus_device_operation_t exchanges[1];
     uint32_t steps; // Cycle number of the last one.
-    uint32_t key;   // Of the record restored.
+    uint32_t key;   // Key of the record restored.
 } storage;
 static pus_persistence_t persistence;
 static uint8_t data[64];

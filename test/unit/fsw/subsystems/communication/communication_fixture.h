@@ -27,7 +27,7 @@ typedef struct {
     osal_address_t address;
     uint64_t now_ns;
     osal_socket_t clients[FIXTURE_CLIENTS];
-    uint16_t ports[FIXTURE_CLIENTS];             ///< Of the clients' own ends.
+    uint16_t ports[FIXTURE_CLIENTS];             ///< Ports of the clients' own ends.
     fixture_request_t requests[FIXTURE_PACKETS]; ///< Requests that went up.
     unsigned request_count;
     unsigned events[32]; ///< Reports of events, by id.

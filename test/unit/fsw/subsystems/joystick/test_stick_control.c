@@ -8,7 +8,7 @@
 #include <math.h>
 
 #define PERIOD_S 0.0005
-#define INERTIA 0.002 // Of the stick [kgm2].
+#define INERTIA 0.002 // Inertia of the stick [kgm2].
 
 static joystick_stick_control_t control;
 static joystick_control_t gains;
