@@ -34,6 +34,7 @@ static void a_golden_request_is_decoded_and_encoded(void)
     size_t size = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_decode(golden_tc, sizeof(golden_tc), &tc, &failure));
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, failure.code);
+    TEST_ASSERT_EQUAL_UINT32(0U, failure.detail);
     TEST_ASSERT_EQUAL_UINT16(100U, tc.apid);
     TEST_ASSERT_EQUAL_UINT16(25U, tc.sequence);
     TEST_ASSERT_EQUAL_HEX8(0xFU, tc.ack);

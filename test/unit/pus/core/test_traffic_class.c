@@ -58,17 +58,47 @@ static void a_notice_that_is_cut_is_not_firm(void)
     TEST_ASSERT_EQUAL(PUS_CLASS_PLAIN, pus_class_of(packet, 23U));
 }
 
-static void reports_that_can_be_requested_again_are_bulk(void)
+/// Housekeeping, diagnostics, statistics, lists over many packets, dumps, and parts of long reports.
+static bool is_bulk(const uint8_t service, const uint8_t subtype)
 {
-    static const uint8_t bulk[][2]  = {{3, 25}, {3, 26}, {6, 4},   {6, 6},   {11, 10}, {11, 13},
-                                       {13, 1}, {13, 3}, {19, 11}, {22, 13}, {23, 13}, {4, 2}};
-    static const uint8_t plain[][2] = {{5, 8},   {17, 2},  {20, 2},  {129, 5},
-                                       {130, 4}, {130, 9}, {131, 4}, {3, 24}};
-    for (unsigned i = 0U; i < (sizeof(bulk) / sizeof(bulk[0])); i++) {
-        TEST_ASSERT_EQUAL(PUS_CLASS_BULK, of_report(bulk[i][0], bulk[i][1]));
+    static const struct {
+        uint8_t service;
+        uint8_t subtypes[8]; // Ended by 0.
+    } bulk[] = {{2U, {6U, 9U, 12U}},
+                {3U, {10U, 12U, 25U, 26U, 41U}},
+                {4U, {2U, 9U}},
+                {6U, {4U, 6U}},
+                {11U, {10U, 13U}},
+                {12U, {9U, 11U, 12U, 14U, 26U, 28U}},
+                {13U, {1U, 2U, 3U}},
+                {14U, {4U, 8U, 12U, 16U}},
+                {15U, {6U, 36U, 38U, 40U}},
+                {18U, {9U}},
+                {19U, {7U, 11U}},
+                {21U, {12U}},
+                {22U, {10U, 13U}},
+                {23U, {8U, 13U}}};
+    for (size_t i = 0U; i < (sizeof(bulk) / sizeof(bulk[0])); i++) {
+        for (size_t k = 0U; (bulk[i].service == service) && (bulk[i].subtypes[k] != 0U); k++) {
+            if (bulk[i].subtypes[k] == subtype) {
+                return true;
+            }
+        }
     }
-    for (unsigned i = 0U; i < (sizeof(plain) / sizeof(plain[0])); i++) {
-        TEST_ASSERT_EQUAL(PUS_CLASS_PLAIN, of_report(plain[i][0], plain[i][1]));
+    return false;
+}
+
+static void each_type_of_report_has_one_class(void)
+{
+    for (unsigned type = 0U; type < 65536U; type++) {
+        const uint8_t service = (uint8_t)(type >> 8U);
+        const uint8_t subtype = (uint8_t)(type & 0xFFU);
+        const bool is_firm = (service == 1U) || (type == 0x0504U) || (type == 0x8102U) || (type == 0x820AU) ||
+                             (type == 0x8302U);
+        const pus_class_t other = is_bulk(service, subtype) ? PUS_CLASS_BULK : PUS_CLASS_PLAIN;
+        if (of_report(service, subtype) != (is_firm ? PUS_CLASS_FIRM : other)) {
+            TEST_ASSERT_EQUAL_HEX16(0U, type); // Reports the type.
+        }
     }
 }
 
@@ -97,7 +127,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(reports_that_need_a_reaction_are_firm);
     RUN_TEST(a_notice_that_is_cut_is_not_firm);
-    RUN_TEST(reports_that_can_be_requested_again_are_bulk);
+    RUN_TEST(each_type_of_report_has_one_class);
     RUN_TEST(orders_of_the_supervisor_are_firm);
     RUN_TEST(packets_that_are_too_short_are_bulk);
     return UNITY_END();

@@ -33,6 +33,8 @@ static void start(const pus_persistence_t* const persistence)
                                     .functional_count = DEFINITIONS,
                                     .persistence      = persistence};
     bench_start();
+    memset(structures, 0xA5, sizeof(structures));
+    memset(definitions, 0xA5, sizeof(definitions));
     pus_hk_init(&hk, &config);
     bench_serve(pus_hk_service(&hk));
     if (persistence != NULL) {
@@ -414,6 +416,31 @@ static void a_set_of_no_parameters_is_none(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition));
 }
 
+/// A request leaves the guard free, whatever became of it.
+static void each_request_releases_the_guard(void)
+{
+    static const struct {
+        uint8_t subtype;
+        size_t size;
+        uint8_t data[8];
+    } requests[]                         = {{5U, 3U, {1, 0, 99}},  {3U, 3U, {1, 0, 99}}, {6U, 3U, {1, 0, 99}},
+                                            {27U, 3U, {1, 0, 99}}, {9U, 3U, {1, 0, 99}}, {31U, 7U, {1, 0, 99, 0, 0, 0, 9}},
+                                            {3U, 3U, {1, 0, 99}},  {3U, 3U, {1, 0, 99}}};
+    static const uint32_t simple[]       = {P_U16};
+    const pus_hk_definition_t definition = {
+        .id = 99U, .interval = 6U, .parameter_count = 1U, .parameters = simple};
+    static osal_mutex_t guard;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&guard, false));
+    hk.config.guard = &guard;
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_hk_add(&hk, &definition));
+    TEST_ASSERT_EQUAL_INT32(0, osal_mutex_holder(&guard));
+    for (size_t i = 0U; i < (sizeof(requests) / sizeof(requests[0])); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(requests[i].subtype, requests[i].data, requests[i].size));
+        TEST_ASSERT_EQUAL_INT32(0, osal_mutex_holder(&guard));
+    }
+    hk.config.guard = NULL;
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -427,5 +454,6 @@ int main(void)
     RUN_TEST(records_that_are_none_are_refused);
     RUN_TEST(a_set_of_no_parameters_is_none);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
+    RUN_TEST(each_request_releases_the_guard);
     return UNITY_END();
 }

@@ -24,6 +24,7 @@ void setUp(void)
                                     .structure_count = STRUCTURES,
                                     .samples         = samples,
                                     .sample_size     = SAMPLE_SIZE};
+    memset(structures, 0xA5, sizeof(structures));
     pus_hk_init(&hk, &config);
     bench_serve(pus_hk_service(&hk));
     cycle = 1000U;

@@ -4,6 +4,8 @@
 #include "test/unit/pus/fixtures/reports.h"
 #include "unity.h"
 
+#include <string.h>
+
 static const pus_event_definition_t definitions[] = {
     {.id = 1U, .severity = PUS_SEVERITY_HIGH, .aux_size = 3U},
     {.id = 2U, .severity = PUS_SEVERITY_MEDIUM},
@@ -16,6 +18,7 @@ static pus_events_t events;
 void setUp(void)
 {
     bench_start();
+    memset(states, 0xA5, sizeof(states));
     pus_events_init(&events, &bench.process, definitions, states, 4U);
     bench_serve(pus_events_service(&events));
 }

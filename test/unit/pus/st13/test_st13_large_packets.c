@@ -46,6 +46,8 @@ static size_t limit(void* const context, const uint16_t apid)
 
 static void start(const size_t report_size)
 {
+    memset(reports, 0xA5, sizeof(reports));
+    memset(uplinks, 0xA5, sizeof(uplinks));
     pus_large_init(&large, &(pus_large_config_t){.process        = &bench.process,
                                                  .reports        = reports,
                                                  .report_octets  = report_octets,

@@ -147,6 +147,21 @@ static void without_a_store_all_requests_are_performed(void)
     TEST_ASSERT_EQUAL_UINT(0U, records.puts);
 }
 
+/// A record of PUS_RECORD_MAX octets has name, size and checksum before its part of the code.
+static void code_takes_as_few_records_as_possible(void)
+{
+    const uint32_t part                     = PUS_RECORD_MAX - PUS_NAME_SIZE - 4U;
+    const uint32_t sizes[]                  = {1U, part, part + 1U};
+    static const char* const names[]        = {"A", "B", "C"};
+    static const unsigned records_of_each[] = {1U, 1U, 2U};
+    for (unsigned i = 0U; i < 3U; i++) {
+        const unsigned puts    = records.puts;
+        st18_fixture.file.size = sizes[i];
+        TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(13U, names[i], FILE_NAME, FILE_NAME_SIZE));
+        TEST_ASSERT_EQUAL_UINT(records_of_each[i], records.puts - puts);
+    }
+}
+
 static void code_outlasts_a_power_cut(void)
 {
     uint16_t before        = 0U;
@@ -262,6 +277,7 @@ int main(void)
     RUN_TEST(a_file_is_loaded_and_activated);
     RUN_TEST(a_procedure_that_cannot_be_stored_is_not_loaded);
     RUN_TEST(without_a_store_all_requests_are_performed);
+    RUN_TEST(code_takes_as_few_records_as_possible);
     RUN_TEST(code_outlasts_a_power_cut);
     RUN_TEST(records_that_are_no_good_are_reported);
     RUN_TEST(every_request_has_a_strict_format);

@@ -36,6 +36,9 @@ static void start(const uint16_t count, const uint16_t blocks)
                                          .buckets          = buckets,
                                          .bucket_count     = 1024U,
                                          .chains           = &chains};
+    memset(definitions, 0xA5, sizeof(definitions));
+    memset(queue, 0xA5, sizeof(queue));
+    memset(buckets, 0xA5, sizeof(buckets));
     pus_event_action_init(&actions, &config);
     bench_serve(pus_event_action_service(&actions));
 }

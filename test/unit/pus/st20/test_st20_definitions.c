@@ -36,6 +36,7 @@ static void start(void)
                                                        .persistence  = is_base_fixed ? NULL : records_port(),
                                                        .guard        = is_base_fixed ? NULL : &guard};
     pus_parameters_init(&parameters, &port);
+    memset(places, 0xA5, sizeof(places));
     pus_parameter_definitions_init(&definitions, &config);
     pus_parameters_define(&parameters, &definitions);
     bench_serve(pus_parameters_service(&parameters));
@@ -272,6 +273,10 @@ static void records_that_are_none_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_parameters_restore(&parameters, NEW_U32, record, sizeof record));
     record[5] = 24U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_parameters_restore(&parameters, P_STRUCT, record, sizeof record));
+    record[5] = VALUE_SCALARS; // The first that is none.
+    TEST_ASSERT_EQUAL(
+        STATUS_INVALID,
+        pus_parameters_restore(&parameters, ((uint32_t)VALUE_SCALARS << 16U) | 700U, record, sizeof record));
     record[5] = VALUE_BOOL;
     record[0] = 9U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_parameters_restore(&parameters, NEW_BOOL, record, sizeof record));

@@ -193,6 +193,18 @@ static void an_orbit_number_holds_from_the_next_orbit_on(void)
     TEST_ASSERT_EQUAL_UINT64(500U * ORBIT, pus_position_schedule_now(&schedule));
 }
 
+/// No step between the beginning of the orbit and the next request.
+static void an_orbit_number_is_in_force_before_the_next_one_is_set(void)
+{
+    position = 20U * ORBIT;
+    set_orbit(700U);
+    position = 21U * ORBIT;
+    set_orbit(900U);
+    TEST_ASSERT_EQUAL_UINT64(700U * ORBIT, pus_position_schedule_now(&schedule));
+    position = 22U * ORBIT;
+    TEST_ASSERT_EQUAL_UINT64(900U * ORBIT, pus_position_schedule_now(&schedule));
+}
+
 static status_t restore(void* const self, const uint32_t key, const uint8_t* const octets, const size_t size)
 {
     return pus_position_schedule_restore(self, key, octets, size);
@@ -263,6 +275,7 @@ int main(void)
     RUN_TEST(positions_are_reported_and_shifted_across_orbits);
     RUN_TEST(the_last_position_is_the_largest);
     RUN_TEST(an_orbit_number_holds_from_the_next_orbit_on);
+    RUN_TEST(an_orbit_number_is_in_force_before_the_next_one_is_set);
     RUN_TEST(the_orbit_number_outlives_a_power_cut);
     RUN_TEST(an_orbit_number_that_is_not_kept_is_not_acknowledged);
     RUN_TEST(each_request_of_the_service_is_declared);
