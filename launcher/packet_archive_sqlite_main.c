@@ -363,7 +363,7 @@ static status_t write_line(osal_file_t* const file, sqlite3_stmt* const row)
     return osal_file_write(file, line, text.length);
 }
 
-/// Under another name until it is whole.
+/// The file has another name until it is complete.
 static bool write_log(archive_t* const archive)
 {
     char part[PATH_MAX_CHARACTERS];

@@ -2,7 +2,7 @@
 /// One CiA 402 device on a bus: its axes, its process data in both directions, and how long it has been
 /// silent.
 ///
-/// Which PDOs exist, and under which identifier, follows the settings that are written to the device.
+/// The settings that are written to the device decide which PDOs exist, and under which identifiers.
 ///
 /// Ownership  The caller places canopen_device_t; it must not be moved while attached. Master and profile are
 ///            borrowed.

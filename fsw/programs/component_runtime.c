@@ -178,7 +178,7 @@ void component_runtime_watch_supervisor(const component_runtime_t* const runtime
     }
 }
 
-/// Messages to the supervisor are for whichever life it has: its channels outlive its process.
+/// Messages to the supervisor are for any of its lives: its channels outlive its process.
 uint32_t component_runtime_life_of(const component_runtime_t* const runtime, const unsigned component)
 {
     return (runtime->run->components[component].apid == SUPERVISOR_APID) ? OSAL_LOCKSTEP_ANY_LIFE

@@ -120,7 +120,7 @@ void supervisor_packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_t
 /// Change the strategy from the next record on, with a writer from the first record that no file has.
 /// STATUS_OK; STATUS_UNSUPPORTED (strategy of no build or unknown); STATUS_DENIED, STATUS_IO,
 /// STATUS_NOT_FOUND (its file cannot be opened), STATUS_BUSY (the writer waits for the disk; the ring can be
-/// selected all the same): the old one stays in force.
+/// still selected): the old one stays in force.
 MUST_USE status_t supervisor_packet_log_select(packet_log_t* log, packet_log_strategy_t strategy);
 /// Hand the waiting records to the operating system or to the writer; retry if an earlier write failed. Call
 /// it in each step.

@@ -301,7 +301,7 @@ static bool is_of_ended_life(supervisor_t* const supervisor, const uint16_t from
 }
 
 /// Take the next packet into a block of its size, log and route it, and release the block: every further
-/// user holds a reference. Without a block the packet is handled all the same, but cannot wait. STATUS_OK,
+/// user holds a reference. Without a block the packet is still handled, but cannot wait. STATUS_OK,
 /// STATUS_EMPTY, STATUS_BUSY (the ground's, which waits).
 static status_t take_one(supervisor_t* const supervisor, const message_filter_t* const filter,
                          uint16_t* const out_from)

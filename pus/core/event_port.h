@@ -11,7 +11,7 @@ typedef struct {
     void* context;
     /// Whether there is such an event definition.
     bool (*is_known)(void* context, uint16_t event_id);
-    /// Whether all of its auxiliary data can be filled by a raiser that gives `size` octets. Null: always.
+    /// Whether `size` octets from the service that raises it fill all of its auxiliary data. Null: always.
     bool (*can_fill)(void* context, uint16_t event_id, size_t size);
     /// Raise an event. The service that raises it defines `auxiliary` in its header; if the definition of the
     /// event has no or other data, the port omits them. The port counts events that it cannot raise.

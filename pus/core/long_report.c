@@ -15,7 +15,7 @@ static bool send_packet(pus_long_report_t* const report, pus_app_process_t* cons
         pus_tm_begin(process, report->token.service, report->subtype, report->token.source, now_ns);
     octet_write_octets(&writer, report->front, report->front_size);
     uint8_t* const count_place = octet_write_space(&writer, sizeof(uint16_t)); // It fits.
-    octet_writer_t whole       = writer;                                       // As far as entries are whole.
+    octet_writer_t whole       = writer; // Up to the last complete entry.
     pus_report_cursor_t next   = begin;
     uint16_t count             = 0U;
     bool has_more              = entries->write(entries->self, &next, &writer);

@@ -88,7 +88,7 @@ static uint16_t remove_range(pus_selection_t* const selection, const uint16_t pl
     return removed;
 }
 
-/// Put an entry in place of all up to `last`.
+/// Replace all entries from `key` to `last` by one.
 static bool insert(pus_selection_t* const selection, const uint32_t key, const uint32_t last,
                    const uint16_t rate)
 {
@@ -108,7 +108,7 @@ static bool insert(pus_selection_t* const selection, const uint32_t key, const u
 status_t pus_selection_add_process(pus_selection_t* const selection, const uint16_t apid)
 {
     FSW_ASSERT((selection != NULL) && (apid <= PUS_APID_MAX));
-    const uint16_t lists = (uint16_t)PUS_BLOCKED_EVENTS; // Those before it.
+    const uint16_t lists = (uint16_t)PUS_BLOCKED_EVENTS; // The lists before this one.
     if (((uint32_t)selection->count + lists) > selection->capacity) {
         return STATUS_EXHAUSTED;
     }
@@ -184,10 +184,10 @@ typedef struct {
 typedef struct {
     uint32_t key;
     uint32_t last;    ///< Key of the last entry that it comprises.
-    uint32_t service; ///< Key of all of its service, NO_KEY if it has none or is that.
+    uint32_t service; ///< Key of its whole service; NO_KEY if it has no service or is that key.
     uint16_t rate;
     bool is_valid;
-} node_t;
+} selection_target_t;
 
 static bool is_controlled(const pus_selection_editor_t* const editor, const uint16_t apid)
 {
@@ -200,31 +200,32 @@ static bool is_controlled(const pus_selection_editor_t* const editor, const uint
 }
 
 /// Add; PUS_FAILURE_NONE or why not.
-static uint16_t add(edit_t* const edit, const node_t* const node, const uint16_t apid)
+static uint16_t add(edit_t* const edit, const selection_target_t* const target, const uint16_t apid)
 {
     pus_selection_t* const selection   = &edit->selection;
     const uint32_t process             = key_of_process(edit->list, apid);
-    pus_selection_entry_t* const entry = entry_of(selection, node->key);
-    const bool is_comprised            = ((node->key != process) && has(selection, process)) ||
-                              ((node->service != NO_KEY) && has(selection, node->service));
+    pus_selection_entry_t* const entry = entry_of(selection, target->key);
+    const bool is_comprised            = ((target->key != process) && has(selection, process)) ||
+                              ((target->service != NO_KEY) && has(selection, target->service));
     if (!is_controlled(edit->editor, apid)) {
         return PUS_FAILURE_UNKNOWN_ID;
     }
-    if (is_comprised || ((entry != NULL) && (entry->rate == node->rate))) {
+    if (is_comprised || ((entry != NULL) && (entry->rate == target->rate))) {
         return PUS_FAILURE_EXISTS;
     }
     if (entry != NULL) {
-        entry->rate  = node->rate;
+        entry->rate  = target->rate;
         entry->phase = 0U;
         return PUS_FAILURE_NONE;
     }
-    return insert(selection, node->key, node->last, node->rate) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL;
+    return insert(selection, target->key, target->last, target->rate) ? PUS_FAILURE_NONE
+                                                                      : PUS_FAILURE_TABLE_FULL;
 }
 
-static uint16_t erase(edit_t* const edit, const node_t* const node)
+static uint16_t erase(edit_t* const edit, const selection_target_t* const target)
 {
     const uint16_t removed =
-        remove_range(&edit->selection, place_of(&edit->selection, node->key), node->last);
+        remove_range(&edit->selection, place_of(&edit->selection, target->key), target->last);
     return (removed > 0U) ? PUS_FAILURE_NONE : PUS_FAILURE_UNKNOWN_ID;
 }
 
@@ -241,18 +242,18 @@ static uint32_t detail_of(const edit_t* const edit, const uint16_t code, const u
 }
 
 /// Perform or refuse one instruction.
-static void instruct(edit_t* const edit, const node_t* const node)
+static void instruct(edit_t* const edit, const selection_target_t* const target)
 {
     uint16_t code = PUS_FAILURE_OUT_OF_RANGE;
     edit->instruction++;
-    if (node->is_valid) {
-        code = edit->is_addition ? add(edit, node, APID_OF(node->key)) : erase(edit, node);
+    if (target->is_valid) {
+        code = edit->is_addition ? add(edit, target, APID_OF(target->key)) : erase(edit, target);
     }
     if (code == PUS_FAILURE_NONE) {
         edit->is_changed = true;
         pus_request_perform(edit->request);
     } else {
-        pus_request_refuse(edit->request, edit->instruction, code, detail_of(edit, code, node->key));
+        pus_request_refuse(edit->request, edit->instruction, code, detail_of(edit, code, target->key));
     }
 }
 
@@ -265,21 +266,21 @@ static void edit_services(edit_t* const edit, const uint16_t apid, const uint8_t
         const uint8_t subtypes = octet_read_u8(reader);
         const uint32_t all     = key_of(edit->list, apid, (uint16_t)((uint16_t)service << SERVICE_SHIFT));
         if (subtypes == 0U) {
-            const node_t node = {.key      = all,
-                                 .last     = all + SERVICE_SPAN,
-                                 .service  = NO_KEY,
-                                 .rate     = 1U,
-                                 .is_valid = service != 0U};
-            instruct(edit, &node);
+            const selection_target_t target = {.key      = all,
+                                               .last     = all + SERVICE_SPAN,
+                                               .service  = NO_KEY,
+                                               .rate     = 1U,
+                                               .is_valid = service != 0U};
+            instruct(edit, &target);
         }
         for (uint8_t k = 0U; k < subtypes; k++) {
-            const uint8_t subtype = octet_read_u8(reader);
-            const node_t node     = {.key      = all | subtype,
-                                     .last     = all | subtype,
-                                     .service  = all,
-                                     .rate     = 1U,
-                                     .is_valid = (service != 0U) && (subtype != 0U)};
-            instruct(edit, &node);
+            const uint8_t subtype           = octet_read_u8(reader);
+            const selection_target_t target = {.key      = all | subtype,
+                                               .last     = all | subtype,
+                                               .service  = all,
+                                               .rate     = 1U,
+                                               .is_valid = (service != 0U) && (subtype != 0U)};
+            instruct(edit, &target);
         }
     }
 }
@@ -290,11 +291,11 @@ static void edit_ids(edit_t* const edit, const uint16_t apid, const uint8_t coun
     octet_reader_t* const reader = &edit->request->reader;
     const bool has_rate          = edit->is_addition && (edit->list != PUS_BLOCKED_EVENTS);
     for (uint8_t i = 0U; i < count; i++) {
-        const uint32_t key  = key_of(edit->list, apid, octet_read_u16(reader));
-        const uint16_t rate = has_rate ? octet_read_u16(reader) : 1U;
-        const node_t node   = {
-              .key = key, .last = key, .service = NO_KEY, .rate = rate, .is_valid = rate != 0U};
-        instruct(edit, &node);
+        const uint32_t key              = key_of(edit->list, apid, octet_read_u16(reader));
+        const uint16_t rate             = has_rate ? octet_read_u16(reader) : 1U;
+        const selection_target_t target = {
+            .key = key, .last = key, .service = NO_KEY, .rate = rate, .is_valid = rate != 0U};
+        instruct(edit, &target);
     }
 }
 
@@ -314,12 +315,12 @@ static void edit_entries(edit_t* const edit)
         const uint8_t count = octet_read_u8(reader);
         const uint32_t key  = key_of_process(edit->list, apid);
         if (count == 0U) {
-            const node_t node = {.key      = key,
-                                 .last     = key + PROCESS_SPAN,
-                                 .service  = NO_KEY,
-                                 .rate     = 1U,
-                                 .is_valid = apid <= PUS_APID_MAX};
-            instruct(edit, &node);
+            const selection_target_t target = {.key      = key,
+                                               .last     = key + PROCESS_SPAN,
+                                               .service  = NO_KEY,
+                                               .rate     = 1U,
+                                               .is_valid = apid <= PUS_APID_MAX};
+            instruct(edit, &target);
         } else if (edit->list == PUS_SELECTED_TYPES) {
             edit_services(edit, apid, count);
         } else {

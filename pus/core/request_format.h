@@ -3,11 +3,12 @@
 /// through application data without effect, so that every count, length and selector is checked before a
 /// service sees the request.
 ///
-///     COUNT least length body   a count (u8) of at least `least`, and the body so many times
-///     SELECT CASE value length body JUMP length ... FAIL   a selector (u8) and what follows it by its value
+///     COUNT least length body   a count (u8) of at least `least`, and that many times the body
+///     SELECT CASE value length body JUMP length ... FAIL   a selector (u8); its value decides what follows
 ///     ID r, LAYOUT r            a parameter id, or the code of a scalar layout; kept in register r (0, 1)
 ///     VALUE r                   a value of that layout; only scalars can be read
-///     SIZED                     u16 length and so many octets; PACKET a whole request; REST all that is left
+///     SIZED                     u16 length and that many octets; PACKET a whole request; REST all that is
+///     left
 ///
 /// Context    Any; no state.
 /// Time       O(octets).
@@ -18,7 +19,7 @@
 
 enum {
     PUS_REQUEST_FORMAT_END = 0,
-    PUS_REQUEST_FORMAT_SKIP, ///< n: so many octets.
+    PUS_REQUEST_FORMAT_SKIP, ///< n: number of octets.
     PUS_REQUEST_FORMAT_COUNT,
     PUS_REQUEST_FORMAT_SELECT,
     PUS_REQUEST_FORMAT_CASE,
@@ -34,8 +35,9 @@ enum {
 
 #define PUS_REQUEST_FORMAT_DEPTH 4U ///< Counts within counts.
 
-/// Walk. False: a count, a selector, a layout or an embedded request is wrong, at the reader's position; or
-/// the reader has failed, because octets are missing. The caller sees whether octets are left over.
+/// Check application data. False: a count, a selector, a layout or an embedded request is wrong, at the
+/// reader's position; or the reader has failed, because octets are missing. The caller sees whether octets
+/// are left over.
 bool pus_request_format_check(const uint8_t* program, octet_reader_t* reader);
 
 #endif // PUS_CORE_REQUEST_FORMAT_H

@@ -55,7 +55,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t samples;    ///< Samples taken.
         uint32_t missing;    ///< Samples not taken because the parameter was unavailable.
         uint32_t not_finite; ///< Values that were no finite number.
-        uint32_t lost;       ///< Periodic reports that did not go out whole.
+        uint32_t lost;       ///< Periodic reports that were not sent completely.
         uint32_t refused;    ///< Instructions and requests refused.
         uint32_t unsaved;    ///< Records that could not be stored; their changes were refused.
     } counters;

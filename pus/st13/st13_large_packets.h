@@ -4,7 +4,7 @@
 /// and refusals: docs/services/st13.md.
 ///
 /// Down: a report of any service is built here instead of in the process. A report that fits a packet is sent
-/// as such. Up: when all parts of a request have arrived, `take` gets the request.
+/// in one packet. Up: when all parts of a request have arrived, `take` gets the request.
 ///
 /// Ownership  The caller places buffers and lists, which outlive the service. The argument of `take` is valid
 ///            during the call.
@@ -68,7 +68,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     bool is_building;
     uint16_t transaction; // Transaction of the next long report.
     struct {
-        uint32_t reports;  ///< Reports sent in parts, whole.
+        uint32_t reports;  ///< Reports of which all parts were sent.
         uint32_t parts;    ///< Their parts.
         uint32_t requests; ///< Requests that were assembled and taken.
         uint32_t aborted;  ///< Aborted uplinks.

@@ -24,7 +24,7 @@ pus_reply_t sequences_load_file(sequences_t* self, uint64_t id, const pus_file_n
 /// Forget a sequence and its records. Status of the port.
 MUST_USE status_t sequences_unload(sequences_t* self, uint16_t slot);
 /// Read the request at a reader to `out_octets` (PUS_PACKET_MAX) and its delay [ticks]. Returns the size of
-/// the request, 0 if there is none whole.
+/// the request, 0 if none is complete.
 size_t sequences_read_entry(pus_block_chain_reader_t* reader, uint8_t* out_octets, int64_t* out_delay);
 /// The requests of a sequence, from the first on.
 pus_block_chain_reader_t sequences_entries(const sequence_t* sequence, uint8_t* out_count);

@@ -43,7 +43,7 @@ typedef struct { // Private.
     uint64_t done;
     pus_file_path_t source;
     pus_file_path_t target;
-    pus_file_path_t part; // The target's name until it is whole.
+    pus_file_path_t part; // Name of the target until it is complete.
 } pus_file_copy_t;
 
 typedef struct { // Private.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A bus of the simulator published on a SocketCAN interface, where candump, cansniffer, canplayer or
 /// Wireshark attach: every frame in the order of arbitration, and error reports of flight's controller.
-/// Frames that such tools send go onto the bus from a separate controller, which is made with the first such
-/// frame; an error frame of a tool is passed to flight as a report of its controller.
+/// Frames that such tools send go onto the bus from a separate controller, which is created when the first
+/// such frame arrives; an error frame of a tool is passed to flight as a report of its controller.
 ///
 /// If the interface goes down or disappears, frames are counted as unshown, and it is opened again.
 ///
@@ -38,7 +38,7 @@ void gateway_close(gateway_t* gateway);
 /// Publish a frame that was on the bus (bus_tap_t). Frames received from the interface are not sent there
 /// again: its users have seen them, and a controller does not receive its own frames.
 void gateway_show(gateway_t* gateway, uint32_t senders, const osal_can_frame_t* frame);
-/// Put on the bus what tools have sent since.
+/// Send the frames on the bus that tools have sent since the last call.
 void gateway_take(gateway_t* gateway, uint64_t now_ns);
 const gateway_counters_t* gateway_counters(const gateway_t* gateway);
 

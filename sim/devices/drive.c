@@ -9,7 +9,7 @@
 #define MNM 1e-3
 #define PER_MILLE 1000.0
 #define STANDSTILL_RAD_S 0.02
-#define RAMP_LIMIT_NS 200000000U // A stop that does not reach standstill ends with the brake all the same.
+#define RAMP_LIMIT_NS 200000000U // A stop that does not reach standstill still ends with the brake.
 #define HOT_CELSIUS 80.0
 #define COOL_CELSIUS 75.0
 #define TENTH 0.1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Round trips of real-time links between two processes on two processors, in turns with raw limits and peers.
+"""Round trips of real-time links between two processes on two processors, alternating with raw limits and peers.
 
 Each transport is a program of its own (test/bench/transport, test/bench/peers) that does the same work; a round runs
 each once. The value is the median of the medians, the ratio the median of the ratios within a round."""

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Delay of the wake-ups of a loop of 2 kHz: the executive's wait (real clock, one socket to check) against a
-// bare absolute sleep, and beside them cyclictest, second by second in turns. All under SCHED_FIFO, on
+// bare absolute sleep, and cyclictest, alternating every second. All under SCHED_FIFO, on
 // processor 0.
 #define _GNU_SOURCE
 #include "osal/include/osal/clock.h"

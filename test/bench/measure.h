@@ -3,9 +3,9 @@
 #ifndef TEST_BENCH_MEASURE_H
 #define TEST_BENCH_MEASURE_H
 
-/// Runs `act` and `baseline` in turns, in rounds each long enough for the resolution of the clock, and prints
-/// `BENCH name value unit baseline ratio low high`: medians over the rounds, and the median and the range of
-/// the ratio within a round. A call does `work` units; the value is nanoseconds a unit divided by
+/// Runs `act` and `baseline` alternately, in rounds each long enough for the resolution of the clock, and
+/// prints `BENCH name value unit baseline ratio low high`: medians over the rounds, and the median and the
+/// range of the ratio within a round. A call does `work` units; the value is nanoseconds a unit divided by
 /// `ns_per_unit`.
 void measure_compare(const char* name, void (*act)(void), void (*baseline)(void), double work,
                      const char* unit, double ns_per_unit);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The programs of test/bench/transport, one per transport, which bench_link.py runs in turns.
+# The programs of test/bench/transport, one per transport, which bench_link.py runs alternately.
 TRANSPORTS := lcm link_shm link_udp seqlock udp
 
 transport_needs_lcm := -llcm

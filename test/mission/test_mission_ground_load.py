@@ -64,7 +64,7 @@ class Ground:
 
 @pytest.fixture
 def mission(folder, tmp_path):
-    """A flight that continues until it is told to end: its operator waits for a time that does not come."""
+    """A flight that continues until SIGINT: the last line of its operator is due after 3000 s."""
     scenario = flying.write_scenario(tmp_path / "long.scn", *(f"{at:.6f} operator ping MANIPULATOR" for at in (0.1, 3000.0)))
     flight = flying.start(folder, "--scenario", scenario)
     try:
@@ -95,7 +95,7 @@ def test_burst_of_requests_gets_every_answer(mission, apid, count):
 
 PINGS, FLOODED, BURST = 200, 30, 20000
 FIRST_S, SPACING_S = 0.5, 0.02
-PATIENCE_S = 0.1  # failure code of the supervisor with the APID of the subsystem that takes in nothing
+PATIENCE_S = 0.1  # The supervisor then fails requests to a subsystem that reads none.
 
 
 def _fly_under_burst(folder, path, *lines):
@@ -107,7 +107,7 @@ def _fly_under_burst(folder, path, *lines):
     try:
         ground = Ground(flight.port())
         asked = 0
-        while asked == 0 or flight.steps() < FLOODED:  # However fast the machine is: the flood lasts beyond the hang.
+        while asked == 0 or flight.steps() < FLOODED:  # On a machine of any speed the flood lasts longer than the hang.
             ground.ask(MANIPULATOR, BURST)
             asked += BURST
         flying.wait_until(lambda: ground.ended() >= asked and flight.steps() >= PINGS, f"the end of all {asked}, not {ground.answers}", 120)
@@ -125,7 +125,7 @@ def _delays_s(flight):
     return [end - (FIRST_S + SPACING_S * i) for i, end in enumerate(ends[:PINGS])]
 
 
-def test_burst_to_one_does_not_keep_others_waiting(folder, tmp_path):
+def test_burst_to_one_subsystem_does_not_delay_others(folder, tmp_path):
     """Requests that fill the mailbox of one subsystem wait in the connection; a request to another one passes
     within few slots."""
     flight, answers, asked = _fly_under_burst(folder, tmp_path / "flood.scn")
@@ -134,7 +134,7 @@ def test_burst_to_one_does_not_keep_others_waiting(folder, tmp_path):
     assert len(delays) == PINGS and max(delays) <= 20 * SLOT_S, max(delays)
 
 
-def test_burst_to_a_subsystem_that_hangs_holds_others_up_once(folder, tmp_path):
+def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
     """Requests to the dead subsystem end with a reason: refused, or lost with it; others wait until its death
     is detected, and no longer."""
     flight, answers, asked = _fly_under_burst(folder, tmp_path / "hang.scn", f"{FIRST_S + 0.1:.6f} fault hang manipulator")
@@ -244,8 +244,8 @@ def _forge(source, target, payload):
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root forges the source of a datagram")
 @pytest.mark.parametrize("life", [1, 0xFFFFFFFF], ids=("sequence", "life"))
 def test_channel_survives_forged_datagrams(mission, life):
-    """Datagrams in the supervisor's name with numbers far ahead, or of a later life: the next requests pass
-    all the same."""
+    """Datagrams in the supervisor's name with numbers far ahead, or of a later life: the next requests still
+    pass."""
     pids = mission.children()
     supervisor, manipulator = _udp_port(pids["supervisor"]), _udp_port(pids["manipulator"])
     for ahead in (20, 1000, 0x80000000):

@@ -48,7 +48,7 @@ def full_schedule(station):
 
 @pytest.mark.usefixtures("full_schedule")
 @pytest.mark.parametrize("request_type, report", [(17, 13), (16, 10)])
-def test_a_long_list_comes_whole(station, request_type, report):
+def test_all_parts_of_a_long_list_arrive(station, request_type, report):
     """48 and 68 packets; the request completes after the last one."""
     since = len(station.reports)
     assert station.do("SUPERVISOR", 11, request_type).is_completed
@@ -67,7 +67,7 @@ def _raised(reports):
     return seen, told
 
 
-def test_a_storm_of_events_adds_up_and_hides_no_answer(station):
+def test_each_event_of_a_storm_is_counted_and_each_ping_is_answered(station):
     """A procedure raises one event as fast as it may; meanwhile each ping is answered."""
     code = f"for i = 1, {RAISED} do event({WARNING}) end".encode()
     station.do("SUPERVISOR", 18, 1, obcp_id="STORM", obcp_code=code.hex(), checksum=packets.crc16(code))
@@ -150,7 +150,7 @@ def _assert_storm_hides_nothing(flight, seconds):
     assert orders and orders[0] - high_ns <= 2 * SLOT_NS
 
 
-def test_a_storm_of_a_subsystem_hides_neither_its_answers_nor_its_alarm(folder, stormy):
+def test_a_storm_of_a_subsystem_delays_neither_its_answers_nor_its_high_event(folder, stormy):
     flight = _fly_storm(folder, stormy, 3)
     assert flight.code == 0, flight.told()
     _assert_storm_hides_nothing(flight, 3)
@@ -189,7 +189,7 @@ def test_a_fault_within_a_storm(folder, stormy, fault):
     assert counts == list(range(len(counts)))
 
 
-def test_the_raiser_of_a_storm_dies(folder, stormy):
+def test_the_process_that_raises_a_storm_dies(folder, stormy):
     """Counts not yet reported are lost with the process: at most those of the second between two reports. No
     other component is affected."""
     flight = _fly_storm(folder, stormy, 3, "3.05 fault kill joystick")

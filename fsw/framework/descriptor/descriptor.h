@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Loads subsystem and mission descriptors: XML -> model, with every meaning checked. The first error ends
+/// Loads subsystem and mission descriptors: XML -> model; every value is checked. The first error ends
 /// the loading and reads "file:line: what was found and what is expected"; the model is then empty.
 ///
 /// Ownership  The caller places loader and models; a loader can be used for any number of documents in turn.
@@ -47,7 +47,8 @@ MUST_USE status_t descriptor_parse_subsystem(descriptor_loader_t* loader, const 
                                              const void* octets, size_t size,
                                              subsystem_descriptor_t* out_descriptor);
 
-/// How much of a mission is read. A program that does not name `descriptor_mission_whole` has no code for it.
+/// How much of a mission is read. A program that does not name `descriptor_mission_whole` is linked
+/// without the code for a whole mission.
 typedef struct mission_scope mission_scope_t;
 /// Permissions, recovery plans, hashes, and the descriptors of all subsystems: for supervisor and launcher.
 extern const mission_scope_t descriptor_mission_whole;
@@ -57,8 +58,8 @@ extern const mission_scope_t descriptor_mission_whole;
 /// file twice. Scope NULL, as a subsystem needs it: no descriptor but its own is read. Then the mission has
 /// no permissions and no recovery plans, its hashes are 0, and of other subsystems it contains only the
 /// content of the mission's file: ports at their end of links are 0. APID 1..2046; with a scope also
-/// MISSION_ANY_TARGET: the last one. Statuses of descriptor_load_subsystem; STATUS_INVALID: the mission has
-/// no such subsystem.
+/// MISSION_ANY_TARGET: the last subsystem. Statuses of descriptor_load_subsystem; STATUS_INVALID: the mission
+/// has no such subsystem.
 MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path, uint16_t apid,
                                           const mission_scope_t* scope, mission_descriptor_t* out_mission,
                                           subsystem_descriptor_t* out_own);

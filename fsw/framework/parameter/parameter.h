@@ -2,8 +2,8 @@
 /// The parameter dictionary: data structures a subsystem shares with the framework, found by their ids.
 ///
 /// The parameter_definition_t tables of the generated header are the compiled interface. Bounds, settable
-/// flags and initial values are set after publishing, from the descriptor. On the wire a parameter is its
-/// fields one after the other, big-endian, without padding, always whole.
+/// flags and initial values are set after publishing, from the descriptor. On the wire a parameter is
+/// always complete: its fields one after the other, big-endian, without padding.
 ///
 /// Ownership  The caller places entries, bounds and the published storage; all outlive the dictionary.
 /// Context    Any thread: a mutex with priority inheritance guards the content. The owner updates a published

@@ -105,7 +105,7 @@ size_t subsystem_sample_auxiliary(subsystem_t* const subsystem, const descriptor
             }
         }
     }
-    while (writer.position < event->octets) { // Values that only the raiser could have given.
+    while (writer.position < event->octets) { // Values that only the code that raises it could supply.
         octet_write_u8(&writer, 0U);
     }
     return writer.position;

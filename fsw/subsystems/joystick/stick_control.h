@@ -30,11 +30,11 @@ typedef struct { // Read-only outside.
 } joystick_stick_control_t;
 
 void joystick_stick_control_init(joystick_stick_control_t* control);
-/// Take in the position; the velocity follows.
+/// Take in the position, and compute the velocity from it.
 void joystick_stick_control_sense(joystick_stick_control_t* control, const joystick_control_t* gains,
                                   double period_s, const double position_rad[STICK_AXES]);
-/// Command that reflects a torque felt by the robot. `share` 0..1 fades the reflection in; damping is always
-/// whole.
+/// Command that reflects a torque felt by the robot. `share` 0..1 fades the reflection in; damping is never
+/// reduced.
 void joystick_stick_control_reflect(joystick_stick_control_t* control, const joystick_control_t* gains,
                                     double period_s, const double felt_nm[STICK_AXES], double share);
 /// Command that displays a torque, with the damping of free space.

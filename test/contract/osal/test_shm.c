@@ -83,7 +83,7 @@ static void test_names_out_of_the_contract_are_invalid(void)
     longest[0] = '/';
     (void)snprintf(&longest[1], 20U, "%d", (int)getpid());
     longest[strlen(longest)] = '_';
-    longest[61]              = '\0'; // The slash and 60.
+    longest[61]              = '\0'; // A slash and 60 characters.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, longest, 1U));
     osal_shm_close(&shm);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(longest));
@@ -112,7 +112,7 @@ static void count_ours(void* context, const char* shown)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(shown));
 }
 
-static void test_names_of_a_family_are_shown_and_may_be_removed(void)
+static void test_names_with_a_prefix_are_listed_and_can_be_removed(void)
 {
     char prefix[32];
     unsigned count = 0U;
@@ -134,7 +134,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_created_memory_is_zero_and_seen_by_another_process);
     RUN_TEST(test_names_that_exist_and_do_not);
-    RUN_TEST(test_names_of_a_family_are_shown_and_may_be_removed);
+    RUN_TEST(test_names_with_a_prefix_are_listed_and_can_be_removed);
     RUN_TEST(test_names_out_of_the_contract_are_invalid);
     RUN_TEST(test_too_large_shared_memory_is_refused_and_leaves_no_name);
     return UNITY_END();

@@ -88,7 +88,7 @@ static void test_priority_is_set_where_permitted(void)
     TEST_ASSERT_EQUAL(SCHED_OTHER, own.policy);
 }
 
-/// Without privilege a task with a priority starts all the same.
+/// Without privilege a task with a priority still starts.
 static void test_priority_without_privilege(void)
 {
     if (geteuid() != 0U) {

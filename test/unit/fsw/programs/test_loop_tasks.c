@@ -165,7 +165,7 @@ static void without_loops_in_the_configuration_the_tasks_do_not_run(void)
     TEST_ASSERT_EQUAL(before, reports[FAST_REPORT].count);
 }
 
-/// In a child without privilege: a priority that it may not have is reported, and the loops run all the same.
+/// In a child without privilege: a priority that it may not have is reported, and the loops still run.
 static void a_priority_that_is_not_permitted_is_noted(void)
 {
     int ends[2];

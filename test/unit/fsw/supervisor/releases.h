@@ -14,13 +14,13 @@ void request_send(uint8_t service, uint8_t subtype);
 /// The same for data of constant octets.
 #define REQUEST(service, subtype, octets) request_octets((service), (subtype), (octets), sizeof(octets) - 1U)
 void request_octets(uint8_t service, uint8_t subtype, const char* octets, size_t size);
-/// A TC[17,1] of user 1 to `apid` within: "18 TC 17.1 from 1" when LONE is reached.
+/// Append a TC[17,1] of user 1 to `apid`. When it reaches LONE, the fixture shows "18 TC 17.1 from 1".
 void request_within(uint16_t apid, uint16_t sequence);
 
 /// ST[11] or ST[22] is enabled, with sub-schedule 1 and group 1.
 void schedule_enable(uint8_t service);
-/// An activity at a time of the run, at a position; an action on an event of ARM that may be raised at once;
-/// a sequence SEQ of one request, activated.
+/// Define the release of a request: by an activity at a time of the run, by an activity at a position, by an
+/// action on an event of ARM that may be raised at once, by the activated sequence SEQ.
 void release_at(uint64_t time_ns, uint16_t apid, uint16_t sequence);
 void release_where(uint64_t position, uint16_t apid, uint16_t sequence);
 void release_on(uint16_t event, uint16_t apid, uint16_t sequence);

@@ -129,7 +129,7 @@ static void only_some_are_open_at_once(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, open_one());
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, create(NAME("a", "new")));
     TEST_ASSERT_NULL(disk_find("a/new"));
-    fail_next_call(STATUS_IO); // The file is closed all the same.
+    fail_next_call(STATUS_IO); // The file is still closed.
     TEST_ASSERT_EQUAL(STATUS_IO, files->close(files->context, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, create(NAME("a", "new")));
     TEST_ASSERT_EQUAL_UINT32(1U, file);

@@ -354,7 +354,7 @@ static void test_sync_with_a_counter(void)
     master_wait(&master, 500U * MASTER_US);
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x191U));
     TEST_ASSERT_EQUAL_UINT(0U, master_heard(&master, 0x091U));
-    master_sync(&master, 500U * MASTER_US); // Without its counter: reported once, and applied all the same.
+    master_sync(&master, 500U * MASTER_US); // Without its counter: reported once, and still applied.
     master_sync(&master, 500U * MASTER_US);
     TEST_ASSERT_EQUAL_UINT(3U, master_heard(&master, 0x191U));
     TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x091U));
@@ -456,7 +456,7 @@ static void test_an_unplugged_node_is_mute_and_boots_when_plugged(void)
     forget();
     master_wait(&master, 100U * MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(0U, master.count);
-    TEST_ASSERT_EQUAL_STRING("l", story); // Its own deadline has expired all the same.
+    TEST_ASSERT_EQUAL_STRING("l", story); // Its own deadline has still expired.
     TEST_ASSERT_FALSE(node_is_plugged(node));
     forget();
     node_plug(node);

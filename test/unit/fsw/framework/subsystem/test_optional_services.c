@@ -98,7 +98,7 @@ static void optional_services_are_stepped_in_every_cycle_also_in_offline(void)
     TEST_ASSERT_EQUAL_UINT32(before + 100U, storage.steps); // Also after the component has started again.
 }
 
-static void records_go_to_the_service_they_are_of(void)
+static void each_record_is_restored_by_its_service(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, subsystem_restore(&fixture.subsystem, 200U, 5U, (const uint8_t*)"\11", 1U));
     TEST_ASSERT_EQUAL_UINT32(5U, storage.key);
@@ -290,7 +290,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(optional_services_are_stepped_in_every_cycle_also_in_offline);
-    RUN_TEST(records_go_to_the_service_they_are_of);
+    RUN_TEST(each_record_is_restored_by_its_service);
     RUN_TEST(a_request_whose_effect_is_not_stored_fails);
     RUN_TEST(a_subsystem_reaches_itself_and_the_supervisor);
     RUN_TEST(devices_are_reached_by_the_port_of_the_subsystem);

@@ -340,7 +340,7 @@ static void the_secure_action_is_never_interrupted(void)
     TEST_ASSERT_EQUAL(ACTION_SECURE, machine.action);
     TEST_ASSERT_TRUE(subsystem_state_machine_event(&machine, EVENT_SHUTDOWN, CAUSE_SHUTDOWN));
     TEST_ASSERT_EQUAL(ACTION_SECURE, machine.action);
-    // The transition downwards begins all the same.
+    // The transition downwards still begins.
     subsystem_state_machine_outcome(&machine, OUTCOME_FAILED);
     TEST_ASSERT_EQUAL(ACTION_POST, machine.action);
     TEST_ASSERT_EQUAL(2U, machine.transition_count);

@@ -262,7 +262,7 @@ static void a_mailbox_without_room_keeps_requests_waiting(void)
     TEST_ASSERT_EQUAL(3U * 255U, refusals);
 }
 
-/// The mailbox reserves room for the longest request, so a loss needs a defect: it is counted all the same.
+/// The mailbox reserves room for the longest request, so a loss needs a defect; it is still counted.
 static void reports_that_a_loop_lost_are_counted_in_the_health(void)
 {
     subsystem_health_t health;

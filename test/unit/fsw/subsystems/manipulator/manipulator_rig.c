@@ -33,7 +33,8 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 
 static const flow_resolver_t resolver = {NULL, resolve};
 
-/// Drives that show the values of a motionless arm in its home pose: joint torques are gravity and offsets.
+/// Let the drives report the values of a motionless arm in its home pose: joint torques are gravity and
+/// offsets.
 void rig_show(const double torque1_nm, const double torque2_nm)
 {
     rig_joints[0]->torque[0]   = (int16_t)lround(torque1_nm * 100.0);
