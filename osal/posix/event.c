@@ -24,7 +24,7 @@ void osal_event_signal(osal_event_t* const event)
 {
     FSW_ASSERT(event != NULL);
     __atomic_store_n(&event->word, 1U, __ATOMIC_RELEASE);
-    (void)syscall(SYS_futex, &event->word, FUTEX_WAKE, 1, NULL, NULL, 0);
+    (void)syscall(SYS_futex, &event->word, FUTEX_WAKE, 1);
 }
 
 status_t osal_event_wait(osal_event_t* const event, const uint32_t timeout_ms)
@@ -43,7 +43,7 @@ status_t osal_event_wait(osal_event_t* const event, const uint32_t timeout_ms)
             limit.tv_nsec = (long)((until_ns - now_ns) % NS_PER_S);
             allowed       = &limit;
         }
-        (void)syscall(SYS_futex, &event->word, FUTEX_WAIT, 0U, allowed, NULL, 0);
+        (void)syscall(SYS_futex, &event->word, FUTEX_WAIT, 0U, allowed);
     }
     return STATUS_OK;
 }

@@ -283,7 +283,7 @@ status_t osal_directory_create(const char* const path)
     FSW_ASSERT(path != NULL);
     char part[PATH_MAX];
     const size_t length = strlen(path);
-    if ((length == 0U) || (length >= sizeof part)) {
+    if (length >= sizeof part) {
         return STATUS_IO;
     }
     for (size_t i = 0U; i <= length; i++) {

@@ -188,7 +188,6 @@ bool lockstep_rest(osal_lockstep_t* const scheduler, const uint32_t participant,
         self->wake_ns = lockstep_not_before_begin(
             self, lockstep_earlier(wake_ns, is_expected ? self->wake_ns : OSAL_LOCKSTEP_NEVER));
         self->is_new = true;
-        self->incarnation++;
         __atomic_store_n(&self->state, (uint32_t)OSAL_LOCKSTEP_JOINED, __ATOMIC_RELEASE);
         return true;
     }

@@ -71,7 +71,7 @@ static void wake(osal_lockstep_t* const scheduler, const uint32_t participant)
     uint32_t* const word = &scheduler->participants[participant].word;
     (void)__atomic_add_fetch(word, 1U, __ATOMIC_RELEASE);
     if (scheduler->is_shared != 0U) {
-        (void)syscall(SYS_futex, word, FUTEX_WAKE, INT_MAX, NULL, NULL, 0);
+        (void)syscall(SYS_futex, word, FUTEX_WAKE, INT_MAX);
     }
 }
 
@@ -109,7 +109,7 @@ static bool sleep_until_granted(osal_lockstep_t* const scheduler, const uint32_t
         if (__atomic_load_n(&scheduler->running, __ATOMIC_ACQUIRE) == participant) {
             return true;
         }
-        (void)syscall(SYS_futex, &self->word, FUTEX_WAIT, seen, NULL, NULL, 0);
+        (void)syscall(SYS_futex, &self->word, FUTEX_WAIT, seen, NULL);
     }
 }
 
@@ -126,9 +126,6 @@ osal_lockstep_t* osal_lockstep_create(void* const storage, const uint64_t slot_n
     scheduler->awaited     = NOBODY;
     scheduler->is_shared   = is_shared ? 1U : 0U;
     scheduler->patience_ns = OSAL_LOCKSTEP_PATIENCE_NS;
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
-        scheduler->participants[i].wake_ns = OSAL_LOCKSTEP_NEVER;
-    }
     if (is_shared && (osal_mutex_create(&scheduler->mutex, true) != STATUS_OK)) {
         return NULL;
     }

@@ -120,7 +120,7 @@ static void become(const osal_process_start_t* const start, const pid_t parent)
     if (start->outlives) {
         (void)setsid(); // Signals to the parent's session or group do not reach it.
     } else {
-        (void)prctl(PR_SET_PDEATHSIG, (unsigned long)SIGKILL, 0UL, 0UL, 0UL);
+        (void)prctl(PR_SET_PDEATHSIG, (unsigned long)SIGKILL);
         if (getppid() != parent) {
             _exit(EXIT_NOT_STARTED); // The parent died before its death could be noticed.
         }

@@ -184,9 +184,8 @@ status_t osal_tipc_receive(osal_socket_t* const sock, uint64_t* const out_from, 
 status_t osal_tipc_identity(const osal_socket_t* const sock, uint64_t* const out_identity)
 {
     FSW_ASSERT((sock != NULL) && (out_identity != NULL));
-    struct sockaddr_tipc address;
-    socklen_t size = (socklen_t)sizeof address;
-    (void)memset(&address, 0, sizeof address);
+    struct sockaddr_tipc address = {.family = AF_TIPC};
+    socklen_t size               = (socklen_t)sizeof address;
     if (getsockname(sock->descriptor, (struct sockaddr*)(void*)&address, &size) != 0) {
         return STATUS_IO;
     }

@@ -171,6 +171,11 @@ static void test_names_and_addresses(void)
     other_address[95] = '\0';
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create(other_address));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&other, other_address, OSAL_CAN_NODE));
+    other_address[65] = '\0';
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create(other_address));
+    other_address[64] = '\0'; // The longest that is accepted.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(other_address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_destroy(other_address));
 }
 
 static void test_a_frame_passes_if_it_matches_one_filter(void)

@@ -449,6 +449,8 @@ static void test_a_server_that_cuts_a_stream_wakes_its_participant(void)
     TEST_ASSERT_EQUAL_UINT16(4712U, osal_lockstep_served_port(scheduler, THIRD));
     osal_lockstep_set_stream_port(scheduler, THIRD, 4713U);
     TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_served_port(scheduler, THIRD));
+    osal_lockstep_done(scheduler, SECOND, 9000U);
+    (void)next_is(THIRD, 4000U); // Served, it is woken in the same instant.
 }
 
 /// A process that is inside the scheduler most of the time.

@@ -234,6 +234,28 @@ static void layouts_without_a_size_are_a_coding_error(void)
     TEST_ASSERT_TRUE(assertion_fails(double_of_an_array));
 }
 
+static void an_array_is_put_scalar_by_scalar(void)
+{
+    static const uint8_t octets8[]    = {1U, 2U, 3U};
+    static const uint16_t halves[]    = {0x0102U, 0x0304U, 0x0506U};
+    static const uint32_t words[]     = {0x01020304U, 0x05060708U, 0x090A0B0CU};
+    static const uint64_t doubles[]   = {0x0102030405060708U, 0x090A0B0C0D0E0F10U, 0x1112131415161718U};
+    static const value_type_t types[] = {VALUE_UINT8, VALUE_UINT16, VALUE_UINT32, VALUE_UINT64};
+    const void* const arrays[]        = {octets8, halves, words, doubles};
+    for (size_t i = 0U; i < 4U; i++) {
+        uint8_t out[25];
+        const size_t size = 3U * value_size(types[i]);
+        (void)memset(out, 0xEE, sizeof out);
+        TEST_ASSERT_EQUAL_UINT64(size, value_put(out, types[i], arrays[i], 3U));
+        for (size_t k = 0U; k < size; k++) {
+            TEST_ASSERT_EQUAL_HEX8(k + 1U, out[k]);
+        }
+        TEST_ASSERT_EQUAL_HEX8(0xEE, out[size]);
+        TEST_ASSERT_EQUAL_UINT64(0U, value_put(out, types[i], arrays[i], 0U));
+        TEST_ASSERT_EQUAL_HEX8(1U, out[0]);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -249,5 +271,6 @@ int main(void)
     RUN_TEST(only_the_octets_of_the_type_are_stored);
     RUN_TEST(reals_keep_their_precision);
     RUN_TEST(layouts_without_a_size_are_a_coding_error);
+    RUN_TEST(an_array_is_put_scalar_by_scalar);
     return UNITY_END();
 }

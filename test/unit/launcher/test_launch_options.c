@@ -311,10 +311,13 @@ static void combinations_that_make_sense_are_accepted(void)
         "--bus vcan --nodes 1",
         "--form image --nodes 1",
         "--bus can --interface robot=can0 --sim-interface robot=can1 --tools 1",
+        "--bus can --interface r=c",
         "--remote-endian ARM --links udp --transport udp",
         "--time free --nodes 1"};
     for (size_t i = 0U; i < (sizeof lines / sizeof lines[0]); i++) {
+        TEST_ASSERT_FALSE(parse("--unknown 1"));
         TEST_ASSERT_TRUE_MESSAGE(parse(lines[i]), lines[i]);
+        TEST_ASSERT_EQUAL_STRING("", error); // Nothing is left of the earlier error.
     }
 }
 

@@ -372,6 +372,9 @@ static void a_datagram_is_distinguished_from_errors_of_earlier_ones(void** state
     will_return(__wrap_recvmsg, -ECONNREFUSED);
     will_return(__wrap_recvmsg, 5);
     receive(STATUS_OK, 5U);
+    expect_value(__wrap_recvmsg, flags, MSG_DONTWAIT);
+    will_return(__wrap_recvmsg, 0); // An empty datagram.
+    receive(STATUS_OK, 0U);
     flags_to_come = MSG_TRUNC;
     expect_value_count(__wrap_recvmsg, flags, MSG_DONTWAIT, 3);
     will_return(__wrap_recvmsg, 5);
