@@ -170,18 +170,14 @@ static status_t start(void* const context, const uint16_t index, const char* con
     procedure_slot_t* const slot = slot_at(context, index);
     FSW_ASSERT(!slot->is_running && (name != NULL) && (code != NULL) && (arguments != NULL));
     beginning_t beginning = {name, code, size, arguments, arguments_size};
+    *slot                 = (procedure_slot_t){.memory      = slot->memory,
+                                               .memory_size = slot->memory_size,
+                                               .map         = slot->map,
+                                               .longest     = SHORTEST,
+                                               .code_size   = (uint32_t)size,
+                                               .has_nul     = may_have_nul(code, size),
+                                               .call        = {.text = ""}};
     procedure_heap_init(&slot->heap, slot->memory, slot->memory_size, slot->map);
-    slot->thread           = NULL;
-    slot->stack            = NULL;
-    slot->list             = NULL;
-    slot->stack_size       = 0U;
-    slot->longest          = SHORTEST;
-    slot->nodes            = 0U;
-    slot->largest          = 0U;
-    slot->code_size        = (uint32_t)size;
-    slot->has_nul          = may_have_nul(code, size);
-    slot->is_too_long      = false;
-    slot->is_making_thread = false;
     lua_State* const state = lua_newstate(allocate, slot);
     if (state == NULL) {
         *out_call = (pus_call_t){.kind = PUS_CALL_FAILED, .text = "not enough memory"};

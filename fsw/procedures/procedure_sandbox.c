@@ -280,12 +280,10 @@ static int rank_of(lua_State* const state, const int index)
 
 static bool is_text_before(lua_State* const state, const int one, const int other)
 {
-    size_t one_size              = 0U;
-    size_t other_size            = 0U;
-    const char* const one_text   = lua_tolstring(state, one, &one_size);
-    const char* const other_text = lua_tolstring(state, other, &other_size);
-    const size_t size            = (one_size < other_size) ? one_size : other_size;
-    const int order              = memcmp(one_text, other_text, size);
+    const size_t one_size   = (size_t)lua_rawlen(state, one);
+    const size_t other_size = (size_t)lua_rawlen(state, other);
+    const size_t size       = (one_size < other_size) ? one_size : other_size;
+    const int order         = memcmp(lua_tostring(state, one), lua_tostring(state, other), size);
     return (order < 0) || ((order == 0) && (one_size < other_size));
 }
 

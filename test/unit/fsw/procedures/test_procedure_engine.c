@@ -320,6 +320,43 @@ static void without_memory_no_procedure_starts(void)
     TEST_ASSERT_TRUE((enough > 0U) && (enough <= 65536U));
 }
 
+/// Results that one instruction leaves on the stack for the next are the same after a pause between the two.
+static void a_pause_after_any_instruction_changes_no_result(void)
+{
+    static const char code[] = "local function three() return 1, 2, 3 end\n"
+                               "local function count(...) return select('#', ...) end\n"
+                               "local function same(...) return ... end\n"
+                               "local list = {three()}\n"
+                               "if count(three()) == 3 and count(same(three())) == 3 and #list == 3 and\n"
+                               "select(3, three()) == 3 and count(0, three()) == 4 then event(1) end";
+    pus_answer_t answer      = {.kind = PUS_ANSWER_NONE};
+    unsigned pauses          = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, host_begin(code));
+    host.call.kind = PUS_CALL_PAUSED;
+    while (host.call.kind == PUS_CALL_PAUSED) {
+        host.port.grant(host.port.context, 0U, 1U);
+        host.port.run(host.port.context, 0U, &answer, &host.call);
+        pauses++;
+    }
+    TEST_ASSERT_EQUAL_MESSAGE(PUS_CALL_EVENT, host.call.kind, host.call.text);
+    TEST_ASSERT_TRUE(pauses > 50U);
+}
+
+/// The price of a call depends on it.
+static void the_size_of_the_stack_is_known_when_it_has_grown(void)
+{
+    expect_events("event(1)", "1");
+    const uint32_t small = host.slots[0].stack_size;
+    TEST_ASSERT_TRUE((small > 16U) && (small < 2048U));
+    expect_events("local function f(n) if n > 0 then return 1 + f(n - 1) end return 0 end "
+                  "if f(100) == 100 then event(1) end",
+                  "1");
+    TEST_ASSERT_TRUE(host.slots[0].stack_size >
+                     (100U * 3U * 16U)); // Function, argument and sum of each call.
+    expect_events("event(1)", "1");
+    TEST_ASSERT_EQUAL_UINT32(small, host.slots[0].stack_size);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -338,5 +375,7 @@ int main(void)
     RUN_TEST(the_same_code_gives_the_same_calls_in_every_slot);
     RUN_TEST(slots_are_apart);
     RUN_TEST(without_memory_no_procedure_starts);
+    RUN_TEST(a_pause_after_any_instruction_changes_no_result);
+    RUN_TEST(the_size_of_the_stack_is_known_when_it_has_grown);
     return UNITY_END();
 }

@@ -3,6 +3,7 @@
 #include "test/unit/fsw/framework/descriptor/documents.h"
 #include "unity.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static descriptor_loader_t loader;
@@ -64,6 +65,55 @@ static void the_supervisor_is_granted_entries_of_the_whole_spacecrafts(void)
                              descriptor_error(&loader));
 }
 
+static void each_service_has_its_type_and_its_largest_capacity(void)
+{
+    static const struct {
+        unsigned type;
+        unsigned most;       // Capacity.
+        unsigned functional; // Its largest value, or 0: it has none.
+        bool is_of_spacecraft;
+    } services[] = {{2U, 16U, 0U, false},
+                    {4U, 256U, 0U, false},
+                    {6U, 16U, 0U, false},
+                    {12U, 2000U, 200U, false},
+                    {11U, DESCRIPTOR_TIME_ACTIVITIES_MAX, 0U, true},
+                    {15U, DESCRIPTOR_PACKET_STORES_MAX, 0U, true},
+                    {18U, DESCRIPTOR_PROCEDURES_MAX, 0U, true},
+                    {19U, DESCRIPTOR_EVENT_ACTIONS_MAX, 0U, true},
+                    {21U, DESCRIPTOR_SEQUENCES_MAX, 0U, true},
+                    {22U, DESCRIPTOR_POSITION_ACTIVITIES_MAX, 0U, true},
+                    {23U, DESCRIPTOR_FILE_LOCKS_MAX, 0U, true}};
+    for (size_t i = 0U; i < (sizeof services / sizeof services[0]); i++) {
+        for (unsigned more = 0U; more < 2U; more++) {
+            char line[96];
+            (void)snprintf(line, sizeof line, "<Service type='%u' capacity='%u'/>", services[i].type,
+                           services[i].most + more);
+            TEST_ASSERT_EQUAL_MESSAGE((more == 0U) ? STATUS_OK : STATUS_INVALID, load_supervisor(line), line);
+            if (more == 0U) {
+                TEST_ASSERT_EQUAL_UINT8(services[i].type, arm.services[0].type);
+                TEST_ASSERT_EQUAL_UINT16(services[i].most, arm.services[0].capacity);
+                TEST_ASSERT_EQUAL(services[i].is_of_spacecraft, arm.services[0].is_of_spacecraft);
+            }
+            (void)snprintf(line, sizeof line, "<Service type='%u' functional='%u'/>", services[i].type,
+                           services[i].functional + more);
+            const bool is_good = (services[i].functional > 0U) && (more == 0U);
+            TEST_ASSERT_EQUAL_MESSAGE(is_good ? STATUS_OK : STATUS_INVALID, load_supervisor(line), line);
+        }
+    }
+}
+
+static void a_service_without_attributes_has_its_usual_capacity(void)
+{
+    static const unsigned services[][3] = {{2U, 4U, 0U}, {4U, 16U, 0U}, {6U, 4U, 0U}, {12U, 32U, 4U}};
+    for (size_t i = 0U; i < (sizeof services / sizeof services[0]); i++) {
+        char line[32];
+        (void)snprintf(line, sizeof line, "<Service type='%u'/>", services[i][0]);
+        TEST_ASSERT_EQUAL(STATUS_OK, load_with(line));
+        TEST_ASSERT_EQUAL_UINT16(services[i][1], arm.services[0].capacity);
+        TEST_ASSERT_EQUAL_UINT16(services[i][2], arm.services[0].functional);
+    }
+}
+
 static void an_error_in_a_service_list_is_reported_with_its_line(void)
 {
     static const struct {
@@ -89,6 +139,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(services_are_read_with_their_capacities);
     RUN_TEST(the_supervisor_is_granted_entries_of_the_whole_spacecrafts);
+    RUN_TEST(each_service_has_its_type_and_its_largest_capacity);
+    RUN_TEST(a_service_without_attributes_has_its_usual_capacity);
     RUN_TEST(an_error_in_a_service_list_is_reported_with_its_line);
     return UNITY_END();
 }
