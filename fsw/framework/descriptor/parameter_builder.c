@@ -181,7 +181,8 @@ void descriptor_parameter_builder_group(source_t* const source)
     }
     text_t path = path_of(source, characters, source->item, &descriptor->fields[descriptor->field_count]);
     text_add(&path, ".");
-    (void)memcpy(builder->group, characters, path.length + 1U);
+    text_t group = text_in(builder->group, sizeof builder->group);
+    text_add(&group, characters);
     builder->group_depth++;
 }
 

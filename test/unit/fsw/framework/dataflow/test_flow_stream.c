@@ -44,10 +44,22 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 
 static const flow_resolver_t resolver = {NULL, resolve};
 
+static size_t write_limit; ///< Octets that a device takes at once; 0: all that the system takes.
+
+status_t __real_osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size,
+                                  size_t* out_written);
+status_t __wrap_osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size,
+                                  size_t* out_written)
+{
+    const size_t taken = ((write_limit > 0U) && (size > write_limit)) ? write_limit : size;
+    return __real_osal_device_write(device, octets, taken, out_written);
+}
+
 void setUp(void)
 {
-    far    = -1;
-    now_ns = 0U;
+    write_limit = 0U;
+    far         = -1;
+    now_ns      = 0U;
     quota_init(&quota, 2U);
     (void)snprintf(path, sizeof path, "%s/device", folder);
 }
@@ -179,6 +191,17 @@ static void a_serial_line_carries_frames_both_ways(void)
     TEST_ASSERT_EQUAL_UINT32(6U, flow.counters.octets_out);
     TEST_ASSERT_EQUAL_UINT32(15U, flow.counters.octets_in);
     TEST_ASSERT_EQUAL_UINT16(1U, quota.stats.used);
+}
+
+static void a_line_that_takes_few_octets_at_once_gets_all_in_order(void)
+{
+    begin_line();
+    begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_SLIP, .baud = 115200U});
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_step(&flow, now_ns));
+    write_limit = 3U;
+    TEST_ASSERT_EQUAL(STATUS_OK, say("0123456789", 10U));
+    expect_far("\3000123456789\300", 12U);
+    TEST_ASSERT_EQUAL_UINT32(12U, flow.counters.octets_out);
 }
 
 static void a_disconnected_serial_line_is_opened_again(void)
@@ -482,6 +505,7 @@ int main(void)
     UNITY_BEGIN();
     begin(ENDNODE_FILE, "nothing", (flow_format_t){.baud = 0U});
     RUN_TEST(a_serial_line_carries_frames_both_ways);
+    RUN_TEST(a_line_that_takes_few_octets_at_once_gets_all_in_order);
     RUN_TEST(a_disconnected_serial_line_is_opened_again);
     RUN_TEST(a_refused_serial_line_is_reported_with_the_reason);
     RUN_TEST(records_travel_in_the_flows_order);

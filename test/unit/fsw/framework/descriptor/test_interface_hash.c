@@ -105,10 +105,30 @@ static void a_component_compares_with_its_compiled_interface(void)
         descriptor_error(&loader));
 }
 
+static void the_interface_hash_sees_each_number_of_a_service(void)
+{
+    static const char* const services[] = {"<Service type='12'/>", "<Service type='12' capacity='33'/>",
+                                           "<Service type='12' functional='5'/>", "<Service type='4'/>",
+                                           "<Service type='4'/><Service type='6'/>"};
+    uint64_t hashes[6]                  = {0U};
+    load_the_good_one();
+    hashes[5] = arm.interface_hash;
+    for (size_t i = 0U; i < 5U; i++) {
+        char replacement[128] = "</Functions><Services>";
+        (void)strcat(strcat(replacement, services[i]), "</Services>");
+        TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(arm_document, "</Functions>", replacement)));
+        hashes[i] = arm.interface_hash;
+        for (size_t j = 0U; j < 6U; j++) {
+            TEST_ASSERT_TRUE((i == j) || (hashes[i] != hashes[j]));
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_interface_hash_sees_the_interface_and_nothing_else);
+    RUN_TEST(the_interface_hash_sees_each_number_of_a_service);
     RUN_TEST(hashes_do_not_see_comments_spaces_and_order_of_attributes);
     RUN_TEST(a_component_compares_with_its_compiled_interface);
     return UNITY_END();

@@ -285,6 +285,34 @@ static void lost_transactions_are_counted(void)
     TEST_ASSERT_TRUE(journal_report_damage(&journal, 1U, octets));
 }
 
+/// A record without octets that ends with the medium is found as any other.
+static void the_last_record_behind_the_damage_is_counted(void)
+{
+    recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
+    open_journal();
+    for (uint32_t key = 1U; key <= 3U; key++) {
+        put(key, 1U, 10U);
+        commit();
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_erase(&journal, 11U, 1U)); // Without a commit.
+    remember();
+    recorded_copy(work, original);
+    TEST_ASSERT_EQUAL_UINT64(
+        JOURNAL_HEAD_SIZE + (3U * JOURNAL_RECORD_SIZE(10U)) + (4U * JOURNAL_RECORD_SIZE(0U)), work[0].size);
+    work[0].octets[JOURNAL_HEAD_SIZE + 16U] ^= 1U;
+    kept_calls = 0U;
+    recorded_clear(work);
+    open_journal();
+    TEST_ASSERT_TRUE(journal.damage.is_damaged);
+    TEST_ASSERT_EQUAL_UINT32(3U, journal.damage.records); // Two puts and what erases the first.
+    recorded_copy(work, original);
+    work[0].octets[work[0].size - (2U * JOURNAL_RECORD_SIZE(0U))] ^= 1U; // The last commit.
+    recorded_clear(work);
+    open_journal();
+    TEST_ASSERT_TRUE(journal.damage.is_damaged);
+    TEST_ASSERT_EQUAL_UINT32(1U, journal.damage.records);
+}
+
 /// With both media damaged, their content shows it, without a mark.
 static void damage_of_both_media_is_reported(void)
 {
@@ -352,6 +380,7 @@ int main(void)
     RUN_TEST(damage_at_any_octet_is_reported_or_harmless);
     RUN_TEST(several_damaged_octets_are_reported_or_harmless);
     RUN_TEST(lost_transactions_are_counted);
+    RUN_TEST(the_last_record_behind_the_damage_is_counted);
     RUN_TEST(damage_of_both_media_is_reported);
     RUN_TEST(errors_of_damaged_media_are_reported);
     RUN_TEST(a_damaged_journal_opens_without_a_preserving_callback);

@@ -222,6 +222,25 @@ static void no_more_octets_than_a_window_are_unacknowledged(void)
     party_in_each_form(&party, fill_the_octets_of_the_window);
 }
 
+/// Every block that goes back tells what was taken: no frame of credit is due.
+static void answer_large_blocks(void)
+{
+    unsigned member = 0U;
+    size_t size     = 0U;
+    for (uint32_t i = 0U; i < (4U * LARGEST_BLOCKS); i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, block, MESSAGE_PAYLOAD_MAX));
+        TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &member, taken, sizeof taken, &size));
+        TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 1U, 0U, block, 1U));
+        TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 0U, &member, taken, sizeof taken, &size));
+        TEST_ASSERT_EQUAL(i + 1U, party.frames[1][0]);
+    }
+}
+
+static void a_block_in_return_makes_credit_of_octets_unnecessary(void)
+{
+    party_in_each_form(&party, answer_large_blocks);
+}
+
 static void data_carries_credit_along(void)
 {
     party_in_each_form(&party, answer_each);
@@ -473,6 +492,7 @@ int main(void)
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
     RUN_TEST(no_more_messages_than_a_window_are_unacknowledged);
     RUN_TEST(no_more_octets_than_a_window_are_unacknowledged);
+    RUN_TEST(a_block_in_return_makes_credit_of_octets_unnecessary);
     RUN_TEST(data_carries_credit_along);
     RUN_TEST(whatever_is_accepted_arrives_in_order);
     RUN_TEST(messages_are_kept_while_the_carrier_is_full);

@@ -26,6 +26,22 @@ static void required_links_are_needed_for_safe_operational(void)
     TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
+static void each_required_port_needs_its_link(void)
+{
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
+    const descriptor_configuration_t* const linked = subsystem_configuration(&fixture.subsystem);
+    for (uint16_t i = 0U; i < linked->port_count; i++) {
+        for (uint16_t k = 0U; k < linked->port_count; k++) {
+            fixture.descriptor.ports[linked->first_port + k].is_required = (k == i);
+        }
+        char expected[24];
+        (void)snprintf(expected, sizeof expected, "0111 10000%u\n", i + 1U);
+        fixture_forget();
+        (void)fixture_state(STATE_SAFE_OPERATIONAL);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(fixture_look(), expected), fixture_look());
+    }
+}
+
 // ---- Failing links ----
 
 static void expect_stale_reaction(state_t state, const char* lines)
@@ -197,6 +213,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(required_links_are_needed_for_safe_operational);
+    RUN_TEST(each_required_port_needs_its_link);
     RUN_TEST(a_stale_link_is_reported_by_the_state);
     RUN_TEST(a_stale_link_prevents_operational_until_it_has_fresh_samples);
     RUN_TEST(a_link_that_never_receives_a_sample_is_stale);
