@@ -457,9 +457,6 @@ void communication_init(communication_t* const self, subsystem_t* const generic,
     flow_tcp_init(&self->flow, self->clients, COMMUNICATION_CLIENTS, self->buffers, COMMUNICATION_BUFFER);
     quota_init(&self->sockets, COMMUNICATION_CLIENTS + 1U);
     flow_tcp_set_quota(&self->flow, &self->sockets);
-    for (size_t i = 0U; i < COMMUNICATION_CLIENTS; i++) {
-        communication_ground_queue_init(&self->queues[i]);
-    }
     for (size_t i = 0U; i < COMMUNICATION_USERS; i++) {
         self->users[i].client = NO_CLIENT;
     }

@@ -6,6 +6,7 @@
 #include "test/support/clients.h"
 #include "unity.h"
 
+#include <poll.h>
 #include <string.h>
 
 void setUp(void)
@@ -231,6 +232,128 @@ static void released_it_has_ended_every_connection(void)
     fixture_run_until_requests(2U);
 }
 
+static unsigned misuses_after(const unsigned steps)
+{
+    const unsigned before = fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED];
+    fixture_run(steps);
+    return fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] - before;
+}
+
+/// Whatever is counted leads to one event, 1 s after the last one at the earliest.
+static void each_kind_of_misuse_is_told_alone_and_with_any_other(void)
+{
+    flow_tcp_counters_t* const counters = &fixture.communication.flow.counters;
+    uint32_t* const kinds[]             = {&counters->turned_away, &counters->evicted, &counters->malformed,
+                                           &fixture.communication.not_requests};
+    TEST_ASSERT_EQUAL(0U, misuses_after(200U));
+    for (unsigned i = 0U; i < 4U; i++) {
+        for (unsigned k = 0U; k < 4U; k++) {
+            *kinds[i] += 1U;
+            *kinds[k] += 1U;
+            TEST_ASSERT_EQUAL(1U, misuses_after(100U));
+        }
+    }
+    (*kinds[0])++;
+    TEST_ASSERT_EQUAL(1U, misuses_after(1U));
+    (*kinds[0])++;
+    TEST_ASSERT_EQUAL(0U, misuses_after(99U)); // 990 ms after the event.
+    TEST_ASSERT_EQUAL(1U, misuses_after(1U));
+}
+
+/// Exactly 10 s without a valid telecommand make room, one period less does not.
+static void a_place_is_given_up_after_10_s_of_silence(void)
+{
+    for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
+        fixture_connect(i);
+    }
+    communication_t* const communication = &fixture.communication;
+    const uint64_t heard_ns              = communication->heard_ns[0];
+    while ((subsystem_now_ns(&fixture.component) + 10000000U) < (heard_ns + COMMUNICATION_IDLE_NS)) {
+        fixture_step();
+    }
+    osal_socket_t* const last = &fixture.clients[COMMUNICATION_CLIENTS];
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(last, fixture.address));
+    (void)communication_take_in(communication, 0U);
+    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // 9.99 s.
+    osal_socket_close(last);
+    fixture_step();
+    TEST_ASSERT_EQUAL_UINT64(heard_ns + COMMUNICATION_IDLE_NS, subsystem_now_ns(&fixture.component));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(last, fixture.address));
+    (void)communication_take_in(communication, 0U);
+    TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
+    TEST_ASSERT_TRUE(fixture_is_ended(0U));
+}
+
+/// The other clients may have come in the same instant.
+static void a_participant_gets_the_place_of_a_client_that_came_with_it(void)
+{
+    osal_address_t own = {0U, 0U};
+    for (unsigned i = 0U; i <= COMMUNICATION_CLIENTS; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&fixture.clients[i], fixture.address));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&fixture.clients[COMMUNICATION_CLIENTS], &own));
+    fixture.participant = own.port;
+    for (unsigned i = 0U; (i < 100U) && (fixture.served == 0U); i++) {
+        (void)communication_take_in(&fixture.communication, 0U); // Time does not pass meanwhile.
+    }
+    TEST_ASSERT_EQUAL(1U, fixture.served);
+    TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
+}
+
+/// Its octets are announced before the kernel shows its connection.
+static void octets_announced_before_the_connection_are_taken_after_it(void)
+{
+    osal_address_t own  = {0U, 0U};
+    fixture.participant = 1U; // Not yet.
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U));
+    TEST_ASSERT_EQUAL(STATUS_OK, connect_tcp(&fixture.clients[0], fixture.address));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&fixture.clients[0], &own));
+    fixture.participant = own.port;
+    fixture_write_request(0U, 1U, 1U, 0U);
+    fixture_write_request(0U, 1U, 2U, 0U);
+    for (unsigned i = 0U; (i < 1000U) && communication_take_in(&fixture.communication, 0U); i++) {
+        (void)poll(NULL, 0U, 1);
+    }
+    TEST_ASSERT_EQUAL(1U, fixture.request_count); // 13 octets, one request.
+}
+
+/// After the supervisor had no room, missing octets are waited for again.
+static void a_participant_is_waited_for_again_when_there_is_room_above(void)
+{
+    fixture_connect(0U);
+    fixture.participant    = fixture.ports[0];
+    fixture.is_uplink_full = true;
+    fixture_write_request(0U, 1U, 1U, 0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 26U));
+    fixture.is_uplink_full = false;
+    TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U)); // The second request is on its way.
+    TEST_ASSERT_EQUAL(1U, fixture.request_count);
+}
+
+static void before_it_listens_nobody_is_waited_for(void)
+{
+    fixture_close();
+    fixture_open();
+    TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 13U));
+}
+
+/// The rest of a report may be a single octet.
+static void a_single_octet_that_is_sent_is_counted(void)
+{
+    fixture_connect(0U);
+    fixture_report(0U, 5U, 1U, 7U, 0U);
+    communication_ground_queue_t* const queue = &fixture.communication.queues[0];
+    size_t size                               = 0U;
+    communication_send_out(&fixture.communication);
+    fixture_report(0U, 5U, 1U, 8U, 0U);
+    (void)communication_ground_queue_next(queue, &size);
+    communication_ground_queue_sent(queue, size - 1U);
+    const uint32_t before = fixture.sent[0];
+    communication_send_out(&fixture.communication);
+    TEST_ASSERT_EQUAL_UINT32(before + 1U, fixture.sent[0]);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -243,5 +366,12 @@ int main(void)
     RUN_TEST(a_client_that_poses_as_a_user_on_board_is_counted_and_reported);
     RUN_TEST(a_client_that_does_not_read_is_no_longer_read);
     RUN_TEST(released_it_has_ended_every_connection);
+    RUN_TEST(each_kind_of_misuse_is_told_alone_and_with_any_other);
+    RUN_TEST(a_place_is_given_up_after_10_s_of_silence);
+    RUN_TEST(a_participant_gets_the_place_of_a_client_that_came_with_it);
+    RUN_TEST(octets_announced_before_the_connection_are_taken_after_it);
+    RUN_TEST(a_participant_is_waited_for_again_when_there_is_room_above);
+    RUN_TEST(before_it_listens_nobody_is_waited_for);
+    RUN_TEST(a_single_octet_that_is_sent_is_counted);
     return UNITY_END();
 }

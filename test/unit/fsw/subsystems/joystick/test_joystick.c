@@ -388,6 +388,60 @@ static void only_a_descriptor_of_one_stick_fits(void)
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected joystick"));
 }
 
+/// Forces felt before are not those of the robot that is coupled next.
+static void configuring_forgets_forces_and_the_command_of_before(void)
+{
+    robot_feels(-11.0, 8.0);
+    bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    idle(8000U);
+    TEST_ASSERT_TRUE(fabs(joystick.felt_nm[0]) > 10.0);
+    TEST_ASSERT_TRUE(joystick.share == 1.0);
+    generic.ports[ROBOT].read_status = STATUS_STALE;
+    generic.state                    = STATE_PRE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_BUSY, callbacks->configure(&joystick, generic.configuration));
+    TEST_ASSERT_TRUE((joystick.felt_nm[0] == 0.0) && (joystick.felt_nm[1] == 0.0));
+    TEST_ASSERT_FALSE(joystick.control.is_started);
+    TEST_ASSERT_TRUE(joystick.control.command_nm[0] == 0.0);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+    generic.state = STATE_SAFE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->start_control));
+    generic.state = STATE_OPERATIONAL;
+    (void)cycle(callbacks->engage);
+    EXPECT_BELOW(0.01, joystick.share); // It is faded in again.
+}
+
+/// Without a commanded force, STOP and the end of operation report no further completion.
+static void a_force_ends_once(void)
+{
+    const joystick_force_arguments_t force = {{0.3, -0.15}, 0.1};
+    bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, perform(JOYSTICK_FUNCTION_FORCE, &force, 1U));
+    idle(300U);
+    TEST_ASSERT_EQUAL_UINT(1U, generic.result_count);
+    TEST_ASSERT_EQUAL(STATUS_OK, perform(JOYSTICK_FUNCTION_STOP, NULL, 2U));
+    generic.state = STATE_SAFE_OPERATIONAL;
+    (void)run_action(callbacks->disengage);
+    TEST_ASSERT_EQUAL_UINT(1U, generic.result_count);
+}
+
+/// While FORCE is under way, and out of range, DES_TORQUE changes nothing.
+static void the_desired_torque_is_taken_only_where_it_is_allowed(void)
+{
+    const joystick_force_arguments_t force = {{0.3, 0.0}, 5.0};
+    bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    joystick.parameters.des_torque[0] = 2.0 * joystick.parameters.control.torque_ceiling;
+    callbacks->parameter_set(&joystick, JOYSTICK_PARAMETER_DES_TORQUE);
+    idle(100U);
+    EXPECT_WITHIN(0.0, 1.0e-4, torque(0U));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, perform(JOYSTICK_FUNCTION_FORCE, &force, 1U));
+    idle(500U);
+    joystick.parameters.des_torque[0] = 0.1;
+    callbacks->parameter_set(&joystick, JOYSTICK_PARAMETER_DES_TORQUE);
+    idle(500U);
+    EXPECT_WITHIN(0.3, 1.0e-4, torque(0U));
+    TEST_ASSERT_EQUAL_UINT(0U, generic.result_count);
+}
+
 int main(void)
 {
     descriptor_loader_init(&loader);
@@ -411,5 +465,8 @@ int main(void)
     RUN_TEST(a_function_that_it_does_not_have_is_refused);
     RUN_TEST(released_it_has_let_go_of_its_bus);
     RUN_TEST(only_a_descriptor_of_one_stick_fits);
+    RUN_TEST(configuring_forgets_forces_and_the_command_of_before);
+    RUN_TEST(a_force_ends_once);
+    RUN_TEST(the_desired_torque_is_taken_only_where_it_is_allowed);
     return UNITY_END();
 }

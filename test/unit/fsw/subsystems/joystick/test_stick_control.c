@@ -200,6 +200,55 @@ static void a_force_without_end_is_ended_by_stop_or_by_another_function(void)
     TEST_ASSERT_FALSE(display.is_active);
 }
 
+/// Powers of two, so that the instant at which it has to fall is met exactly.
+static void a_force_is_zero_at_the_instant_its_duration_ends(void)
+{
+    const double goal[2] = {1.0, -0.5};
+    joystick_force_display_begin(&display, goal, 0.5);
+    for (unsigned i = 0U; i < 512U; i++) {
+        TEST_ASSERT_TRUE(display.is_active);
+        joystick_force_display_step(&display, 1.0 / 1024.0, 8.0);
+        TEST_ASSERT_TRUE((i != 384U) || (display.torque_nm[0] < 1.0)); // The first step down.
+        TEST_ASSERT_TRUE((i != 383U) || (display.torque_nm[0] == 1.0));
+    }
+    TEST_ASSERT_TRUE(display.torque_nm[0] == 0.0);
+    TEST_ASSERT_TRUE(display.torque_nm[1] == 0.0);
+    TEST_ASSERT_FALSE(display.is_active);
+}
+
+static void a_command_at_the_ceiling_is_not_counted_as_limited(void)
+{
+    const double most[2] = {1.5, -1.5};
+    const double more[2] = {1.5, -1.6};
+    still();
+    joystick_stick_control_display(&control, &gains, most);
+    TEST_ASSERT_EQUAL_UINT(0U, control.limited);
+    joystick_stick_control_display(&control, &gains, more);
+    TEST_ASSERT_EQUAL_UINT(1U, control.limited);
+}
+
+static void contact_ends_when_a_torque_is_displayed(void)
+{
+    const double torque[2] = {0.0, 0.0};
+    still();
+    reflect(9.0, -9.0);
+    joystick_stick_control_display(&control, &gains, torque);
+    TEST_ASSERT_TRUE((control.contact[0] == 0.0) && (control.contact[1] == 0.0));
+}
+
+static void a_cleared_force_is_gone_at_once(void)
+{
+    const double goal[2] = {0.3, 0.3};
+    joystick_force_display_begin(&display, goal, 0.0);
+    joystick_force_display_step(&display, PERIOD_S, 7.5);
+    joystick_force_display_clear(&display);
+    TEST_ASSERT_FALSE(display.is_active);
+    TEST_ASSERT_TRUE((display.torque_nm[0] == 0.0) && (display.torque_nm[1] == 0.0));
+    joystick_force_display_begin(&display, goal,
+                                 1.0); // Of limited duration, though the last one was lasting.
+    TEST_ASSERT_FALSE(display.is_lasting);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -212,5 +261,9 @@ int main(void)
     RUN_TEST(a_force_rises_holds_and_ends_within_its_time);
     RUN_TEST(a_short_force_never_passes_its_time);
     RUN_TEST(a_force_without_end_is_ended_by_stop_or_by_another_function);
+    RUN_TEST(a_force_is_zero_at_the_instant_its_duration_ends);
+    RUN_TEST(a_command_at_the_ceiling_is_not_counted_as_limited);
+    RUN_TEST(contact_ends_when_a_torque_is_displayed);
+    RUN_TEST(a_cleared_force_is_gone_at_once);
     return UNITY_END();
 }

@@ -402,6 +402,76 @@ static void the_channel_is_selected_by_command(void)
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_CHANNEL_SELECTED));
 }
 
+/// Leaving SAFE_OPERATIONAL ends a tare with its command; the next one is accepted.
+static void a_tare_that_is_left_is_aborted_once_and_can_be_repeated(void)
+{
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 5U));
+    rig_generic.state = STATE_PRE_OPERATIONAL;
+    (void)rig_run_action(rig_callbacks->stop_control);
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
+    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, rig_generic.results[0].code);
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, rig_manipulator.tare.result);
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 6U));
+    rig_generic.state = STATE_SAFE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->start_control));
+    for (uint32_t token = 7U; token < 9U; token++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, token));
+        rig_idle(1500U);
+        TEST_ASSERT_EQUAL_UINT(token - 5U, rig_generic.result_count);
+        TEST_ASSERT_EQUAL_UINT32(token, rig_generic.results[token - 6U].call_token);
+    }
+    (void)rig_run_action(rig_callbacks->stop_control);
+    TEST_ASSERT_EQUAL_UINT(3U, rig_generic.result_count);
+}
+
+/// The hardware may have been replaced: its zero is not that of before.
+static void initialising_the_hardware_forgets_the_zero(void)
+{
+    rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    EXPECT_WITHIN(0.2, 0.02, rig_manipulator.control.zero_nm[0]);
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->post));
+    rig_idle(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->hardware_deinit));
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
+    TEST_ASSERT_FALSE(rig_manipulator.has_zero);
+    EXPECT_WITHIN(0.0, 0.0, rig_manipulator.control.zero_nm[0]);
+    EXPECT_WITHIN(0.0, 0.0, rig_manipulator.control.zero_nm[1]);
+}
+
+/// An excess of before is reported again, if it still exists, when the arm is engaged again.
+static void the_torque_limit_is_watched_anew_after_each_engagement(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    rig_manipulator.parameters.torque_limit[0] = 12.0;
+    rig_manipulator.parameters.torque_limit[1] = 12.0;
+    for (unsigned i = 1U; i <= 2U; i++) {
+        rig_show(12.5, -12.5);
+        rig_idle(5U);
+        TEST_ASSERT_EQUAL_UINT(2U * i, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
+        rig_generic.state = STATE_SAFE_OPERATIONAL;
+        (void)rig_run_action(rig_callbacks->disengage);
+        rig_generic.state = STATE_OPERATIONAL;
+        TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
+    }
+}
+
+/// At the limit itself nothing is reported; the excess is over at 95 % of it.
+static void the_torque_limit_is_the_largest_torque_that_is_allowed(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    rig_manipulator.parameters.torque_limit[1] = fabs(rig_joints[1]->torque[0] * 0.01);
+    rig_idle(5U);
+    TEST_ASSERT_EQUAL_UINT(0U, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
+    rig_manipulator.parameters.torque_limit[1] *= 0.999;
+    rig_idle(5U);
+    TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
+}
+
 int main(void)
 {
     if (!rig_load()) {
@@ -429,5 +499,9 @@ int main(void)
     RUN_TEST(only_low_events_can_be_raised_by_command);
     RUN_TEST(current_values_and_counters_are_published);
     RUN_TEST(the_channel_is_selected_by_command);
+    RUN_TEST(a_tare_that_is_left_is_aborted_once_and_can_be_repeated);
+    RUN_TEST(initialising_the_hardware_forgets_the_zero);
+    RUN_TEST(the_torque_limit_is_watched_anew_after_each_engagement);
+    RUN_TEST(the_torque_limit_is_the_largest_torque_that_is_allowed);
     return UNITY_END();
 }

@@ -133,6 +133,77 @@ static void position_mode_engages_in_contact(void)
     EXPECT_WITHIN(GRAVITY1, 0.1, 0.01 * (double)rig_joints[0]->torque_offset);
 }
 
+/// Within the cycle that engages, too.
+static void a_motion_commanded_at_once_begins_where_the_arm_is(void)
+{
+    const manipulator_move_to_arguments_t to = {{0.9, -1.3}, 1.0};
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_SAFE_OPERATIONAL);
+    rig_generic.state = STATE_OPERATIONAL;
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_cycle(rig_callbacks->engage));
+    rig_joints[0]->position[0] += 30000; // Moved by hand, with the brakes released just now.
+    rig_idle(3U);
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_callbacks->engage(&rig_manipulator));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 1U));
+    rig_idle(1U);
+    TEST_ASSERT_INT32_WITHIN(500, rig_joints[0]->position[0], rig_joints[0]->target_position);
+}
+
+static void a_motion_ends_once(void)
+{
+    const manipulator_move_to_arguments_t to = {{1.0, -1.5}, 0.5};
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 4U));
+    rig_idle(1200U);
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(MANIPULATOR_FUNCTION_STOP, NULL, 5U));
+    rig_generic.state = STATE_SAFE_OPERATIONAL;
+    (void)rig_run_action(rig_callbacks->disengage);
+    TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
+}
+
+/// The ends of the range and the shortest duration are allowed.
+static void a_motion_may_use_the_whole_range_and_the_shortest_time(void)
+{
+    const manipulator_control_t* const gains = &rig_manipulator.parameters.control;
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    for (unsigned i = 0U; i < 2U; i++) {
+        for (double sign = -1.0; sign <= 1.0; sign += 2.0) {
+            manipulator_move_to_arguments_t to = {{gains->home[0], gains->home[1]}, 100.0};
+            to.position[i]                     = gains->home[i] + (sign * gains->range[i] * 0.999999);
+            TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &to, 1U));
+            TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(MANIPULATOR_FUNCTION_STOP, NULL, 2U));
+        }
+    }
+    manipulator_move_to_arguments_t here = {
+        {rig_manipulator.point[0].position, rig_manipulator.point[1].position}, 0.1};
+    TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &here, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(MANIPULATOR_FUNCTION_STOP, NULL, 2U));
+    here.duration = 0.0999;
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &here, 1U));
+}
+
+/// Half of the speed limit, by the slower joint.
+static void setting_the_desired_position_takes_the_time_of_the_longer_way(void)
+{
+    rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
+    const double speed = 0.5 * rig_manipulator.parameters.control.speed_limit;
+    const double way   = 0.3;
+    for (unsigned joint = 0U; joint < 2U; joint++) {
+        double fastest  = 0.0;
+        unsigned cycles = 0U;
+        rig_manipulator.parameters.des_position[joint] += way;
+        rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_DES_POSITION);
+        while (rig_manipulator.is_moving && (cycles < 20000U)) {
+            rig_idle(1U);
+            fastest = fmax(fastest, fabs(rig_manipulator.point[joint].velocity));
+            cycles++;
+        }
+        EXPECT_WITHIN(speed, 0.001 * speed, fastest);
+        EXPECT_WITHIN(1.875 * way / speed, 0.002, 0.0005 * (double)cycles);
+    }
+    TEST_ASSERT_EQUAL_UINT(0U, rig_generic.result_count);
+}
+
 int main(void)
 {
     if (!rig_load()) {
@@ -145,5 +216,9 @@ int main(void)
     RUN_TEST(leaving_operation_aborts_a_motion);
     RUN_TEST(setting_the_desired_position_moves_there);
     RUN_TEST(position_mode_engages_in_contact);
+    RUN_TEST(a_motion_commanded_at_once_begins_where_the_arm_is);
+    RUN_TEST(a_motion_ends_once);
+    RUN_TEST(a_motion_may_use_the_whole_range_and_the_shortest_time);
+    RUN_TEST(setting_the_desired_position_takes_the_time_of_the_longer_way);
     return UNITY_END();
 }
