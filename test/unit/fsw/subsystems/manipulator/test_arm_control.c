@@ -336,6 +336,97 @@ static void a_joystick_that_connects_late_takes_over_at_the_position_of_the_arm(
     EXPECT_WITHIN(home[1] - (0.05 * gains.position_scale), 0.0005, arm.link[1]);
 }
 
+// ---- The law of arm_control.h ----
+
+static void the_command_has_every_term_of_the_law(void)
+{
+    const manipulator_arm_motion_t desired = {{0.4, -0.9}, {0.3, -0.015}, {2.0, -3.0}};
+    double inertial[2];
+    double coriolis[2];
+    model.coulomb[0]        = 2.0;
+    model.coulomb[1]        = 3.0;
+    model.viscous[1]        = 0.5;
+    model.rotor_inertia[1]  = 0.125;
+    model.stiffness[1]      = 4000.0;
+    gains.kd[1]             = 50.0;
+    gains.torque_ceiling[0] = 1.0e6;
+    gains.torque_ceiling[1] = 1.0e6;
+    sense();
+    for (unsigned i = 0U; i < 2U; i++) {
+        control.motor_rad[i]      = 0.2 * (double)(i + 1U);
+        control.motor[i].velocity = 0.1 - (0.3 * (double)i);
+        control.offset_rad[i]     = 0.01 - (0.03 * (double)i);
+        control.bias_nm[i]        = 1.5 - (4.0 * (double)i);
+    }
+    manipulator_arm_control_step(&control, &setup, &desired);
+    const manipulator_arm_terms_t terms = manipulator_arm_terms(&model, desired.position_rad);
+    manipulator_arm_inertia_times(&terms, desired.acceleration_rad_s2, inertial);
+    manipulator_arm_coriolis(&terms, desired.velocity_rad_s, coriolis);
+    for (unsigned i = 0U; i < 2U; i++) {
+        const double kept     = 1.0 - (PERIOD_S / 0.25); // Of offset and bias.
+        const double speed    = desired.velocity_rad_s[i];
+        const double rigid    = inertial[i] + coriolis[i] + terms.gravity_nm[i];
+        const double friction = (0.8 * model.coulomb[i] * tanh(speed / 0.02)) + (model.viscous[i] * speed);
+        const double target =
+            desired.position_rad[i] + (rigid / model.stiffness[i]) + (kept * (0.01 - (0.03 * (double)i)));
+        const double forward = rigid + (model.rotor_inertia[i] * desired.acceleration_rad_s2[i]) + friction +
+                               (kept * (1.5 - (4.0 * (double)i)));
+        EXPECT_WITHIN(target, 1.0e-9, control.motor_target_rad[i]);
+        EXPECT_WITHIN(forward, 1.0e-6, control.feed_forward_nm[i]);
+        EXPECT_WITHIN(forward + (gains.kp[i] * (target - (0.2 * (double)(i + 1U)))) +
+                          (gains.kd[i] * (speed - (0.1 - (0.3 * (double)i)))),
+                      1.0e-5, control.command_nm[i]);
+    }
+    gains.fade_time = 0.5 * PERIOD_S; // Shorter than a period: gone at once, and not beyond.
+    manipulator_arm_control_step(&control, &setup, &desired);
+    EXPECT_WITHIN(0.0, 0.0, control.offset_rad[0]);
+    EXPECT_WITHIN(0.0, 0.0, control.bias_nm[1]);
+}
+
+/// 0.02 rad/s are rest, the ceiling itself is free of contact, and a tare begins without what was before.
+static void each_tare_has_its_own_samples_and_exact_bounds(void)
+{
+    manipulator_arm_tare_t tare;
+    manipulator_arm_tare_init(&tare);
+    manipulator_arm_tare_begin(&tare);
+    const manipulator_arm_tare_sample_t before  = {{0.5, -0.5}, {0.0, 0.0}};
+    const manipulator_arm_tare_sample_t motion  = {{0.5, -0.5}, {0.0201, 0.0}};
+    const manipulator_arm_tare_sample_t ceiling = {{1.0, -1.0}, {0.02, -0.02}};
+    const manipulator_arm_tare_sample_t after   = {{0.25, -0.125}, {0.0, 0.0}};
+    (void)manipulator_arm_tare_step(&tare, &before, 2U, 1.0);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, manipulator_arm_tare_step(&tare, &motion, 2U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, manipulator_arm_tare_step(&tare, &ceiling, 2U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &ceiling, 2U, 1.0));
+    EXPECT_WITHIN(1.0, 0.0, tare.offset_nm[0]);
+    EXPECT_WITHIN(-1.0, 0.0, tare.offset_nm[1]);
+    manipulator_arm_tare_begin(&tare);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, manipulator_arm_tare_step(&tare, &after, 2U, 1.0));
+    TEST_ASSERT_EQUAL(STATUS_OK, manipulator_arm_tare_step(&tare, &after, 2U, 1.0));
+    EXPECT_WITHIN(0.25, 0.0, tare.offset_nm[0]);
+    EXPECT_WITHIN(-0.125, 0.0, tare.offset_nm[1]);
+}
+
+/// Another zero of the hand while the arm is held: the arm follows changes from there only.
+static void holding_couples_the_hand_where_it_is(void)
+{
+    const double first[2]  = {0.4, -0.2};
+    const double second[2] = {-0.3, 0.1};
+    hold(first);
+    TEST_ASSERT_TRUE(control.is_coupled);
+    hold(second);
+    for (unsigned i = 0U; i < 500U; i++) {
+        follow(second);
+    }
+    EXPECT_WITHIN(home[0], 0.001, control.goal_rad[0]);
+    EXPECT_WITHIN(home[1], 0.001, control.goal_rad[1]);
+    hold(NULL);
+    TEST_ASSERT_FALSE(control.is_coupled);
+    follow(NULL);
+    TEST_ASSERT_FALSE(control.is_coupled);
+    follow(first);
+    TEST_ASSERT_TRUE(control.is_coupled);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -354,5 +445,8 @@ int main(void)
     RUN_TEST(the_ceiling_of_the_torque_holds);
     RUN_TEST(without_a_hand_the_arm_is_held);
     RUN_TEST(a_joystick_that_connects_late_takes_over_at_the_position_of_the_arm);
+    RUN_TEST(the_command_has_every_term_of_the_law);
+    RUN_TEST(each_tare_has_its_own_samples_and_exact_bounds);
+    RUN_TEST(holding_couples_the_hand_where_it_is);
     return UNITY_END();
 }
