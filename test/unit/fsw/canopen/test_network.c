@@ -213,7 +213,7 @@ static void an_abort_and_silence_end_commissioning(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure)); // The same once more.
 }
 
-static void starting_waits_without_endy_device(void)
+static void starting_waits_for_the_process_data_of_each_device(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
@@ -451,7 +451,7 @@ int main(void)
     RUN_TEST(a_device_that_maps_other_data_is_refused);
     RUN_TEST(a_device_without_a_rated_torque_is_refused);
     RUN_TEST(an_abort_and_silence_end_commissioning);
-    RUN_TEST(starting_waits_without_endy_device);
+    RUN_TEST(starting_waits_for_the_process_data_of_each_device);
     RUN_TEST(it_can_be_configured_again_for_another_mode);
     RUN_TEST(a_boot_is_repeated_every_300_ms_at_the_missing_node_only);
     RUN_TEST(no_reset_is_repeated_while_no_node_acknowledges);

@@ -164,7 +164,7 @@ static void devices_on_the_other_channel_are_called_by_the_heartbeat(void)
     TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
 }
 
-static void a_call_does_not_last_without_end(void)
+static void a_call_ends_for_devices_that_are_not_heard(void)
 {
     devices_on(NETWORK_CHANNELS);
     nodes[A][0]->is_plugged   = true;
@@ -444,7 +444,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_master_speaks_on_the_active_channel_only);
     RUN_TEST(devices_on_the_other_channel_are_called_by_the_heartbeat);
-    RUN_TEST(a_call_does_not_last_without_end);
+    RUN_TEST(a_call_ends_for_devices_that_are_not_heard);
     RUN_TEST(a_channel_cut_has_the_reaction_of_an_unplug_and_an_order_recovers_the_devices);
     RUN_TEST(a_selection_while_closed_counts_for_the_next_opening);
     RUN_TEST(a_switch_in_mid_run_stops_process_data_first);

@@ -199,7 +199,7 @@ static void securing_brakes_then_takes_the_voltage(void)
     expect_no_fault();
 }
 
-static void braking_does_not_last_without_end(void)
+static void braking_ends_after_200_ms(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     for (unsigned i = 0U; i < 400U; i++) { // The drives stay in quick stop until told otherwise.
@@ -406,7 +406,7 @@ int main(void)
     RUN_TEST(a_fault_is_reset_only_for_the_goal_standby);
     RUN_TEST(a_flood_of_faults_is_counted);
     RUN_TEST(securing_brakes_then_takes_the_voltage);
-    RUN_TEST(braking_does_not_last_without_end);
+    RUN_TEST(braking_ends_after_200_ms);
     RUN_TEST(securing_works_with_one_drive_mute);
     RUN_TEST(securing_from_every_goal);
     RUN_TEST(no_command_is_queued_while_nobody_acknowledges);

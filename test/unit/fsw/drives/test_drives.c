@@ -431,7 +431,7 @@ static void counters_are_published_where_the_descriptor_names_them(void)
 }
 
 /// As at the end of its process: the bus is closed, nothing is sent, and a second call has no effect.
-static void released_drives_have_closed_their_bus(void)
+static void a_release_closes_the_bus_without_a_reset(void)
 {
     static drives_t unused; // Released before it was used.
     drives_release(&unused);
@@ -561,7 +561,7 @@ int main(void)
     RUN_TEST(every_state_can_be_left_downwards);
     RUN_TEST(each_change_of_activity_ends_a_command_once);
     RUN_TEST(counters_are_published_where_the_descriptor_names_them);
-    RUN_TEST(released_drives_have_closed_their_bus);
+    RUN_TEST(a_release_closes_the_bus_without_a_reset);
     RUN_TEST(a_configuration_is_given_up_after_20_ms_without_a_call);
     RUN_TEST(the_same_configuration_is_applied_again_when_it_runs);
     RUN_TEST(a_failed_configuration_leaves_no_device_and_no_process_data);

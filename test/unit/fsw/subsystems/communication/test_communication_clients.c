@@ -207,7 +207,7 @@ static void a_client_that_does_not_read_is_no_longer_read(void)
 
 /// As at the end of its process: every connection is closed, no component gets a notice, and the port, which
 /// is the launcher's, continues.
-static void released_it_has_ended_every_connection(void)
+static void a_release_ends_every_connection(void)
 {
     const subsystem_callbacks_t* const callbacks = communication_callbacks();
     fixture_connect(0U);
@@ -240,7 +240,7 @@ static unsigned misuses_after(const unsigned steps)
 }
 
 /// Whatever is counted leads to one event, 1 s after the last one at the earliest.
-static void each_kind_of_misuse_is_told_alone_and_with_any_other(void)
+static void each_kind_of_misuse_is_reported_alone_and_with_any_other(void)
 {
     flow_tcp_counters_t* const counters = &fixture.communication.flow.counters;
     uint32_t* const kinds[]             = {&counters->turned_away, &counters->evicted, &counters->malformed,
@@ -331,7 +331,7 @@ static void a_participant_is_waited_for_again_when_there_is_room_above(void)
     TEST_ASSERT_EQUAL(1U, fixture.request_count);
 }
 
-static void before_it_listens_nobody_is_waited_for(void)
+static void no_participant_is_awaited_before_the_port_is_open(void)
 {
     fixture_close();
     fixture_open();
@@ -365,13 +365,13 @@ int main(void)
     RUN_TEST(misuse_is_counted_and_reported_once_a_second);
     RUN_TEST(a_client_that_poses_as_a_user_on_board_is_counted_and_reported);
     RUN_TEST(a_client_that_does_not_read_is_no_longer_read);
-    RUN_TEST(released_it_has_ended_every_connection);
-    RUN_TEST(each_kind_of_misuse_is_told_alone_and_with_any_other);
+    RUN_TEST(a_release_ends_every_connection);
+    RUN_TEST(each_kind_of_misuse_is_reported_alone_and_with_any_other);
     RUN_TEST(a_place_is_given_up_after_10_s_of_silence);
     RUN_TEST(a_participant_gets_the_place_of_a_client_that_came_with_it);
     RUN_TEST(octets_announced_before_the_connection_are_taken_after_it);
     RUN_TEST(a_participant_is_waited_for_again_when_there_is_room_above);
-    RUN_TEST(before_it_listens_nobody_is_waited_for);
+    RUN_TEST(no_participant_is_awaited_before_the_port_is_open);
     RUN_TEST(a_single_octet_that_is_sent_is_counted);
     return UNITY_END();
 }

@@ -82,7 +82,7 @@ static void run_until_refused(const uint32_t* const counter, const uint32_t time
     TEST_ASSERT_EQUAL_UINT32(times, *counter);
 }
 
-static void requests_go_up(void)
+static void authentic_requests_are_forwarded(void)
 {
     connect(0U);
     send_request(0U, 1U, 0U);
@@ -204,7 +204,7 @@ static void many_refusals_are_few_events(void)
     TEST_ASSERT_EQUAL(told, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
 }
 
-static void a_disk_that_refuses_is_reported(void)
+static void a_counter_that_cannot_be_stored_is_reported(void)
 {
     connect(0U);
     recorded.calls      = 0U;
@@ -288,14 +288,14 @@ static void without_a_key_every_client_counts_as_authenticated(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(requests_go_up);
+    RUN_TEST(authentic_requests_are_forwarded);
     RUN_TEST(one_participant_waits_for_room);
     RUN_TEST(packets_without_protection_end_their_connection);
     RUN_TEST(the_third_refusal_ends_a_connection);
     RUN_TEST(a_recorded_connection_cannot_be_replayed);
     RUN_TEST(an_authentic_frame_must_contain_exactly_one_request);
     RUN_TEST(many_refusals_are_few_events);
-    RUN_TEST(a_disk_that_refuses_is_reported);
+    RUN_TEST(a_counter_that_cannot_be_stored_is_reported);
     RUN_TEST(clients_without_authentication_make_room_for_others);
     RUN_TEST(busy_clients_with_the_key_keep_their_places);
     RUN_TEST(without_a_key_every_client_counts_as_authenticated);

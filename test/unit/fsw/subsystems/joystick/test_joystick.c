@@ -193,7 +193,7 @@ static void a_torque_that_is_not_renewed_expires(void)
     EXPECT_WITHIN(0.0, 0.01, torque(0U));
 }
 
-static void the_force_is_off_until_engaged(void)
+static void no_torque_is_applied_until_engaged(void)
 {
     robot_feels(-11.0, 8.0);
     bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
@@ -360,7 +360,7 @@ static void a_function_that_it_does_not_have_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, perform(UINT16_MAX, NULL, 1U));
 }
 
-static void released_it_has_let_go_of_its_bus(void)
+static void a_release_closes_the_bus(void)
 {
     callbacks->release(&joystick); // Before it has one.
     bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
@@ -453,7 +453,7 @@ int main(void)
     RUN_TEST(telepresence_from_offline_and_back);
     RUN_TEST(the_displayed_torque_rises_smoothly_to_the_robot_s_torque);
     RUN_TEST(a_torque_that_is_not_renewed_expires);
-    RUN_TEST(the_force_is_off_until_engaged);
+    RUN_TEST(no_torque_is_applied_until_engaged);
     RUN_TEST(unplugging_is_noticed_at_once);
     RUN_TEST(force_displays_a_torque_for_a_time);
     RUN_TEST(a_force_is_allowed_up_to_the_ceiling);
@@ -463,7 +463,7 @@ int main(void)
     RUN_TEST(events_and_counters_are_published);
     RUN_TEST(the_channel_of_the_bus_is_selected_by_command);
     RUN_TEST(a_function_that_it_does_not_have_is_refused);
-    RUN_TEST(released_it_has_let_go_of_its_bus);
+    RUN_TEST(a_release_closes_the_bus);
     RUN_TEST(only_a_descriptor_of_one_stick_fits);
     RUN_TEST(configuring_forgets_forces_and_the_command_of_before);
     RUN_TEST(a_force_ends_once);

@@ -236,7 +236,7 @@ static void contact_ends_when_a_torque_is_displayed(void)
     TEST_ASSERT_TRUE((control.contact[0] == 0.0) && (control.contact[1] == 0.0));
 }
 
-static void a_cleared_force_is_gone_at_once(void)
+static void a_cleared_force_is_zero_at_once(void)
 {
     const double goal[2] = {0.3, 0.3};
     joystick_force_display_begin(&display, goal, 0.0);
@@ -264,6 +264,6 @@ int main(void)
     RUN_TEST(a_force_is_zero_at_the_instant_its_duration_ends);
     RUN_TEST(a_command_at_the_ceiling_is_not_counted_as_limited);
     RUN_TEST(contact_ends_when_a_torque_is_displayed);
-    RUN_TEST(a_cleared_force_is_gone_at_once);
+    RUN_TEST(a_cleared_force_is_zero_at_once);
     return UNITY_END();
 }

@@ -93,7 +93,7 @@ static void a_missing_bus_fails_at_once(void)
     scripted_bus_open(&rig_bus, "test-manipulator");
 }
 
-static void released_it_has_let_go_of_its_bus(void)
+static void a_release_closes_the_bus(void)
 {
     rig_callbacks->release(&rig_manipulator); // Before it has one.
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
@@ -482,7 +482,7 @@ int main(void)
     RUN_TEST(leaving_operation_takes_one_cycle);
     RUN_TEST(a_subsystem_that_ended_can_be_initialised_again);
     RUN_TEST(a_missing_bus_fails_at_once);
-    RUN_TEST(released_it_has_let_go_of_its_bus);
+    RUN_TEST(a_release_closes_the_bus);
     RUN_TEST(only_a_descriptor_of_two_joints_fits);
     RUN_TEST(joints_in_two_modes_do_not_fit);
     RUN_TEST(the_sensors_are_tared_on_the_brake);
