@@ -5,7 +5,8 @@
 
 #include <stdint.h>
 
-/// Letter of its state as in /proc/<id>/stat, e.g. 'T': stopped by a signal. '\0': there is none.
+/// Letter of the state of a process as in /proc/<id>/stat, e.g. 'T': stopped by a signal. '\0': no such
+/// process.
 char osal_process_state(int32_t id);
 
 #endif // OSAL_POSIX_PROCESS_STATE_H

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#define OFFSET_SEQUENCE 2U // Of fields in a report [octets].
+#define OFFSET_SEQUENCE 2U // Offsets of fields in a report [octets].
 #define OFFSET_LENGTH 4U
 #define OFFSET_VERSION 6U
 #define OFFSET_SERVICE 7U
@@ -15,8 +15,8 @@
 #define OFFSET_DESTINATION 11U
 #define OFFSET_TIME 13U
 #define NS_PER_S 1000000000ULL
-#define HIGH_EVENT 0x0504U   // TM[5,4], as its headers have it.
-#define EVENT_NOTICE 0x8107U // TM[129,7], as its headers have it.
+#define HIGH_EVENT 0x0504U   // TM[5,4], as in its header.
+#define EVENT_NOTICE 0x8107U // TM[129,7], as in its header.
 
 void pus_app_process_init(pus_app_process_t* const process, const uint16_t apid, const uint32_t epoch_s,
                           const pus_port_t* const port)
@@ -79,7 +79,7 @@ static void number(const pus_app_process_t* const process, uint8_t* const packet
     octets_put_u16(&packet[size], crc16_ccitt(packet, size));
 }
 
-/// Note that a report has been numbered for good.
+/// Count a report whose number is final.
 static void count(pus_app_process_t* const process, pus_message_counter_t* const counter)
 {
     if (counter != NULL) {

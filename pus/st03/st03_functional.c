@@ -147,8 +147,8 @@ static pus_failure_t remove_member(pus_hk_functional_t* const definition, const 
     return pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-/// Change the scratch definition by the entries of a request, which takes the place of `place` if all of them
-/// are good; else the request is refused as a whole.
+/// Change the scratch definition by the entries of a request. If all entries are good, the scratch definition
+/// replaces `place`; otherwise the whole request is refused.
 static pus_reply_t change(pus_hk_t* const hk, pus_request_t* const request, pus_hk_functional_t* const place,
                           const change_t perform)
 {

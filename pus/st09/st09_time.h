@@ -29,7 +29,7 @@ typedef struct {
     uint32_t epoch_s; ///< Epoch of the mission [seconds since 1958-01-01 TAI].
     pus_time_format_t format;
     uint8_t exponent; ///< Exponent of the rate at first, 0..PUS_TIME_EXPONENT_MAX or PUS_TIME_NO_REPORTS.
-    uint8_t status;   ///< Spacecraft time reference status, the mission's meaning.
+    uint8_t status;   ///< Spacecraft time reference status; the mission defines its meaning.
     pus_port_t port;  ///< Takes time packets to ground.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
 } pus_time_config_t;
@@ -38,7 +38,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_time_config_t config;
     uint8_t exponent;
     uint16_t sequence;
-    uint64_t period; // Number of the one that was reported last; UINT64_MAX: none.
+    uint64_t period; // Number of the last period with a report; UINT64_MAX: none.
     struct {
         uint32_t sent;
         uint32_t refused; ///< By the port.
@@ -46,7 +46,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 } pus_time_t;
 
 void pus_time_init(pus_time_t* time, const pus_time_config_t* config);
-/// Restore the lasting record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID: it stays.
+/// Restore the lasting record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID: the rate does
+/// not change.
 MUST_USE status_t pus_time_restore(pus_time_t* time, uint32_t key, const uint8_t* octets, size_t size);
 /// Send a report if one is due.
 void pus_time_step(pus_time_t* time, uint64_t now_ns);

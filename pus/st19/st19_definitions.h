@@ -14,9 +14,9 @@ typedef pus_event_action_definition_t definition_t;
 uint32_t event_action_key(uint16_t apid, uint16_t event);
 /// The place of the index of the definition in a list, or NONE if there is no such definition.
 uint16_t* event_action_place(const event_action_t* self, uint16_t apid, uint16_t event);
-/// A definition that was free gets this content.
+/// Set the content of a free definition.
 void event_action_enter(event_action_t* self, uint16_t slot, const definition_t* content);
-/// Forget the definition whose index is at `place`.
+/// Remove the definition whose index is at `place`.
 void event_action_leave(event_action_t* self, uint16_t* place);
 /// Drop the requests that wait for the port, and count them.
 void event_action_drop_waiting(event_action_t* self, definition_t* definition);
@@ -24,8 +24,8 @@ void event_action_drop_waiting(event_action_t* self, definition_t* definition);
 size_t event_action_request(const definition_t* definition, uint8_t* out_octets);
 bool event_action_is_request(const uint8_t* octets, size_t size);
 
-/// Keep a definition as if its status were this; the status of the function; or erase a definition's record.
-/// Status of the port; a record that does not exist counts as erased.
+/// Store a definition with this status; store the status of the function; erase the record of a definition.
+/// Returns the status of the port; a record that does not exist counts as erased.
 MUST_USE status_t event_action_put(event_action_t* self, uint16_t slot, bool is_enabled);
 MUST_USE status_t event_action_put_function(event_action_t* self);
 MUST_USE status_t event_action_erase(const event_action_t* self, uint16_t slot);

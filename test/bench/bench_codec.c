@@ -52,7 +52,7 @@ static void crc_octet_by_octet(void)
     sink = crc;
 }
 
-static void octets_there_and_back(void)
+static void octets_round_trip(void)
 {
     octet_writer_t writer = octet_writer(text, sizeof text);
     for (size_t i = 0U; i < WORDS; i++) {
@@ -66,7 +66,7 @@ static void octets_there_and_back(void)
     sink = sum;
 }
 
-static void shifts_there_and_back(void)
+static void shifts_round_trip(void)
 {
     for (size_t i = 0U; i < WORDS; i++) {
         text[(4U * i) + 0U] = (uint8_t)(words[i] >> 24U);
@@ -82,7 +82,7 @@ static void shifts_there_and_back(void)
     sink = sum;
 }
 
-static void packet_there_and_back(void)
+static void packet_round_trip(void)
 {
     const pus_tc_t tc = {
         .apid = 16U, .service = 8U, .subtype = 1U, .source = 1U, .data = text, .size = PACKET_DATA};
@@ -258,10 +258,9 @@ int main(void)
     }
     fill_octet_table();
     measure_compare("crc16_1024_octets", crc_of_text, crc_octet_by_octet, 1.0, "ns", 1.0);
-    measure_compare("octets_64_words_there_and_back", octets_there_and_back, shifts_there_and_back, 1.0, "ns",
-                    1.0);
-    packet_there_and_back();
-    measure_compare("packet_encode_and_decode", packet_there_and_back, two_checksums_of_the_packet, 1.0, "ns",
+    measure_compare("octets_64_words_round_trip", octets_round_trip, shifts_round_trip, 1.0, "ns", 1.0);
+    packet_round_trip();
+    measure_compare("packet_encode_and_decode", packet_round_trip, two_checksums_of_the_packet, 1.0, "ns",
                     1.0);
     compare_packets();
     return 0;

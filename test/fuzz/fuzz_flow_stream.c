@@ -87,8 +87,8 @@ static void check_pieces(const flow_format_t* const format, const uint8_t* const
                0);
 }
 
-static void check_there_and_back(const flow_format_t* const format, const uint8_t* const octets,
-                                 const size_t size)
+static void check_round_trip(const flow_format_t* const format, const uint8_t* const octets,
+                             const size_t size)
 {
     static reader_t reader;
     uint8_t encoded[(2U * FRAME) + 4U];
@@ -148,7 +148,7 @@ static void act(const fuzz_record_t* const record, const flow_format_t* const fo
         (void)!osal_stream_send(&peer, record->octets, record->size, &count);
         break;
     case 1U:
-        check_there_and_back(format, record->octets, record->size);
+        check_round_trip(format, record->octets, record->size);
         (void)!flow_stream_send(&flow, record->octets, record->size);
         break;
     case 2U:

@@ -75,10 +75,10 @@ scripted_object_t* scripted_object(scripted_node_t* node, uint16_t index, uint8_
 void scripted_bus_run(scripted_bus_t* bus);
 /// Each plugged node sends a heartbeat.
 void scripted_bus_heartbeat(scripted_bus_t* bus);
-/// Any frame to flight.
+/// Send any frame to flight.
 void scripted_bus_deliver(scripted_bus_t* bus, uint32_t id, const uint8_t* octets, uint8_t length);
 void scripted_bus_emergency(scripted_bus_t* bus, uint8_t node, uint16_t code);
-/// An error frame of flight's controller; class as in osal/can.h, detail is data[1].
+/// Send an error frame of flight's controller; class as in osal/can.h, detail is data[1].
 void scripted_bus_error(scripted_bus_t* bus, uint32_t class, uint8_t detail);
 /// Number of frames seen with an identifier.
 unsigned scripted_bus_count(const scripted_bus_t* bus, uint32_t id);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Data plane of one real-time link: one producer, the latest sample always whole, staleness by age.
+/// Data plane of one real-time link: one producer; a reader gets the complete latest sample, which is stale
+/// above an age.
 ///
 /// Shared memory: a sequence lock around one frame; any number of readers, wait-free for the writer. UDP and
 /// TIPC: the program pumps datagrams into rtlink_consumer_deliver. Frames of an old producer are refused by
@@ -8,8 +9,7 @@
 ///
 /// Ownership  The caller places the ends.
 /// Context    One task an end; ends of one link may be in different processes. Never blocks.
-/// Time       O(payload); a reader that keeps meeting a writer gives up after LINK_READ_ATTEMPTS and keeps
-///            its last sample.
+/// Time       O(payload); a reader that finds the writer busy LINK_READ_ATTEMPTS times keeps its last sample.
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H
 #define FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H
@@ -56,7 +56,7 @@ typedef struct {
 
 typedef struct {
     uint32_t frames;  ///< Sent, or received and used.
-    uint32_t lost;    ///< Missing in the sequence (of those the decimation lets through).
+    uint32_t lost;    ///< Missing in the sequence, of those that the decimation selects.
     uint32_t late;    ///< Read when older than allowed [reads].
     uint32_t torn;    ///< Reads that failed because the writer was always busy.
     uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
@@ -94,9 +94,9 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
     uint8_t payload[RTLINK_PAYLOAD_MAX]; // Producer's byte order.
 } rtlink_consumer_t;
 
-/// Make the shared memory of a link (producer's side), before the consumer opens. A left-over of an earlier
-/// opening is replaced. STATUS_OK, STATUS_NOT_FOUND (no name or route), STATUS_EXHAUSTED, STATUS_DENIED,
-/// STATUS_IO.
+/// Create the shared memory of a link (producer's side), before the consumer opens it. Memory that is left
+/// from an earlier opening is replaced. STATUS_OK, STATUS_NOT_FOUND (no name or route), STATUS_EXHAUSTED,
+/// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t rtlink_producer_open(rtlink_producer_t* producer, const rtlink_resolver_t* resolver,
                                        uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
 /// Publish a sample. STATUS_OK, STATUS_CLOSED (not open), STATUS_FULL or STATUS_IO (UDP, TIPC; the sample is
@@ -105,7 +105,7 @@ status_t rtlink_producer_write(rtlink_producer_t* producer, uint8_t state, uint6
                                const uint8_t* payload);
 void rtlink_producer_close(rtlink_producer_t* producer);
 
-/// STATUS_OK, STATUS_NOT_FOUND (nothing there to open, or a method this build has not), STATUS_DENIED,
+/// STATUS_OK, STATUS_NOT_FOUND (nothing to open, or a method that is not in this build), STATUS_DENIED,
 /// STATUS_IO.
 MUST_USE status_t rtlink_consumer_open(rtlink_consumer_t* consumer, const rtlink_resolver_t* resolver,
                                        uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A power cut in the storage of a flight: loaded before the C library (LD_PRELOAD), it counts the program's
-// changes of the storage, and at the POWER_CUT_AFTER-th change it undoes what a disk may not have: any of the
-// octets written and sizes changed since the file was last synced (POWER_CUT_SEED selects which; the change
-// under way may be torn), and the last of the names changed since their folder was synced. Then the program
-// dies as if killed. Reserving a size is no change.
+// changes of the storage, and at the POWER_CUT_AFTER-th change it undoes changes that a disk may lose: any of
+// the octets written and sizes changed since the file was last synced (POWER_CUT_SEED selects which; the
+// change under way may be torn), and the last of the names changed since their folder was synced. Then the
+// program dies as if killed. Reserving a size is no change.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -48,7 +48,7 @@ static change_t changes[CHANGES];
 static unsigned change_count;
 static long rest = -1; // Changes up to the cut.
 static char storage[PATH_MAX];
-static int attic = -1; // A folder that keeps removed files until the removal is synced.
+static int removed_files = -1; // A folder that keeps removed files until the removal is synced.
 
 #define REAL(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
 
@@ -64,7 +64,7 @@ __attribute__((constructor)) static void begin(void)
         char path[PATH_MAX + 16];
         (void)snprintf(path, sizeof path, "%s.removed", folder);
         (void)mkdir(path, 0755);
-        attic = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        removed_files = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     }
 }
 
@@ -120,7 +120,7 @@ static void set_name(char* to, const char* name)
 }
 
 /// Restore the state before a change.
-static void take_back(const change_t* change)
+static void undo_change(const change_t* change)
 {
     switch (change->kind) {
     case WRITTEN:
@@ -148,7 +148,7 @@ static void take_back(const change_t* change)
 }
 
 /// Repeat a change that was undone.
-static void carry_out(const change_t* change)
+static void redo_change(const change_t* change)
 {
     if (change->kind == WRITTEN) {
         (void)!REAL(pwrite)(change->place, change->octets, change->count, change->offset);
@@ -166,12 +166,12 @@ static void cut(void)
     const unsigned lasting = (unsigned)random() % (names + 1U);
     for (unsigned i = change_count; i-- > 0U;) {
         if (!is_name(&changes[i]) || (names-- > lasting)) {
-            take_back(&changes[i]);
+            undo_change(&changes[i]);
         }
     }
     for (unsigned i = 0U; i < change_count; i++) {
         if (!is_name(&changes[i]) && ((random() & 1) != 0)) {
-            carry_out(&changes[i]);
+            redo_change(&changes[i]);
         }
     }
     (void)kill(getpid(), SIGKILL);
@@ -245,7 +245,7 @@ int ftruncate(int descriptor, off_t size)
     return result;
 }
 
-/// The changes of this file or folder are synced.
+/// Forget the changes of this file or folder, because they are synced.
 static void settle(int descriptor)
 {
     struct stat synced;
@@ -319,11 +319,12 @@ int unlinkat(int folder, const char* name, int flags)
     char hidden[16];
     (void)snprintf(hidden, sizeof hidden, "%u", number++);
     if (flags == 0) {
-        (void)REAL(unlinkat)(attic, hidden, 0);
-        (void)linkat(folder, name, attic, hidden, 0);
+        (void)REAL(unlinkat)(removed_files, hidden, 0);
+        (void)linkat(folder, name, removed_files, hidden, 0);
     }
     const int result = REAL(unlinkat)(folder, name, flags);
-    return (result == 0) ? moved(REMOVED, folder, name, attic, hidden, flags == AT_REMOVEDIR) : result;
+    return (result == 0) ? moved(REMOVED, folder, name, removed_files, hidden, flags == AT_REMOVEDIR)
+                         : result;
 }
 
 int renameat2(int from, const char* name, int to, const char* new_name, unsigned flags)

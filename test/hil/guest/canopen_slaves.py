@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The flight side's master commissions slaves of PyPI canopen on vcan-robot: correct ones, and some with one
-deviation each. All deviations fly on shared memory (test/conformance/test_strange_devices.py)."""
+deviation each. All deviations fly on shared memory (test/conformance/test_drive_deviations.py)."""
 
 import os
 import pathlib
@@ -10,7 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "test/conformance"), str(ROOT / "test/mission"), str(ROOT / "test/hil/guest")]
 
 import cases
-import strange
+import drive_deviations
 
 
 def refused(change, told):
@@ -22,32 +22,32 @@ def refused(change, told):
 
 
 def case_good_devices_are_commissioned_and_flown():
-    strange.fly_good_ones(STAGE)
+    drive_deviations.fly_without_deviations(STAGE)
 
 
 def case_an_answer_that_comes_too_late():
-    refused(strange.late, (0x12, strange.TIMEOUT, 0x100000, 0))
+    refused(drive_deviations.late, (0x12, drive_deviations.TIMEOUT, 0x100000, 0))
 
 
 def case_another_type_of_device():
-    refused(strange.other_type, (0x12, strange.VALUE, 0x100000, 0x00010192))
+    refused(drive_deviations.other_type, (0x12, drive_deviations.VALUE, 0x100000, 0x00010192))
 
 
 def case_a_node_of_another_kind():
     """Same profile, same mapping, another product."""
-    refused(strange.other_product, (0x12, strange.VALUE, 0x101802, 0x2015))
+    refused(drive_deviations.other_product, (0x12, drive_deviations.VALUE, 0x101802, 0x2015))
 
 
 def case_a_value_of_another_size():
-    refused(strange.short_value, (0x12, strange.FORMAT, 0x607600, 0))
+    refused(drive_deviations.short_value, (0x12, drive_deviations.FORMAT, 0x607600, 0))
 
 
 def case_a_missing_object():
-    refused(strange.without_mapping, (0x12, strange.ABORTED, 0x1A0100, 0x06020000))
+    refused(drive_deviations.without_mapping, (0x12, drive_deviations.ABORTED, 0x1A0100, 0x06020000))
 
 
 def case_a_device_that_boots_again_and_again():
-    refused(strange.restless, (0x12, strange.REBOOTED, 0, 0))
+    refused(drive_deviations.restless, (0x12, drive_deviations.REBOOTED, 0, 0))
 
 
 def case_the_flight_ends_well():
@@ -58,9 +58,9 @@ def case_the_flight_ends_well():
 
 if __name__ == "__main__":
     sys.setswitchinterval(0.0005)  # The bus and the task that waits for it take turns.
-    FOLDER = pathlib.Path("/tmp/strange")
+    FOLDER = pathlib.Path("/tmp/deviation")
     FOLDER.mkdir(exist_ok=True)
-    STAGE = strange.Stage(FOLDER, "vcan-robot", ("--bus", "vcan"))
+    STAGE = drive_deviations.Stage(FOLDER, "vcan-robot", ("--bus", "vcan"))
     try:
         cases.run(globals())
     finally:

@@ -49,7 +49,7 @@ static void other_words_are_no_scalar_types(void)
 }
 
 /// Encode, compare with the expected octets, decode again, compare with the memory.
-static void there_and_back(value_type_t type, const void* memory, const uint8_t* wire)
+static void expect_round_trip(value_type_t type, const void* memory, const uint8_t* wire)
 {
     const size_t size = value_size(type);
     uint8_t octets[8];
@@ -80,18 +80,18 @@ static void scalars_go_to_the_wire_and_back(void)
     const double f64   = 1.0;
     const bool yes     = true;
     const bool no      = false;
-    there_and_back(VALUE_UINT8, &u8, (const uint8_t*)"\xA5");
-    there_and_back(VALUE_UINT16, &u16, (const uint8_t*)"\x01\x02");
-    there_and_back(VALUE_UINT32, &u32, (const uint8_t*)"\x01\x02\x03\x04");
-    there_and_back(VALUE_UINT64, &u64, (const uint8_t*)"\x01\x02\x03\x04\x05\x06\x07\x08");
-    there_and_back(VALUE_INT8, &i8, (const uint8_t*)"\xFE");
-    there_and_back(VALUE_INT16, &i16, (const uint8_t*)"\xFF\xFE");
-    there_and_back(VALUE_INT32, &i32, (const uint8_t*)"\xFF\xFF\xFF\xFE");
-    there_and_back(VALUE_INT64, &i64, (const uint8_t*)"\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFE");
-    there_and_back(VALUE_FLOAT, &f32, (const uint8_t*)"\x3F\x80\x00\x00");
-    there_and_back(VALUE_DOUBLE, &f64, (const uint8_t*)"\x3F\xF0\x00\x00\x00\x00\x00\x00");
-    there_and_back(VALUE_BOOL, &yes, (const uint8_t*)"\x01");
-    there_and_back(VALUE_BOOL, &no, (const uint8_t*)"\x00");
+    expect_round_trip(VALUE_UINT8, &u8, (const uint8_t*)"\xA5");
+    expect_round_trip(VALUE_UINT16, &u16, (const uint8_t*)"\x01\x02");
+    expect_round_trip(VALUE_UINT32, &u32, (const uint8_t*)"\x01\x02\x03\x04");
+    expect_round_trip(VALUE_UINT64, &u64, (const uint8_t*)"\x01\x02\x03\x04\x05\x06\x07\x08");
+    expect_round_trip(VALUE_INT8, &i8, (const uint8_t*)"\xFE");
+    expect_round_trip(VALUE_INT16, &i16, (const uint8_t*)"\xFF\xFE");
+    expect_round_trip(VALUE_INT32, &i32, (const uint8_t*)"\xFF\xFF\xFF\xFE");
+    expect_round_trip(VALUE_INT64, &i64, (const uint8_t*)"\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFE");
+    expect_round_trip(VALUE_FLOAT, &f32, (const uint8_t*)"\x3F\x80\x00\x00");
+    expect_round_trip(VALUE_DOUBLE, &f64, (const uint8_t*)"\x3F\xF0\x00\x00\x00\x00\x00\x00");
+    expect_round_trip(VALUE_BOOL, &yes, (const uint8_t*)"\x01");
+    expect_round_trip(VALUE_BOOL, &no, (const uint8_t*)"\x00");
 }
 
 static void every_16_bit_pattern_goes_to_the_wire_and_back(void)
@@ -101,8 +101,8 @@ static void every_16_bit_pattern_goes_to_the_wire_and_back(void)
         const uint8_t wire[2] = {(uint8_t)(pattern >> 8U), (uint8_t)(pattern & 0xFFU)};
         int16_t number        = 0;
         (void)memcpy(&number, &bits, sizeof number);
-        there_and_back(VALUE_UINT16, &bits, wire);
-        there_and_back(VALUE_INT16, &number, wire);
+        expect_round_trip(VALUE_UINT16, &bits, wire);
+        expect_round_trip(VALUE_INT16, &number, wire);
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that services of the supervisor release: when, and the effect of missing room.
+// Requests that services of the supervisor release: the time of release, and the effect of missing room.
 #include "fsw/supervisor/services/spacecraft_services.h"
 
 #include "fsw/supervisor/supervisor_internal.h"
@@ -23,7 +23,7 @@ void tearDown(void)
     fixture_close();
 }
 
-static void at_a_time(void)
+static void a_request_is_released_at_its_time(void)
 {
     const uint64_t due_ns = fixture.now_ns + (25U * MS);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
@@ -39,7 +39,7 @@ static void at_a_time(void)
     fixture_expect("");
 }
 
-static void at_a_position(void)
+static void a_request_is_released_at_its_position(void)
 {
     const uint64_t here = pus_position_schedule_now(&fixture.supervisor.spacecraft.schedules.position);
     schedule_enable(PUS_SERVICE_POSITION_SCHEDULE);
@@ -50,7 +50,7 @@ static void at_a_position(void)
     fixture_expect(LONE_REACHED);
 }
 
-static void on_an_event(void)
+static void a_request_is_released_by_its_event(void)
 {
     release_on(NOTE, LONE, 0U);
     fixture_event(FIXTURE_ARM, 2U, NOTE + 1U);
@@ -65,7 +65,7 @@ static void on_an_event(void)
     TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
 }
 
-static void in_a_sequence(void)
+static void a_request_is_released_by_its_sequence(void)
 {
     release_in_sequence(LONE, 0U);
     fixture_run(1U);
@@ -173,10 +173,10 @@ static void a_sequence_that_finds_the_queue_full_waits(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(at_a_time);
-    RUN_TEST(at_a_position);
-    RUN_TEST(on_an_event);
-    RUN_TEST(in_a_sequence);
+    RUN_TEST(a_request_is_released_at_its_time);
+    RUN_TEST(a_request_is_released_at_its_position);
+    RUN_TEST(a_request_is_released_by_its_event);
+    RUN_TEST(a_request_is_released_by_its_sequence);
     RUN_TEST(a_request_waits_for_its_addressee_and_others_behind_it);
     RUN_TEST(a_request_that_has_waited_too_long_is_refused);
     RUN_TEST(a_malformed_request_delays_no_other);

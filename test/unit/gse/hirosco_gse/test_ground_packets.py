@@ -31,7 +31,7 @@ def test_tc_equals_independent_encoder():
 def test_known_packets():
     """Worked examples made by other implementations."""
     assert packets.build_tc(100, 25, 17, 1).hex() == "1864c01900062f11010001ebe6"
-    # CUC 4+3 with another P-field (agency epoch): refused by name.
+    # CUC 4+3 with another P-field (agency epoch): the error names the P-field.
     with pytest.raises(packets.PacketError, match="P-field"):
         packets.parse(bytes.fromhex("0864c0020010201102000200012f0000002a800000e29d"))
 
@@ -76,7 +76,7 @@ def test_each_error_of_a_packet_is_reported(change, reason):
         packets.parse(change(_tm()))
 
 
-def test_every_flipped_bit_is_found():
+def test_every_flipped_bit_is_detected():
     raw = _tm()
     for bit in range(8 * len(raw)):
         broken = bytearray(raw)
@@ -85,7 +85,7 @@ def test_every_flipped_bit_is_found():
             packets.parse(broken)
 
 
-def test_splitter_does_not_mind_how_octets_arrive():
+def test_splitter_accepts_any_division_of_the_stream():
     wanted = [build_tm(16, n, 17, 2, bytes(n % 50), 1, 0) for n in range(60)]
     stream = b"".join(wanted)
     random_source = random.Random(2)

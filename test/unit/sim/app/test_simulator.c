@@ -191,7 +191,7 @@ static void bring_up(void)
     }
 }
 
-static void test_a_cycle_takes_one_step_there_and_back(void)
+static void test_a_command_is_applied_and_answered_within_one_step(void)
 {
     open_simulator(NULL, 1U);
     bring_up();
@@ -220,7 +220,7 @@ static void test_the_arm_stands_on_its_brakes_and_under_control(void)
     TEST_ASSERT_INT32_WITHIN(1000, before[1], heard.position[1]);
 }
 
-static void test_unplugged_devices_are_mute_the_rest_continues(void)
+static void test_unplugged_devices_are_mute_and_the_others_continue(void)
 {
     open_simulator("0.1 fault unplug robot JOINT1\n0.3 fault plug robot JOINT1\n", 1U);
     bring_up();
@@ -392,9 +392,9 @@ static void test_it_catches_up_when_called_late(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_cycle_takes_one_step_there_and_back);
+    RUN_TEST(test_a_command_is_applied_and_answered_within_one_step);
     RUN_TEST(test_the_arm_stands_on_its_brakes_and_under_control);
-    RUN_TEST(test_unplugged_devices_are_mute_the_rest_continues);
+    RUN_TEST(test_unplugged_devices_are_mute_and_the_others_continue);
     RUN_TEST(test_a_master_without_partners_is_informed);
     RUN_TEST(test_a_cut_drive_is_safe_in_time_at_20_phases);
     RUN_TEST(test_an_injected_error_is_reported_and_stops_the_drive);

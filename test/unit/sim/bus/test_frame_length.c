@@ -216,16 +216,13 @@ static void test_lengths_counted_by_hand(void)
     TEST_ASSERT_EQUAL_HEX16(0x1C05, frame_crc15(&sync));
     TEST_ASSERT_EQUAL_UINT32(34U + 4U + 10U, frame_length(&sync).nominal_bits);
 
-    // Identifier 0x555 and data 0x55..: no five equal bits anywhere but in the fields between.
+    // Identifier 0x555 and data 0x55..: five equal bits occur only in the fields between.
     osal_can_frame_t dotted = {.id = 0x555U, .length = 8U};
     memset(dotted.data, 0x55, 8U);
     const frame_length_t length = frame_length(&dotted);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(108U, length.nominal_bits);
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(108U + 4U, length.nominal_bits);
 
-    // All zero, 8 octets: start of frame to DLC = 1 + 14 zeros + 1000: two stuff bits; then 3 zeros of the
-    // DLC and 64 of the data: one stuff bit each 5 zeros at first, each 5 (a stuff bit restarts the run)
-    // after.
     osal_can_frame_t zero = {.length = 8U, .flags = OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS};
     // FD: SOF 0, id 11 x 0, RRS 0, IDE 0 = 14 zeros: 2 stuff bits; FDF 1, res 0, BRS 1: 17 + 2 + tail 9 = 28.
     // Fast: ESI 0, DLC 1000, 64 zeros: 1 + 1 bits, then 67 zeros: 13 stuff bits, the last run of 2; 27 + 1

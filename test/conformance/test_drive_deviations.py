@@ -8,15 +8,17 @@ without deviations are flown."""
 
 import pytest
 import slaves
-from strange import (ABORTED, FORMAT, NOT_BOOTED, REBOOTED, SILENT, TIMEOUT, VALUE, Stage, boot, closed, flying, fly_good_ones, late,
-                     mute, no_torque, other_maker, other_mapping, other_product, other_type, restless, short_value,
-                     stop_beating, stop_publishing, without_mapping)
+from drive_deviations import (
+    ABORTED, FORMAT, NOT_BOOTED, REBOOTED, SILENT, TIMEOUT, VALUE, Stage, boot, closed, flying, fly_without_deviations, late,
+    mute, no_torque, other_maker, other_mapping, other_product, other_type, reboots_repeatedly, short_value, stop_beating,
+    stop_publishing, without_mapping,
+)
 
 
 @pytest.fixture(scope="module")
 def stage(tmp_path_factory):
     """The one flight of this file."""
-    opened = Stage(tmp_path_factory.mktemp("strange"))
+    opened = Stage(tmp_path_factory.mktemp("deviation"))
     yield opened
     try:
         opened.close()
@@ -36,10 +38,10 @@ def down(stage):
 
 
 def test_good_devices_are_commissioned_and_flown(stage, down):
-    fly_good_ones(stage)
+    fly_without_deviations(stage)
 
 
-@pytest.mark.parametrize("strange, told", [
+@pytest.mark.parametrize("deviation, told", [
     (late, (0x12, TIMEOUT, 0x100000, 0)),
     (mute, (0x12, TIMEOUT, 0x100000, 0)),
     (other_type, (0x12, VALUE, 0x100000, 0x00010192)),
@@ -50,10 +52,10 @@ def test_good_devices_are_commissioned_and_flown(stage, down):
     (without_mapping, (0x12, ABORTED, 0x1A0100, 0x06020000)),
     (other_mapping, (0x12, VALUE, 0x1A0003, 0x60780010)),
     (closed, (0x12, ABORTED, 0x607200, 0x08000022)),
-    (restless, (0x12, REBOOTED, 0, 0)),
+    (reboots_repeatedly, (0x12, REBOOTED, 0, 0)),
 ])
-def test_a_strange_device_is_not_brought_up(stage, down, strange, told):
-    stage.play(strange)
+def test_a_deviating_device_is_not_brought_up(stage, down, deviation, told):
+    stage.play(deviation)
     assert not stage.ground.request("PRE_OPERATIONAL")
     assert stage.refusals() == [told]
     stage.ground.await_state("OFFLINE")
@@ -118,4 +120,4 @@ def test_a_device_that_is_lost_later_is_named_and_all_becomes_safe(stage, down, 
 
 
 def test_a_better_device_is_taken_afterwards(stage, down):
-    fly_good_ones(stage)
+    fly_without_deviations(stage)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A flight of the manipulator whose drives are PyPI canopen's, in lock-step with it, and the deviations that
-a drive may have."""
+"""A flight of the manipulator with drives simulated by the package canopen, in lock-step, and the deviations
+that a drive may have."""
 
 import pathlib
 import re
@@ -30,7 +30,7 @@ class Ground:
         self.stream.settimeout(0.5)
 
     def pump(self):
-        """Send what waits, take in what has arrived."""
+        """Send the waiting octets, and read those that have arrived."""
         if self.session.outbox:
             self.stream.sendall(bytes(self.session.outbox))
             self.session.outbox.clear()
@@ -103,7 +103,7 @@ class Stage:
         return self.slaves.drives[number]
 
     def play(self, change=None):
-        """New devices, one with a deviation."""
+        """Replace the devices by new ones, one of them with a deviation."""
         def begin():
             for number in NODES:
                 self.drive(number).reset()
@@ -128,7 +128,7 @@ class Stage:
         self.slaves.close()
 
 
-def fly_good_ones(stage):
+def fly_without_deviations(stage):
     """Two drives without deviations from OFFLINE to OPERATIONAL and back."""
     stage.play()
     assert stage.ground.request("PRE_OPERATIONAL")
@@ -186,7 +186,7 @@ def closed(drive):
     drive.refusals[0x6072, 0] = 0x08000022
 
 
-def restless(drive):
+def reboots_repeatedly(drive):
     drive.boot_again_every = 0.004
 
 
