@@ -76,9 +76,9 @@ static bool open_mark(ground_key_t* const self, const char* const path, char err
     text_t text = text_in(name, sizeof name);
     text_add(&text, path);
     text_add(&text, ".received");
-    uint8_t octet[1];
+    uint8_t octet         = 0U;
     size_t size           = 0U;
-    const status_t looked = text.cut ? STATUS_NOT_FOUND : osal_file_load_secret(name, octet, 1U, &size);
+    const status_t looked = text.cut ? STATUS_NOT_FOUND : osal_file_load_secret(name, &octet, 1U, &size);
     if (looked == STATUS_NOT_FOUND) { // Not created here: old sessions would be accepted again.
         return fail(error, path, ".received",
                     "the mark of the key is missing; `gse key make FILE` makes a new key");
@@ -101,8 +101,7 @@ bool ground_key_open(ground_key_t* const self, const char* const path, char erro
     FSW_ASSERT((self != NULL) && (path != NULL) && (error != NULL));
     uint8_t key[SDLS_KEY_OCTETS];
     self->mark.descriptor = -1;
-    sdls_close(&self->receiver);
-    bool is_open = load_key(path, key, error) && open_mark(self, path, error);
+    bool is_open          = load_key(path, key, error) && open_mark(self, path, error);
     if (is_open) {
         const medium_t medium = file_medium(&self->mark);
         const status_t status = sdls_open(&self->receiver, key, &medium);

@@ -23,7 +23,7 @@ static void run(void* const context)
     loop_task_t* const self = (loop_task_t*)context;
     uint8_t priority        = 0U;
     status_t status         = STATUS_OK;
-    while ((status == STATUS_OK) && (__atomic_load_n(&self->all->is_over, __ATOMIC_ACQUIRE) == 0U)) {
+    while ((status == STATUS_OK) && !__atomic_load_n(&self->all->is_over, __ATOMIC_ACQUIRE)) {
         follow_priority(self, &priority);
         const uint64_t now_ns  = osal_clock_now_ns(&self->clock);
         const uint64_t wake_ns = subsystem_loop_step(self->all->component, self->loop, now_ns);
@@ -53,7 +53,7 @@ status_t loop_tasks_start(loop_tasks_t* const tasks, subsystem_t* const componen
 void loop_tasks_stop(loop_tasks_t* const tasks)
 {
     FSW_ASSERT(tasks != NULL);
-    __atomic_store_n(&tasks->is_over, 1U, __ATOMIC_RELEASE);
+    __atomic_store_n(&tasks->is_over, true, __ATOMIC_RELEASE);
     for (uint8_t i = 0U; i < SUBSYSTEM_LOOPS; i++) {
         osal_task_join(&tasks->tasks[i].task);
     }

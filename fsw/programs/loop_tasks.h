@@ -26,7 +26,7 @@ typedef struct { // Private.
 
 struct loop_tasks { // Private.
     subsystem_t* component;
-    uint32_t is_over;
+    bool is_over;
     loop_task_t tasks[SUBSYSTEM_LOOPS];
 };
 

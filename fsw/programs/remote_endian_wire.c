@@ -23,7 +23,7 @@ octet_writer_t remote_endian_begin(remote_endian_wire_t* const wire, const remot
 {
     FSW_ASSERT(wire != NULL);
     octet_writer_t writer = octet_writer(wire->octets, sizeof wire->octets);
-    octet_write_u32(&writer, 0U);
+    (void)octet_write_space(&writer, SIZE_OCTETS); // Written when it is sent.
     octet_write_u8(&writer, (uint8_t)kind);
     return writer;
 }
@@ -87,7 +87,8 @@ status_t remote_endian_receive(remote_endian_wire_t* const wire, const remote_en
         }
         const status_t waited =
             osal_socket_wait_readable(&wire->socket, (uint32_t)(((until_ns - now_ns) / NS_PER_MS) + 1U));
-        status = ((waited == STATUS_OK) || (waited == STATUS_TIMEOUT)) ? take_in(wire) : waited;
+        (void)waited; // Reading tells what has happened.
+        status = take_in(wire);
     }
     if (status != STATUS_OK) {
         return status;
@@ -244,9 +245,7 @@ void remote_endian_write_frames(octet_writer_t* const writer, remote_endian_buse
     for (unsigned bus = 0U; bus < MISSION_BUSES_MAX; bus++) {
         const bool is_open = ((buses->open & (1U << bus)) != 0U);
         osal_can_frame_t frame;
-        for (unsigned i = 0U; is_open && (i < OSAL_CAN_RING_FRAMES) &&
-                              (osal_can_receive(&buses->ends[bus], &frame) == STATUS_OK);
-             i++) {
+        while (is_open && (osal_can_receive(&buses->ends[bus], &frame) == STATUS_OK)) {
             octet_write_u8(writer, (uint8_t)bus);
             octet_write_u64(writer, frame.time_ns);
             octet_write_u32(writer, frame.id);

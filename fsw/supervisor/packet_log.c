@@ -282,7 +282,7 @@ static bool is_busy(packet_log_t* const log)
     if (log->job.kind == PACKET_LOG_NO_JOB) {
         return false;
     }
-    if (__atomic_load_n(&log->is_busy, __ATOMIC_ACQUIRE) == 0U) {
+    if (!__atomic_load_n(&log->is_busy, __ATOMIC_ACQUIRE)) {
         finish_job(log);
         return false;
     }
@@ -304,7 +304,7 @@ static void start_job(packet_log_t* const log, const packet_log_job_kind_t kind,
         make_piece(log);
     }
     if (log->has_writer) {
-        __atomic_store_n(&log->is_busy, 1U, __ATOMIC_RELEASE);
+        __atomic_store_n(&log->is_busy, true, __ATOMIC_RELEASE);
         osal_event_signal(&log->ordered);
     } else {
         do_job(log);
@@ -316,10 +316,11 @@ static void write_for_loop(void* const context)
 {
     packet_log_t* const log = (packet_log_t*)context;
     status_t status         = STATUS_OK;
-    while ((status == STATUS_OK) && (__atomic_load_n(&log->is_over, __ATOMIC_ACQUIRE) == 0U)) {
-        if (__atomic_load_n(&log->is_busy, __ATOMIC_ACQUIRE) != 0U) {
+    while ((status == STATUS_OK) && !__atomic_load_n(&log->is_over, __ATOMIC_ACQUIRE)) {
+        const bool has_job = __atomic_load_n(&log->is_busy, __ATOMIC_ACQUIRE);
+        if (has_job) {
             do_job(log);
-            __atomic_store_n(&log->is_busy, 0U, __ATOMIC_RELEASE);
+            __atomic_store_n(&log->is_busy, false, __ATOMIC_RELEASE);
             osal_event_signal(&log->done);
         }
         status = osal_event_wait(&log->ordered, UINT32_MAX);
@@ -333,7 +334,7 @@ static void end_writer(packet_log_t* const log)
     while (is_busy(log) && (status == STATUS_OK)) {
         status = osal_event_wait(&log->done, UINT32_MAX);
     }
-    __atomic_store_n(&log->is_over, 1U, __ATOMIC_RELEASE);
+    __atomic_store_n(&log->is_over, true, __ATOMIC_RELEASE);
     osal_event_signal(&log->ordered);
     osal_task_join(&log->writer);
     log->has_writer = false;
@@ -507,7 +508,6 @@ status_t supervisor_packet_log_open(packet_log_t* const log, const char* const f
 status_t supervisor_packet_log_start_writer(packet_log_t* const log)
 {
     FSW_ASSERT((log != NULL) && !log->has_writer);
-    log->is_over = 0U;
     osal_event_create(&log->ordered);
     osal_event_create(&log->done);
     const status_t status = osal_task_start(&log->writer, write_for_loop, log, 0);
@@ -540,7 +540,6 @@ void supervisor_packet_log_close(packet_log_t* const log)
     if (log->wanted != PACKET_LOG_RING) {
         write_rest(log, log->wanted);
     }
-    close_file(log);
     if (log->strategy == PACKET_LOG_RING) {
         write_rest(log, PACKET_LOG_RING);
     }

@@ -88,8 +88,8 @@ typedef struct {                    // All fields are private, except the first 
     osal_task_t writer;
     osal_event_t ordered;
     osal_event_t done;
-    uint32_t is_busy; // The writer has the job.
-    uint32_t is_over; // The writer shall end.
+    bool is_busy; // The writer has the job.
+    bool is_over; // The writer shall end.
     // Nothing below is read before it is written, so supervisor_packet_log_open does not clear it.
     char piece[PACKET_LOG_PIECE]; // Records as the file takes them.
     uint8_t ring_storage[PACKET_LOG_RING_OCTETS];

@@ -18,6 +18,17 @@ static char path[96];
 static char mark[112];
 static char error[GROUND_KEY_ERROR_MAX];
 static ground_key_t key;
+static size_t wiped; ///< Octets that held key material.
+
+void __real_sdls_wipe(void* octets, size_t size);
+void __wrap_sdls_wipe(void* octets, size_t size);
+/// Notes memory that begins with the key, or with its digits.
+void __wrap_sdls_wipe(void* octets, size_t size)
+{
+    const bool is_key = (memcmp(octets, sealer_key, SDLS_KEY_OCTETS) == 0);
+    wiped += (is_key || (memcmp(octets, "00010203", 8U) == 0)) ? size : 0U;
+    __real_sdls_wipe(octets, size);
+}
 
 static void put(const char* const name, const void* const octets, const size_t size)
 {
@@ -75,6 +86,37 @@ static void octets_and_digits_are_keys(void)
     opens();
     put(path, upper, strlen(upper));
     opens();
+}
+
+/// Of the key file and the key itself nothing stays in memory but what the receiver holds.
+static void copies_of_the_key_are_wiped(void)
+{
+    const char* const digits = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n";
+    wiped                    = 0U;
+    TEST_ASSERT_TRUE(ground_key_open(&key, path, error));
+    TEST_ASSERT_TRUE(wiped >= (2U * SDLS_KEY_OCTETS));
+    ground_key_close(&key);
+    put(path, digits, strlen(digits));
+    TEST_ASSERT_EQUAL(0, unlink(mark));
+    wiped = 0U;
+    refuses("mark of the key is missing");
+    TEST_ASSERT_TRUE(wiped >= (strlen(digits) + SDLS_KEY_OCTETS));
+}
+
+static void a_path_without_room_for_that_of_the_mark_is_refused(void)
+{
+    static const char step[] = "/././././././././././././././././././././././././././././././././././././././"
+                               "./././././././././././././././././././././././././././././././././././././.";
+    char long_path[300];
+    (void)snprintf(long_path, sizeof long_path, "%s%s/key", folder, step);
+    while (strlen(long_path) < 247U) { // 256 with ".received" and the end: one too many.
+        (void)memmove(&long_path[1], long_path, strlen(long_path) + 1U);
+    }
+    TEST_ASSERT_EQUAL(247U, strlen(long_path));
+    TEST_ASSERT_FALSE(ground_key_open(&key, long_path, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "key.received: the mark of the key is missing"), error);
+    TEST_ASSERT_TRUE_MESSAGE(ground_key_open(&key, &long_path[1], error), error);
+    ground_key_close(&key);
 }
 
 static void other_content_is_refused(void)
@@ -138,6 +180,16 @@ static void marks_of_another_key_and_damaged_marks_are_refused(void)
     refuses("damaged, or of another key");
 }
 
+static void a_receiver_that_was_open_is_closed_by_a_failure(void)
+{
+    opens();
+    TEST_ASSERT_FALSE(key.receiver.is_open);
+    TEST_ASSERT_TRUE(ground_key_open(&key, path, error));
+    osal_file_close(&key.mark);
+    TEST_ASSERT_EQUAL(0, chmod(path, 0644U));
+    refuses("chmod 600");
+}
+
 static void one_flight_has_a_key(void)
 {
     static ground_key_t first;
@@ -151,11 +203,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(octets_and_digits_are_keys);
+    RUN_TEST(copies_of_the_key_are_wiped);
+    RUN_TEST(a_path_without_room_for_that_of_the_mark_is_refused);
     RUN_TEST(other_content_is_refused);
     RUN_TEST(a_key_file_that_other_users_may_access_is_refused);
     RUN_TEST(a_mark_that_others_may_write_is_refused);
     RUN_TEST(missing_files_are_not_made);
     RUN_TEST(marks_of_another_key_and_damaged_marks_are_refused);
+    RUN_TEST(a_receiver_that_was_open_is_closed_by_a_failure);
     RUN_TEST(one_flight_has_a_key);
     return UNITY_END();
 }

@@ -3,9 +3,11 @@
 
 #include "unity.h"
 
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #define CAPACITY 4U
@@ -23,7 +25,8 @@ void setUp(void)
 {
     (void)strcpy(folder, "/tmp/record_store.XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(folder));
-    runtime = (component_runtime_t){.run = &run};
+    runtime     = (component_runtime_t){.run = &run};
+    store.guard = (record_store_guard_t){NULL, NULL};
     (void)strcpy(run.storage, folder);
     (void)strcpy(run.components[0].name, "ARM");
     found = 0U;
@@ -40,6 +43,8 @@ void tearDown(void)
             (void)unlink(path);
         }
     }
+    (void)snprintf(path, sizeof path, "%s/ARM.checkpoint.damaged.0", folder);
+    (void)unlink(path);
     (void)rmdir(folder);
 }
 
@@ -74,6 +79,64 @@ static void two_flights_do_not_share_it(void)
     record_store_close(&store);
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
     record_store_close(&other);
+}
+
+/// The second file belongs to another flight: the first is given back.
+static void a_second_file_that_is_in_use_gives_the_first_back(void)
+{
+    char path[128];
+    osal_file_t second;
+    (void)snprintf(path, sizeof path, "%s/ARM.journal.1", folder);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&second, path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_lock(&second));
+    TEST_ASSERT_EQUAL(STATUS_BUSY, record_store_open(&store, &runtime, slots, CAPACITY, true));
+    TEST_ASSERT_NOT_NULL(strstr(runtime.error, "ARM.journal.1: another flight uses this storage"));
+    osal_file_close(&second);
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
+    record_store_close(&other);
+}
+
+/// No descriptor is free for the folder whose names are written to the disk: both files are given back.
+static void a_folder_that_cannot_be_written_to_the_disk_gives_both_files_back(void)
+{
+    struct rlimit before;
+    const int lowest = dup(STDOUT_FILENO);
+    TEST_ASSERT_TRUE(lowest >= 0);
+    (void)close(lowest);
+    TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_NOFILE, &before));
+    const struct rlimit limit = {(rlim_t)lowest + 2U, before.rlim_max};
+    TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_NOFILE, &limit));
+    const status_t status = record_store_open(&store, &runtime, slots, CAPACITY, true);
+    TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_NOFILE, &before));
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, status);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(runtime.error, "cannot keep records in "), runtime.error);
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
+    record_store_close(&other);
+}
+
+static medium_t shown[2];
+
+static medium_t show(void* const context, const unsigned index, const medium_t medium)
+{
+    TEST_ASSERT_EQUAL_PTR(&found, context);
+    TEST_ASSERT_TRUE(index < 2U);
+    shown[index] = medium;
+    return medium;
+}
+
+/// A store that waits writes to the disk, which fails for a closed file; the other leaves that to the system.
+static void only_a_store_that_waits_writes_to_the_disk(void)
+{
+    store.guard = (record_store_guard_t){&found, show};
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
+    record_store_close(&store);
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, shown[0].sync(shown[0].context));
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, shown[1].sync(shown[1].context));
+    TEST_ASSERT_TRUE(shown[0].context != shown[1].context);
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, false));
+    record_store_close(&store);
+    TEST_ASSERT_EQUAL(STATUS_OK, shown[0].sync(shown[0].context));
+    TEST_ASSERT_EQUAL(STATUS_OK, shown[1].sync(shown[1].context));
 }
 
 static void a_record_store_that_cannot_be_opened_is_reported(void)
@@ -207,9 +270,98 @@ static void media_that_cannot_be_kept_are_reported(void)
     record_store_close(&store);
 }
 
+static int console = -1;
+static char said[1024];
+
+/// Lines for the console go to a file from now on,
+static void listen(void)
+{
+    char path[128];
+    (void)snprintf(path, sizeof path, "%s/console", folder);
+    console        = dup(STDERR_FILENO);
+    FILE* const to = fopen(path, "w");
+    TEST_ASSERT_NOT_NULL(to);
+    TEST_ASSERT_TRUE((console >= 0) && (dup2(fileno(to), STDERR_FILENO) >= 0));
+    (void)fclose(to);
+}
+
+/// and until here.
+static void end_listening(void)
+{
+    char path[128];
+    (void)snprintf(path, sizeof path, "%s/console", folder);
+    (void)dup2(console, STDERR_FILENO);
+    (void)close(console);
+    FILE* const from  = fopen(path, "r");
+    const size_t size = fread(said, 1U, sizeof said - 1U, from);
+    said[size]        = '\0';
+    (void)fclose(from);
+    (void)unlink(path);
+}
+
+static void the_console_names_the_damaged_file_and_its_copy(void)
+{
+    char expected[512];
+    listen();
+    const bool is_kept = record_store_keep(&runtime, "checkpoint", (const uint8_t*)"xyz", 3U);
+    end_listening();
+    TEST_ASSERT_TRUE(is_kept);
+    (void)snprintf(expected, sizeof expected,
+                   "damaged: %s/ARM.checkpoint; a copy is %s/ARM.checkpoint.damaged.0\n", folder, folder);
+    TEST_ASSERT_EQUAL_STRING(expected, said);
+    (void)strcpy(run.storage, "/nowhere");
+    listen();
+    const bool is_kept_nowhere = record_store_keep(&runtime, "checkpoint", (const uint8_t*)"xyz", 3U);
+    end_listening();
+    TEST_ASSERT_FALSE(is_kept_nowhere);
+    TEST_ASSERT_EQUAL_STRING("damaged: /nowhere/ARM.checkpoint; no copy: not found\n", said);
+}
+
+/// The disk is full before the copy is whole: no part of a copy stays.
+static void a_copy_that_is_cut_short_is_removed(void)
+{
+    static uint8_t octets[JOURNAL_RECORD_MAX];
+    struct rlimit before;
+    TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&store.journal, 11U, 1U, octets, sizeof octets));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
+    put(2U, "end");
+    record_store_close(&store);
+    (void)damage("ARM.journal.0", 50);
+    (void)signal(SIGXFSZ, SIG_IGN);
+    TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_FSIZE, &before));
+    const struct rlimit limit = {4096U, before.rlim_max}; // One piece.
+    TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_FSIZE, &limit));
+    const status_t status = record_store_open(&store, &runtime, slots, CAPACITY, true);
+    TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_FSIZE, &before));
+    TEST_ASSERT_EQUAL(STATUS_OK, status);
+    TEST_ASSERT_TRUE(store.journal.damage.is_damaged && !store.journal.damage.is_kept);
+    TEST_ASSERT_EQUAL(0, octet_of("ARM.journal.0.damaged.0", 0));
+    TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0)); // That of the short medium is whole.
+    record_store_close(&store);
+}
+
+static void other_damaged_data_are_kept(void)
+{
+    TEST_ASSERT_TRUE(record_store_keep(&runtime, "checkpoint", (const uint8_t*)"xyz", 3U));
+    TEST_ASSERT_EQUAL('x', octet_of("ARM.checkpoint.damaged.0", 0));
+    TEST_ASSERT_EQUAL('z', octet_of("ARM.checkpoint.damaged.0", 2));
+    TEST_ASSERT_EQUAL(EOF, octet_of("ARM.checkpoint.damaged.0", 3));
+    (void)strcpy(run.storage, "/nowhere");
+    TEST_ASSERT_FALSE(record_store_keep(&runtime, "checkpoint", (const uint8_t*)"xyz", 3U));
+    (void)memset(run.storage, 'x', sizeof run.storage - 1U);
+    TEST_ASSERT_FALSE(record_store_keep(&runtime, "checkpoint", (const uint8_t*)"xyz", 3U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(a_second_file_that_is_in_use_gives_the_first_back);
+    RUN_TEST(a_folder_that_cannot_be_written_to_the_disk_gives_both_files_back);
+    RUN_TEST(only_a_store_that_waits_writes_to_the_disk);
+    RUN_TEST(a_copy_that_is_cut_short_is_removed);
+    RUN_TEST(other_damaged_data_are_kept);
+    RUN_TEST(the_console_names_the_damaged_file_and_its_copy);
     RUN_TEST(records_outlive_the_program);
     RUN_TEST(two_flights_do_not_share_it);
     RUN_TEST(a_record_store_that_cannot_be_opened_is_reported);

@@ -4,6 +4,7 @@
 #include "fsw/programs/remote_endian_wire.h"
 
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "unity.h"
@@ -74,6 +75,15 @@ static void a_run_is_reported(void)
     TEST_ASSERT_EQUAL_HEX8(4U, heard.link_methods);
     TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, heard.node_ipv4[0]);
     TEST_ASSERT_EQUAL_UINT16(2U, heard.component_count);
+    TEST_ASSERT_EQUAL(RUN_TRANSPORT_UDP, heard.transport);
+    TEST_ASSERT_EQUAL_UINT8(1U, heard.node_count);
+    TEST_ASSERT_EQUAL_INT(-1, heard.ground_descriptor);
+    TEST_ASSERT_EQUAL_STRING("SUPERVISOR", heard.components[0].name);
+    TEST_ASSERT_EQUAL_UINT16(1U, heard.components[0].apid);
+    TEST_ASSERT_EQUAL_INT(7, heard.components[0].message_descriptor);
+    TEST_ASSERT_EQUAL_UINT16(40001U, heard.components[0].message_port);
+    TEST_ASSERT_EQUAL_UINT32(1U, heard.components[0].life);
+    TEST_ASSERT_EQUAL_UINT32(0U, heard.components[0].link_floor);
     TEST_ASSERT_EQUAL_STRING("MANIPULATOR", heard.components[1].name);
     TEST_ASSERT_EQUAL_UINT16(16U, heard.components[1].apid);
     TEST_ASSERT_EQUAL_INT(8, heard.components[1].message_descriptor);
@@ -81,7 +91,30 @@ static void a_run_is_reported(void)
     TEST_ASSERT_EQUAL_UINT32(3U, heard.components[1].life);
     TEST_ASSERT_EQUAL_UINT32(5U, heard.components[1].link_floor);
     TEST_ASSERT_EQUAL_INT_ARRAY(run.link_descriptors, heard.link_descriptors, RUN_LINKS_MAX);
-    TEST_ASSERT_EQUAL_UINT16(40100U, heard.link_ports[1]);
+    TEST_ASSERT_EQUAL_UINT16_ARRAY(run.link_ports, heard.link_ports, RUN_LINKS_MAX);
+}
+
+/// Every octet that a message has room for; its sender waits while the socket is full.
+static void the_largest_message_arrives_whole(void)
+{
+    octet_reader_t reader = octet_reader(NULL, 0U);
+    octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
+    const size_t size     = sizeof one.octets - writer.position;
+    uint8_t* const space  = octet_write_space(&writer, size);
+    TEST_ASSERT_NOT_NULL(space);
+    for (size_t i = 0U; i < size; i++) {
+        space[i] = (uint8_t)((i * 7U) >> 3U);
+    }
+    const pid_t sender = fork();
+    if (sender == 0) {
+        _exit((remote_endian_send(&one, &writer) == STATUS_OK) ? 0 : 1);
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &reader));
+    int result = -1;
+    TEST_ASSERT_EQUAL(sender, waitpid(sender, &result, 0));
+    TEST_ASSERT_EQUAL(0, result);
+    TEST_ASSERT_EQUAL(size, octet_reader_left(&reader));
+    TEST_ASSERT_EQUAL_MEMORY(space, octet_read_octets(&reader, size), size);
 }
 
 static void a_truncated_run_state_or_one_out_of_bounds_is_refused(void)
@@ -190,6 +223,41 @@ static void a_message_may_come_in_pieces(void)
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, PATIENCE_MS, &reader));
     TEST_ASSERT_EQUAL_HEX8(0x5AU, octet_read_u8(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
+}
+
+/// Each end sends and receives in turn, several times, over the same memory.
+static void messages_follow_each_other_in_both_directions(void)
+{
+    for (uint8_t turn = 0U; turn < 3U; turn++) {
+        octet_reader_t reader = octet_reader(NULL, 0U);
+        octet_writer_t done   = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
+        octet_write_u8(&done, turn);
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &done));
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &reader));
+        TEST_ASSERT_EQUAL_UINT8(turn, octet_read_u8(&reader));
+        TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
+        octet_writer_t grant = remote_endian_begin(&other, REMOTE_ENDIAN_GRANT);
+        octet_write_u32(&grant, 100U + turn);
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&other, &grant));
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&one, REMOTE_ENDIAN_GRANT, PATIENCE_MS, &reader));
+        TEST_ASSERT_EQUAL_UINT32(100U + turn, octet_read_u32(&reader));
+        TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
+    }
+    octet_reader_t nothing = octet_reader((const uint8_t*)"x", 1U);
+    octet_writer_t empty   = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &empty)); // Of its kind only.
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &nothing));
+    TEST_ASSERT_TRUE(octet_reader_is_done(&nothing));
+    for (uint8_t i = 0U; i < 2U; i++) { // Two in one direction.
+        octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
+        octet_write_u8(&writer, i);
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &writer));
+    }
+    for (uint8_t i = 0U; i < 2U; i++) {
+        octet_reader_t reader = octet_reader(NULL, 0U);
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &reader));
+        TEST_ASSERT_EQUAL_UINT8(i, octet_read_u8(&reader));
+    }
 }
 
 static void the_disappearance_of_an_end_is_detected(void)
@@ -323,11 +391,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_run_is_reported);
+    RUN_TEST(the_largest_message_arrives_whole);
     RUN_TEST(a_truncated_run_state_or_one_out_of_bounds_is_refused);
     RUN_TEST(numbers_are_big_endian);
     RUN_TEST(a_done_message_carries_its_values);
     RUN_TEST(octets_that_are_no_message_are_refused);
     RUN_TEST(a_message_may_come_in_pieces);
+    RUN_TEST(messages_follow_each_other_in_both_directions);
     RUN_TEST(the_disappearance_of_an_end_is_detected);
     RUN_TEST(a_receiver_does_not_wait_longer_than_it_may);
     RUN_TEST(a_peer_that_does_not_read_its_message_is_detected);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names that a run notes so that its launcher can remove them.
+// The shared memory of a run: made once, found by its name; and the names that a run notes so that its
+// launcher can remove them.
 #include "fsw/programs/run_state.h"
 
 #include "osal/include/osal/task.h"
@@ -7,6 +8,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #define COMPONENTS 4U
 #define NAMES_EACH 8U
@@ -18,14 +20,95 @@ typedef struct {
 } subsystem_t;
 
 static run_state_t block;
+static char identity[RUN_IDENTITY_MAX];
+static char name_of_run[RUN_NAME_MAX];
 
 void setUp(void)
 {
     (void)memset(&block, 0, sizeof block);
+    (void)snprintf(identity, sizeof identity, "test-%d", (int)getpid());
+    (void)snprintf(name_of_run, sizeof name_of_run, "/test-%d.run", (int)getpid());
 }
 
 void tearDown(void)
 {
+    (void)osal_shm_remove(name_of_run);
+}
+
+/// Number of mappings of the run in this process.
+static unsigned mappings(void)
+{
+    char line[512];
+    unsigned count  = 0U;
+    FILE* const map = fopen("/proc/self/maps", "r");
+    TEST_ASSERT_NOT_NULL(map);
+    while (fgets(line, sizeof line, map) != NULL) {
+        count += (strstr(line, name_of_run) != NULL) ? 1U : 0U;
+    }
+    (void)fclose(map);
+    return count;
+}
+
+static void a_run_is_made_once_and_found_by_its_name(void)
+{
+    osal_shm_t made;
+    osal_shm_t second;
+    osal_shm_t found;
+    run_state_t* run       = NULL;
+    run_state_t* none      = NULL;
+    run_state_t* found_run = NULL;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_state_attach(&found, name_of_run, &found_run));
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_create(&made, identity, &run));
+    TEST_ASSERT_EQUAL_STRING(identity, run->identity);
+    TEST_ASSERT_EQUAL(0U, run->component_count);
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, run_state_create(&second, identity, &none));
+    TEST_ASSERT_NULL(none);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_attach(&found, name_of_run, &found_run));
+    run->component_count = 3U;
+    TEST_ASSERT_EQUAL(3U, found_run->component_count);
+    osal_shm_close(&found);
+    osal_shm_close(&made);
+    TEST_ASSERT_EQUAL(0U, mappings());
+}
+
+static void memory_of_another_version_is_refused(void)
+{
+    osal_shm_t made;
+    osal_shm_t found;
+    run_state_t* run       = NULL;
+    run_state_t* found_run = NULL;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_create(&made, identity, &run));
+    run->magic++;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_state_attach(&found, name_of_run, &found_run));
+    TEST_ASSERT_EQUAL(1U, mappings()); // Only that of the creator.
+    osal_shm_close(&made);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name_of_run));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&made, name_of_run, sizeof(run_state_t) / 2U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_state_attach(&found, name_of_run, &found_run));
+    TEST_ASSERT_EQUAL(1U, mappings());
+    osal_shm_close(&made);
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_state_attach(&found, "no name", &found_run));
+}
+
+static void names_of_a_run_begin_with_its_identity(void)
+{
+    char name[16];
+    (void)strcpy(block.identity, "hirosco-1");
+    TEST_ASSERT_TRUE(run_name(&block, "run", 0U, name, sizeof name));
+    TEST_ASSERT_EQUAL_STRING("/hirosco-1.run", name);
+    TEST_ASSERT_TRUE(run_name(&block, "run", 1U, name, sizeof name)); // 15 characters and the end.
+    TEST_ASSERT_EQUAL_STRING("/hirosco-1.run1", name);
+    TEST_ASSERT_FALSE(run_name(&block, "run", 10U, name, sizeof name));
+}
+
+static void participants_and_types_follow_from_the_run(void)
+{
+    block.component_count = 3U;
+    block.instance        = 0xFF123456U;
+    TEST_ASSERT_EQUAL_UINT(1U, run_participant(0U));
+    TEST_ASSERT_EQUAL_UINT(4U, run_operator(&block));
+    TEST_ASSERT_EQUAL_HEX32(0x48123456U, run_message_type(&block));
+    TEST_ASSERT_EQUAL_HEX32(0x4C123456U, run_link_type(&block));
 }
 
 static bool is_noted(const char* name)
@@ -73,6 +156,18 @@ static void a_name_is_noted_once(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.camera"));
     TEST_ASSERT_EQUAL_STRING("/run.flow.camera", block.flows[0].name);
     TEST_ASSERT_EQUAL_STRING("", block.flows[1].name);
+}
+
+static void a_place_that_is_being_written_is_left_alone(void)
+{
+    block.flows[0].is_taken = 1U; // By another component,
+    (void)strcpy(block.flows[0].name, "/run.flow.cam");
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.cam")); // which may note this name.
+    TEST_ASSERT_EQUAL_STRING("/run.flow.cam", block.flows[0].name);
+    TEST_ASSERT_EQUAL_UINT32(1U, block.flows[0].is_taken);
+    TEST_ASSERT_EQUAL_STRING("/run.flow.cam", block.flows[1].name);
+    TEST_ASSERT_EQUAL_UINT32(2U, block.flows[1].is_taken);
+    TEST_ASSERT_EQUAL_UINT32(0U, block.flows[2].is_taken);
 }
 
 static void a_flow_name_that_does_not_fit_is_refused(void)
@@ -137,9 +232,14 @@ static void lateness_is_counted_in_classes(void)
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(a_run_is_made_once_and_found_by_its_name);
+    RUN_TEST(memory_of_another_version_is_refused);
+    RUN_TEST(names_of_a_run_begin_with_its_identity);
+    RUN_TEST(participants_and_types_follow_from_the_run);
     RUN_TEST(a_component_is_found_by_its_apid);
     RUN_TEST(the_last_beat_of_each_component_is_kept);
     RUN_TEST(a_name_is_noted_once);
+    RUN_TEST(a_place_that_is_being_written_is_left_alone);
     RUN_TEST(a_flow_name_that_does_not_fit_is_refused);
     RUN_TEST(components_record_their_names_concurrently);
     RUN_TEST(lateness_is_counted_in_classes);

@@ -233,6 +233,90 @@ static void waiting_reports_are_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, message_ring_take(&ring, packet, sizeof packet, &size));
 }
 
+/// All places of all lines, with one block: as many reports as can wait at all.
+static void full_lines_are_copied_whole(void)
+{
+    static const uint8_t types[PUS_CLASSES][2] = {{1U, 7U}, {17U, 2U}, {3U, 25U}};
+    static uint8_t storage[GROUND_OCTETS];
+    static uint8_t packet[PUS_PACKET_MAX];
+    message_ring_t ring;
+    size_t size       = 0U;
+    unsigned expected = 0U;
+    message_ring_init(&ring, storage, sizeof storage);
+    for (unsigned i = 0U; i < 300U; i++) { // So that the lines begin behind their first place.
+        TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 0U, 30U));
+        expect(true, 0U);
+    }
+    for (size_t class = 0U; class < PUS_CLASSES; class ++) {
+        uint8_t* const block = supervisor_ground_backlog_take(&backlog, 30U);
+        build(packet, types[class][0], types[class][1], (uint8_t) class);
+        (void)memcpy(block, packet, 30U);
+        while (supervisor_ground_backlog_put(&backlog, 1U, block, 30U, block) == STATUS_OK) {
+            expected++;
+        }
+        supervisor_ground_backlog_give(&backlog, block);
+    }
+    TEST_ASSERT_EQUAL(GROUND_REPORTS, expected);
+    supervisor_ground_backlog_copy(&backlog, &ring);
+    TEST_ASSERT_EQUAL(GROUND_REPORTS, ring.blocks);
+    static const unsigned counts[PUS_CLASSES] = {GROUND_FIRM_REPORTS, GROUND_PLAIN_REPORTS,
+                                                 GROUND_BULK_REPORTS};
+    for (size_t class = 0U; class < PUS_CLASSES; class ++) {
+        for (unsigned i = 0U; i < counts[class]; i++) {
+            TEST_ASSERT_EQUAL(STATUS_OK, message_ring_take(&ring, packet, sizeof packet, &size));
+            TEST_ASSERT_EQUAL(class, packet[17]);
+        }
+    }
+}
+
+/// Put this many reports of a class into its line, all in one block.
+static void put_shared(uint8_t service, uint8_t subtype, size_t size, unsigned count)
+{
+    uint8_t packet[PUS_PACKET_MAX];
+    uint8_t* const block = supervisor_ground_backlog_take(&backlog, size);
+    build(packet, service, subtype, 0U);
+    (void)memcpy(block, packet, size);
+    for (unsigned i = 0U; i < count; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, supervisor_ground_backlog_put(&backlog, 1U, block, size, block));
+    }
+    supervisor_ground_backlog_give(&backlog, block);
+}
+
+/// Room for the answers is counted in places, in octets and in blocks, for FIRM and for PLAIN reports.
+static void requests_are_taken_up_to_the_exact_room_for_their_answers(void)
+{
+    put_shared(1U, 7U, 30U, GROUND_FIRM_REPORTS - GROUND_INTAKE_REPORTS);
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_takes_requests(&backlog));
+    put_shared(1U, 7U, 30U, 1U);
+    TEST_ASSERT_FALSE(supervisor_ground_backlog_takes_requests(&backlog));
+    drain();
+    put_shared(17U, 2U, 30U, GROUND_PLAIN_REPORTS - GROUND_INTAKE_REPORTS);
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_takes_requests(&backlog));
+    put_shared(17U, 2U, 30U, 1U);
+    TEST_ASSERT_FALSE(supervisor_ground_backlog_takes_requests(&backlog));
+    drain();
+    put_shared(1U, 7U, 4096U, (GROUND_FIRM_OCTETS - GROUND_INTAKE) / 4096U);
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_takes_requests(&backlog));
+    put_shared(1U, 7U, 30U, 1U);
+    TEST_ASSERT_FALSE(supervisor_ground_backlog_takes_requests(&backlog));
+    drain();
+    put_shared(17U, 2U, 4096U, (GROUND_PLAIN_OCTETS - GROUND_INTAKE) / 4096U);
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_takes_requests(&backlog));
+    put_shared(17U, 2U, 30U, 1U);
+    TEST_ASSERT_FALSE(supervisor_ground_backlog_takes_requests(&backlog));
+    drain();
+    uint8_t* blocks[257];
+    for (unsigned i = 0U; i < 256U; i++) { // Of the 768, 256 are for FIRM reports and 256 for the answers.
+        blocks[i] = supervisor_ground_backlog_take(&backlog, 30U);
+    }
+    TEST_ASSERT_TRUE(supervisor_ground_backlog_takes_requests(&backlog));
+    blocks[256] = supervisor_ground_backlog_take(&backlog, 30U);
+    TEST_ASSERT_FALSE(supervisor_ground_backlog_takes_requests(&backlog));
+    for (unsigned i = 0U; i < 257U; i++) {
+        supervisor_ground_backlog_give(&backlog, blocks[i]);
+    }
+}
+
 /// Compared with a list: nothing is doubled, lost or out of order within a class.
 static void random_operations_keep_order_and_blocks(void)
 {
@@ -273,6 +357,8 @@ int main(void)
     RUN_TEST(routed_reports_leave_the_blocks_reserved_for_firm_ones);
     RUN_TEST(without_blocks_allocation_is_refused);
     RUN_TEST(waiting_reports_are_copied_in_order);
+    RUN_TEST(full_lines_are_copied_whole);
+    RUN_TEST(requests_are_taken_up_to_the_exact_room_for_their_answers);
     RUN_TEST(random_operations_keep_order_and_blocks);
     return UNITY_END();
 }

@@ -97,7 +97,7 @@ static void read_pipe(void)
 /// Read until the writer is done, at this time.
 static void let_it_finish(uint64_t now_ns)
 {
-    while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE) != 0U) {
+    while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE)) {
         read_pipe();
     }
     supervisor_packet_log_step(&packets, now_ns);
@@ -258,7 +258,7 @@ static void a_disk_fails_below_the_writer(void)
     append(300U);
     supervisor_packet_log_step(&packets, 0U);
     close_pipe();
-    while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE) != 0U) {
+    while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE)) {
     }
     supervisor_packet_log_step(&packets, 0U);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);

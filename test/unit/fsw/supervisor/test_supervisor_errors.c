@@ -486,6 +486,28 @@ static void random_errors_leave_the_supervisor_consistent(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
+/// An order that is not answered stands for one second: until then no further event repeats it.
+static void an_order_without_an_answer_is_repeated_after_a_second(void)
+{
+    const registry_entry_t* const arm = supervisor_registry_find(&fixture.supervisor, ARM);
+    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
+    fixture_forget();
+    const uint64_t ordered_ns = arm->order.time_ns;
+    fixture.now_ns            = ordered_ns + 999999999U;
+    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_step();
+    TEST_ASSERT_EQUAL_UINT64(ordered_ns + 999999999U, fixture.supervisor.now_ns);
+    TEST_ASSERT_FALSE(fixture_has("16 TC 129.8"));
+    fixture.now_ns = ordered_ns + 1000000000U;
+    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -513,5 +535,6 @@ int main(void)
     RUN_TEST(silence_is_an_error);
     RUN_TEST(a_subsystem_that_reports_is_not_silent);
     RUN_TEST(random_errors_leave_the_supervisor_consistent);
+    RUN_TEST(an_order_without_an_answer_is_repeated_after_a_second);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The manager of real-time links: sessions with two members, their ends, and the graph of open links.
-#include "fsw/supervisor/supervisor.h"
+#include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
@@ -458,9 +458,61 @@ static void the_manager_reports_its_links(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 131.11 00010010000200100011000200010002"));
 }
 
+/// Only a higher state has conditions.
+static void a_request_for_the_present_state_needs_no_link(void)
+{
+    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_forget();
+    (void)fixture_request_state(ARM, STATE_SAFE_OPERATIONAL);
+    fixture_run(1U);
+    TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 04 from 1"));
+    TEST_ASSERT_FALSE(fixture_has("G 1.2"));
+}
+
+/// A mission with as many links as there can be: all is well with the last one, too.
+static void the_last_link_of_a_mission_is_negotiated_opened_and_closed(void)
+{
+    static const uint16_t last          = MISSION_LINKS_MAX;
+    supervisor_t* const supervisor      = &fixture.supervisor;
+    mission_descriptor_t* const mission = (mission_descriptor_t*)supervisor->mission;
+    const uint16_t link_count           = mission->link_count;
+    for (uint16_t i = link_count; i < last; i++) {
+        mission->links[i] = (mission_link_t){.number        = (uint16_t)(i + 1U),
+                                             .producer_apid = ARM,
+                                             .producer_port = 1U,
+                                             .consumer_apid = HAND,
+                                             .consumer_port = (uint16_t)(100U + i)};
+    }
+    mission->link_count                       = last;
+    supervisor->wanted[last - 1U].layout_size = 8U;
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, last)); // Negotiate,
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(last, supervisor->accepted[last - 1U].link);
+    TEST_ASSERT_EQUAL(0U, sessions());
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, last)); // then open.
+    fixture_run(5U);
+    TEST_ASSERT_NOT_NULL(supervisor_link_graph_find(&supervisor->graph, last));
+    fixture_forget();
+    fixture_link_changed(FIXTURE_ARM, last, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 00200A"));
+    TEST_ASSERT_EQUAL(0U, edges());
+    TEST_ASSERT_EQUAL(0U, supervisor->accepted[last - 1U].link);
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, last));
+    fixture_run(5U);
+    fixture_forget();
+    fixture.members[FIXTURE_ARM].is_running = false;
+    fixture_run(3U);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 00200A"));
+    TEST_ASSERT_EQUAL(0U, supervisor->accepted[last - 1U].link);
+    mission->link_count = link_count;
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(a_request_for_the_present_state_needs_no_link);
+    RUN_TEST(the_last_link_of_a_mission_is_negotiated_opened_and_closed);
     RUN_TEST(both_ends_agree_then_open_with_one_epoch);
     RUN_TEST(each_opening_has_an_epoch_of_its_own);
     RUN_TEST(two_links_are_negotiated_at_once);

@@ -157,6 +157,62 @@ static void a_mode_that_forbids_recommissioning_stops_it(void)
     expect_stopped(HAND, STATE_PRE_OPERATIONAL, 0x0110U);
 }
 
+/// The mission permits configuration 2. Another one whose number differs in its first octet is another one.
+static void a_configuration_that_is_not_permitted_stops_it(void)
+{
+    link_up(STATE_OPERATIONAL);
+    supervisor_registry_find(&fixture.supervisor, ARM)->rested_with = 0x0102U;
+    die(FIXTURE_ARM);
+    fixture_run(2U * SECOND);
+    expect_stopped(ARM, STATE_PRE_OPERATIONAL, 0x0110U);
+    TEST_ASSERT_FALSE(fixture_has("16 TC 129.3"));
+}
+
+static unsigned lines_with(const char* start)
+{
+    unsigned count = 0U;
+    for (const char* line = strstr(fixture_look(), start); line != NULL; line = strstr(line + 1, start)) {
+        count++;
+    }
+    return count;
+}
+
+/// It stays in OFFLINE: it gets one order, and five seconds.
+static void a_member_that_does_not_follow_an_order_stops_it_in_time(void)
+{
+    link_up(STATE_OPERATIONAL);
+    mission_of(HAND)->is_recommissioned = false;
+    die(FIXTURE_ARM);
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    fixture_run(5U * SECOND);
+    TEST_ASSERT_TRUE(is_under_way(ARM));
+    fixture_run(2U * SECOND);
+    expect_stopped(ARM, STATE_OFFLINE, PUS_FAILURE_TIMEOUT);
+    TEST_ASSERT_EQUAL(1U, lines_with("16 TC 129.8 03"));
+}
+
+/// A configuration that is applied late, but in time, is progress: five seconds begin again.
+static void a_new_phase_is_progress(void)
+{
+    link_up(STATE_OPERATIONAL);
+    mission_of(HAND)->is_recommissioned = false;
+    die(FIXTURE_ARM);
+    for (unsigned i = 0U;
+         (i < (2U * SECOND)) && (fixture.members[FIXTURE_ARM].state != STATE_PRE_OPERATIONAL); i++) {
+        fixture_run(1U);
+    }
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
+    fixture.members[FIXTURE_ARM].is_passive = true;
+    fixture_run(4U * SECOND);
+    TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, fixture.members[FIXTURE_ARM].phase);
+    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL); // Configured at last.
+    TEST_ASSERT_EQUAL(PHASE_CONFIGURED, fixture.members[FIXTURE_ARM].phase);
+    fixture_run(4U * SECOND);
+    TEST_ASSERT_TRUE(is_under_way(ARM));
+    fixture_run(2U * SECOND);
+    expect_stopped(ARM, STATE_PRE_OPERATIONAL, PUS_FAILURE_TIMEOUT);
+}
+
 static void recommissioning_stops_in_time_when_a_partner_does_not_arrive(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -465,6 +521,9 @@ int main(void)
     RUN_TEST(unless_the_mission_requires_it_no_subsystem_is_recommissioned);
     RUN_TEST(a_subsystem_without_configuration_returns_to_its_earlier_state);
     RUN_TEST(a_mode_that_forbids_recommissioning_stops_it);
+    RUN_TEST(a_configuration_that_is_not_permitted_stops_it);
+    RUN_TEST(a_member_that_does_not_follow_an_order_stops_it_in_time);
+    RUN_TEST(a_new_phase_is_progress);
     RUN_TEST(recommissioning_stops_in_time_when_a_partner_does_not_arrive);
     RUN_TEST(a_link_that_is_refused_is_asked_for_three_times);
     RUN_TEST(a_member_that_fails_again_is_not_recommissioned);

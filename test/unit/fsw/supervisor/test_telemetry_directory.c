@@ -11,12 +11,14 @@
 #define VALUES ID(VALUE_STRUCT, 1U)
 #define GOAL ID(VALUE_ARRAY, 2U)
 #define AGE ID(VALUE_UINT32, 3U)
+#define TRACE ID(VALUE_ARRAY, 4U)
 
 static const char document[] =
     "<Subsystem name='ARM' id='16' samplingTime='1ms'><Parameters>\n"
     "<StructRef name='VALUES' id='1' type='STRUCT'><ParamRef name='MODE' type='UINT8'/>\n"
     "<ParamRef name='POSITION' type='DOUBLE' count='2'/><ParamRef name='FLAGS' type='UINT16'/></StructRef>\n"
     "<ParamRef name='GOAL' id='2' type='INT16' count='3'/><ParamRef name='AGE' id='3' type='UINT32'/>\n"
+    "<ParamRef name='TRACE' id='4' type='UINT8' count='200'/>\n"
     "</Parameters><Events/><Functions/>\n"
     "<Configuration name='ONE' id='1' priority='10' samplingTime='1ms'>\n"
     "<HKService id='5' interval='4'><SampledOnce><ParamRef name='VALUES'/></SampledOnce>\n"
@@ -66,6 +68,9 @@ static void scalars_are_found_by_name(void)
     expect_scalar("ARM.VALUES.FLAGS", VALUES, 17U, VALUE_UINT16);
     expect_scalar("ARM.GOAL[2]", GOAL, 4U, VALUE_INT16);
     expect_scalar("ARM.AGE", AGE, 0U, VALUE_UINT32);
+    expect_scalar("ARM.TRACE[9]", TRACE, 9U, VALUE_UINT8);
+    expect_scalar("ARM.TRACE[190]", TRACE, 190U, VALUE_UINT8);
+    expect_scalar("ARM.TRACE[199]", TRACE, 199U, VALUE_UINT8);
     TEST_ASSERT_EQUAL_UINT32(0U, directory.full);
 }
 
@@ -79,6 +84,10 @@ static void the_name_of_a_structure_is_not_found_as_a_scalar(void)
                                         "ARM.VALUES.POSITION[4294967297]",
                                         "ARM.VALUES.POSITION[]",
                                         "ARM.VALUES.POSITION[/]",
+                                        "ARM.TRACE[:]",
+                                        "ARM.TRACE[200]",
+                                        "ARM.TRACE[99999]",
+                                        "ARM.TRACE[-1]",
                                         "ARM.VALUES.POSITION[0",
                                         "ARM.VALUES.POSITION[0]]",
                                         "ARM.VALUES.MODE[0]",
@@ -153,17 +162,17 @@ static void entries_without_room_in_the_directory_are_counted(void)
 {
     directory.field_count = TELEMETRY_FIELDS - 2U;
     supervisor_telemetry_directory_learn(&directory, &descriptor);
-    TEST_ASSERT_EQUAL_UINT32(3U, directory.full);
+    TEST_ASSERT_EQUAL_UINT32(4U, directory.full);
     directory.parameter_count = TELEMETRY_PARAMETERS;
     supervisor_telemetry_directory_learn(&directory, &descriptor);
-    TEST_ASSERT_EQUAL_UINT32(6U, directory.full);
+    TEST_ASSERT_EQUAL_UINT32(8U, directory.full);
     directory.structure_count = TELEMETRY_STRUCTURES - 1U;
     supervisor_telemetry_directory_learn(&directory, &descriptor);
-    TEST_ASSERT_EQUAL_UINT32(10U, directory.full);
+    TEST_ASSERT_EQUAL_UINT32(13U, directory.full);
     directory.structure_count = 0U;
     directory.content_used    = TELEMETRY_CONTENT - 8U; // Room for the second, not for the first.
     supervisor_telemetry_directory_learn(&directory, &descriptor);
-    TEST_ASSERT_EQUAL_UINT32(14U, directory.full);
+    TEST_ASSERT_EQUAL_UINT32(18U, directory.full);
     TEST_ASSERT_EQUAL_UINT16(1U, directory.structure_count);
     descriptor.parameters[0].wire_size = 65536U;
     supervisor_telemetry_directory_init(&directory);

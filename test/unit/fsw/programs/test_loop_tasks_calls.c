@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calls that the tasks of the service loops make: how long each waits, which priority it asks for, and that
+// every task is joined, also if one of them cannot be started. The system and the component are mocked.
+#include "fsw/programs/loop_tasks.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#define ORIGIN_NS 5000U
+#define NOW_NS 1000000U
+#define LOOK_NS 20000000U ///< Longest wait: then the task checks whether it has a loop, or must end.
+
+static subsystem_t component;
+static loop_tasks_t tasks;
+static void (*entry_of_task)(void* context);
+
+status_t __wrap_osal_task_start(osal_task_t* task, void (*entry)(void* context), void* context, int priority)
+{
+    loop_task_t* const one = context;
+    check_expected_ptr(task);
+    assert_ptr_equal(task, &one->task);
+    assert_int_equal(0, priority); // Each task follows the priority of its loop by itself.
+    assert_int_equal(OSAL_CLOCK_REAL, one->clock.mode);
+    entry_of_task = entry;
+    return mock_type(status_t);
+}
+
+void __wrap_osal_task_join(osal_task_t* task)
+{
+    assert_true(tasks.is_over); // Otherwise it waits for ever.
+    check_expected_ptr(task);
+}
+
+status_t __wrap_osal_task_set_priority(int priority)
+{
+    check_expected(priority);
+    return mock_type(status_t);
+}
+
+uint8_t __wrap_subsystem_loop_priority(subsystem_t* subsystem, uint8_t loop)
+{
+    assert_ptr_equal(&component, subsystem);
+    assert_int_equal(1U, loop);
+    return mock_type(uint8_t);
+}
+
+uint64_t __wrap_subsystem_loop_step(subsystem_t* subsystem, uint8_t loop, uint64_t now_ns)
+{
+    assert_ptr_equal(&component, subsystem);
+    assert_int_equal(1U, loop);
+    assert_int_equal(NOW_NS, now_ns);
+    return mock_type(uint64_t);
+}
+
+uint64_t __wrap_osal_clock_now_ns(const osal_clock_t* clock)
+{
+    assert_ptr_equal(&tasks.tasks[1].clock, clock);
+    return NOW_NS;
+}
+
+status_t __wrap_osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
+                                size_t count)
+{
+    assert_ptr_equal(&tasks.tasks[1].clock, clock);
+    assert_null(sockets);
+    assert_int_equal(0U, count);
+    check_expected(wake_ns);
+    return mock_type(status_t);
+}
+
+void __wrap_osal_console_complain(const char* text)
+{
+    check_expected(text);
+}
+
+static void expect_start(size_t index, status_t status)
+{
+    expect_value(__wrap_osal_task_start, task, &tasks.tasks[index].task);
+    will_return(__wrap_osal_task_start, status);
+}
+
+static void expect_joins(void)
+{
+    for (size_t i = 0U; i < SUBSYSTEM_LOOPS; i++) {
+        expect_value(__wrap_osal_task_join, task, &tasks.tasks[i].task);
+    }
+}
+
+static void start(void)
+{
+    for (size_t i = 0U; i < SUBSYSTEM_LOOPS; i++) {
+        expect_start(i, STATUS_OK);
+    }
+    assert_int_equal(STATUS_OK, loop_tasks_start(&tasks, &component, ORIGIN_NS));
+}
+
+static void every_loop_has_a_task_and_every_task_is_joined(void** state)
+{
+    (void)state;
+    start();
+    for (uint8_t i = 0U; i < SUBSYSTEM_LOOPS; i++) {
+        assert_int_equal(i, tasks.tasks[i].loop);
+        assert_ptr_equal(&tasks, tasks.tasks[i].all);
+    }
+    assert_false(tasks.is_over);
+    expect_joins();
+    loop_tasks_stop(&tasks);
+}
+
+static void no_task_is_left_running_if_one_cannot_be_started(void** state)
+{
+    (void)state;
+    for (size_t failing = 0U; failing < SUBSYSTEM_LOOPS; failing++) {
+        for (size_t i = 0U; i < failing; i++) {
+            expect_start(i, STATUS_OK);
+        }
+        expect_start(failing, STATUS_EXHAUSTED); // No further one is started.
+        expect_joins();
+        assert_int_equal(STATUS_EXHAUSTED, loop_tasks_start(&tasks, &component, ORIGIN_NS));
+    }
+}
+
+/// One round of the task of loop 1.
+static void expect_round(uint8_t priority, uint64_t wake_ns, uint64_t expected_ns, status_t status)
+{
+    will_return(__wrap_subsystem_loop_priority, priority);
+    will_return(__wrap_subsystem_loop_step, wake_ns);
+    expect_value(__wrap_osal_clock_wait, wake_ns, expected_ns);
+    will_return(__wrap_osal_clock_wait, status);
+}
+
+static void a_task_waits_until_its_loop_is_due_or_until_it_checks_again(void** state)
+{
+    (void)state;
+    start();
+    expect_round(0U, NOW_NS + 1U, NOW_NS + 1U, STATUS_OK);
+    expect_round(0U, NOW_NS + LOOK_NS - 1U, NOW_NS + LOOK_NS - 1U, STATUS_OK);
+    expect_round(0U, NOW_NS + LOOK_NS + 1U, NOW_NS + LOOK_NS, STATUS_OK);
+    expect_round(0U, UINT64_MAX, NOW_NS + LOOK_NS, STATUS_CLOSED); // The clock is gone: it ends.
+    entry_of_task(&tasks.tasks[1]);
+    tasks.is_over = true; // Told to end: no further round.
+    entry_of_task(&tasks.tasks[1]);
+}
+
+static void expect_priority(uint8_t priority, status_t status)
+{
+    expect_value(__wrap_osal_task_set_priority, priority, priority);
+    will_return(__wrap_osal_task_set_priority, status);
+}
+
+static void a_task_asks_for_each_new_priority_once(void** state)
+{
+    static const char note[] = "loop of services: note: real-time priorities are not permitted here";
+    (void)state;
+    start();
+    expect_round(0U, 0U, 0U, STATUS_OK); // The ordinary scheduling of the start.
+    expect_priority(30U, STATUS_OK);
+    expect_round(30U, 0U, 0U, STATUS_OK);
+    expect_round(30U, 0U, 0U, STATUS_OK);
+    expect_priority(1U, STATUS_DENIED);
+    expect_string(__wrap_osal_console_complain, text, note);
+    expect_round(1U, 0U, 0U, STATUS_OK);
+    expect_round(1U, 0U, 0U, STATUS_OK);
+    expect_priority(0U, STATUS_DENIED); // To give it up needs no permission: no note.
+    expect_round(0U, 0U, 0U, STATUS_CLOSED);
+    entry_of_task(&tasks.tasks[1]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_loop_has_a_task_and_every_task_is_joined),
+        cmocka_unit_test(no_task_is_left_running_if_one_cannot_be_started),
+        cmocka_unit_test(a_task_waits_until_its_loop_is_due_or_until_it_checks_again),
+        cmocka_unit_test(a_task_asks_for_each_new_priority_once)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

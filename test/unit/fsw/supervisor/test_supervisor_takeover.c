@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// All that a life of the supervisor leaves to the next one is there again before its first step.
+#include "fsw/supervisor/supervisor.h"
+
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
+#include "unity.h"
+
+#include <string.h>
+
+static checkpoint_t checkpoint;
+static supervisor_config_t configuration;
+static supervisor_t was;
+static const supervisor_t* const is = &fixture.supervisor;
+
+static void configure(supervisor_config_t* config)
+{
+    config->checkpoint = &checkpoint;
+    configuration      = *config;
+}
+
+/// ARM and HAND are being recommissioned; LONE answers no request.
+void setUp(void)
+{
+    (void)memset(&checkpoint, 0, sizeof checkpoint);
+    fixture_configure = configure;
+    fixture_open_up();
+    fixture_link_up(STATE_OPERATIONAL);
+    for (uint16_t i = 0U; i < is->mission->subsystem_count; i++) {
+        ((mission_subsystem_t*)is->registry[i].mission)->is_recommissioned = true;
+    }
+    fixture.members[FIXTURE_ARM].is_running  = false;
+    fixture.members[FIXTURE_LONE].is_passive = true;
+    fixture.supervisor.orbit_period_ms       = 100U;
+    fixture_run(10U);
+}
+
+void tearDown(void)
+{
+    fixture_close();
+}
+
+static void take_over(void)
+{
+    static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
+    was = fixture.supervisor;
+    osal_file_close(&fixture.supervisor.log.file); // As the system closes it.
+    (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
+    message_open(&fixture.endpoint, SUPERVISOR_APID, 2U, fixture.endpoint.carrier, inbox,
+                 sizeof inbox / sizeof inbox[0]);
+    for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&fixture.endpoint, fixture.members[i].apid));
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_init(&fixture.supervisor, &configuration));
+}
+
+static void the_tables_of_links_are_there_again(void)
+{
+    fixture.supervisor.renewals[2]     = 2U;
+    fixture.supervisor.wanted[2].depth = 9U;
+    fixture.supervisor.accepted[2]     = (link_edge_t){.link = 3U, .ends = {ARM, 1U, LONE, 3U}};
+    fixture_run(2U);
+    take_over();
+    TEST_ASSERT_TRUE((was.link_epoch > 0U) && (was.link_transaction > 0U) && (was.renewed > 0U));
+    TEST_ASSERT_EQUAL_UINT32(was.link_epoch, is->link_epoch);
+    TEST_ASSERT_EQUAL_UINT32(was.link_transaction, is->link_transaction);
+    TEST_ASSERT_EQUAL_HEX32(was.renewed, is->renewed);
+    TEST_ASSERT_EQUAL_MEMORY(was.renewals, is->renewals, sizeof was.renewals);
+    TEST_ASSERT_EQUAL_MEMORY(was.wanted, is->wanted, sizeof was.wanted);
+    TEST_ASSERT_EQUAL_MEMORY(was.accepted, is->accepted, sizeof was.accepted);
+    TEST_ASSERT_EQUAL_MEMORY(&was.graph, &is->graph, sizeof was.graph);
+    TEST_ASSERT_EQUAL_MEMORY(was.sessions, is->sessions, sizeof was.sessions);
+}
+
+static void requests_plans_and_counters_are_there_again(void)
+{
+    (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
+    fixture.supervisor.orbit_period_ms = 7000U;
+    fixture.supervisor.mode            = MODE_SAFE;
+    fixture_run(2U);
+    take_over();
+    TEST_ASSERT_EQUAL(1U, was.pending.count);
+    TEST_ASSERT_TRUE(was.plans.runs[0].member_count > 0U); // By the death of ARM.
+    TEST_ASSERT_EQUAL_MEMORY(&was.plans, &is->plans, sizeof was.plans);
+    TEST_ASSERT_EQUAL_MEMORY(&was.pending, &is->pending, sizeof was.pending);
+    TEST_ASSERT_EQUAL_MEMORY(&was.counters, &is->counters, sizeof was.counters);
+    TEST_ASSERT_EQUAL_UINT32(7000U, is->path.period_ms);
+    TEST_ASSERT_TRUE((was.path.since_ns > 0U) && (was.path.position > 0U));
+    TEST_ASSERT_EQUAL_UINT64(was.path.since_ns, is->path.since_ns);
+    TEST_ASSERT_EQUAL_UINT64(was.path.position, is->path.position);
+    TEST_ASSERT_EQUAL_UINT32(was.lives + 1U, is->lives);
+    TEST_ASSERT_EQUAL_UINT64(was.now_ns, is->now_ns);
+    TEST_ASSERT_EQUAL(MODE_SAFE, is->mode);
+    TEST_ASSERT_TRUE(is->is_continued);
+    TEST_ASSERT_EQUAL_UINT64(was.log.next_number, is->log.next_number);
+    TEST_ASSERT_EQUAL_UINT64(was.log.written_number, is->log.written_number);
+    TEST_ASSERT_EQUAL(was.log.wanted, is->log.wanted);
+}
+
+static void expect_same_state(const registry_entry_t* before, const registry_entry_t* after)
+{
+    TEST_ASSERT_EQUAL(before->process, after->process);
+    TEST_ASSERT_EQUAL(before->is_heard, after->is_heard);
+    TEST_ASSERT_EQUAL(before->state, after->state);
+    TEST_ASSERT_EQUAL(before->phase, after->phase);
+    TEST_ASSERT_EQUAL(before->configuration, after->configuration);
+    TEST_ASSERT_EQUAL(before->is_order_owed, after->is_order_owed);
+    TEST_ASSERT_EQUAL(before->ordered, after->ordered);
+    TEST_ASSERT_EQUAL(before->order_cause, after->order_cause);
+    TEST_ASSERT_EQUAL(before->process == PROCESS_RUNNING, after->is_in_doubt);
+    TEST_ASSERT_EQUAL(before->process == PROCESS_RUNNING, after->are_links_in_doubt);
+}
+
+static void members_are_known_again(void)
+{
+    fixture.members[FIXTURE_HAND].interface_offset     = 1U;
+    fixture.members[FIXTURE_HAND].configuration_offset = 2U;
+    fixture_run(110U); // It reports once a second.
+    take_over();
+    for (uint16_t i = 0U; i < was.mission->subsystem_count; i++) {
+        const registry_entry_t* const before = &was.registry[i];
+        const registry_entry_t* const after  = &is->registry[i];
+        TEST_ASSERT_EQUAL(before->restarts, after->restarts);
+        TEST_ASSERT_EQUAL(before->restarts, after->deaths);
+        if (before->mission->apid == SUPERVISOR_APID) {
+            continue; // It starts again in OFFLINE.
+        }
+        expect_same_state(before, after);
+        TEST_ASSERT_EQUAL_UINT64(before->heard_ns, after->heard_ns);
+        TEST_ASSERT_EQUAL_UINT64(before->started_ns, after->started_ns);
+        TEST_ASSERT_EQUAL_HEX64(before->interface_hash, after->interface_hash);
+        TEST_ASSERT_EQUAL_HEX64(before->configuration_hash, after->configuration_hash);
+        TEST_ASSERT_EQUAL(before->is_interface_mismatched, after->is_interface_mismatched);
+        TEST_ASSERT_EQUAL_UINT64(before->error_ns, after->error_ns);
+        TEST_ASSERT_EQUAL(before->rested, after->rested);
+        TEST_ASSERT_EQUAL(before->rested_with, after->rested_with);
+        TEST_ASSERT_EQUAL(before->is_restarted, after->is_restarted);
+        TEST_ASSERT_EQUAL_MEMORY(&before->recommission, &after->recommission, sizeof before->recommission);
+    }
+    TEST_ASSERT_EQUAL(1U, is->registry[0].restarts);
+    TEST_ASSERT_TRUE(is->registry[1].is_interface_mismatched);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_tables_of_links_are_there_again);
+    RUN_TEST(requests_plans_and_counters_are_there_again);
+    RUN_TEST(members_are_known_again);
+    return UNITY_END();
+}
