@@ -186,6 +186,7 @@ static void test_a_frame_passes_if_it_matches_one_filter(void)
                                                 OSAL_CAN_ERROR | 0x40U};
     osal_can_filter_t many[OSAL_CAN_FILTERS_MAX + 1U] = {{0U, 0U}};
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_filter(&node, many, OSAL_CAN_FILTERS_MAX + 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_filter(&node, many, OSAL_CAN_FILTERS_MAX));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_filter(&node, filters, 2U));
     for (size_t i = 0U; i < 5U; i++) {
         const osal_can_frame_t frame = {.id = ids[i]};

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// A subsystem whose program is that of another processor: which may be one, what must be there, and how it is
+// started. The files are mocked.
+#include "launcher/launcher_internal.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#define ARM_APID 0x65U
+#define PROGRAM "build/s390x/bin/arm"
+#define RUNNER "/usr/bin/qemu-s390x"
+
+static launcher_t launcher;
+static run_state_t run;
+
+bool __wrap_osal_file_exists(const char* path)
+{
+    check_expected_ptr(path);
+    return mock_type(bool);
+}
+
+bool __wrap_launcher_fail(launcher_t* self, const char* what, const char* detail)
+{
+    assert_ptr_equal(&launcher, self);
+    assert_memory_equal("--remote-endian: ", what, 17U);
+    check_expected_ptr(detail);
+    return false;
+}
+
+static int set_up(void** state)
+{
+    static const struct {
+        const char* name;
+        const char* executable;
+        uint16_t apid;
+    } subsystems[] = {{"SUPERVISOR", "supervisor", SUPERVISOR_APID},
+                      {"COMM", "comm", COMMUNICATION_APID},
+                      {"ARM", "arm", ARM_APID}};
+    (void)state;
+    (void)memset(&launcher, 0, sizeof launcher);
+    launcher.run                     = &run;
+    launcher.program_folder          = "bin/";
+    launcher.options.remote_endian   = "ARM";
+    launcher.mission.subsystem_count = 3U;
+    for (unsigned i = 0U; i < 3U; i++) {
+        mission_subsystem_t* const one = &launcher.mission.subsystems[i];
+        one->name                      = subsystems[i].name;
+        one->executable                = subsystems[i].executable;
+        one->apid                      = subsystems[i].apid;
+    }
+    (void)strcpy(run.identity, "hirosco-1");
+    return 0;
+}
+
+static void expect_file(const char* const path, const bool is_there)
+{
+    expect_string(__wrap_osal_file_exists, path, path);
+    will_return(__wrap_osal_file_exists, is_there);
+}
+
+static void without_the_option_nothing_is_needed(void** state)
+{
+    (void)state;
+    launcher.options.remote_endian = "";
+    assert_true(launcher_check_remote_endian(&launcher));
+    for (unsigned i = 0U; i < 3U; i++) {
+        assert_false(launcher_is_remote_endian(&launcher, i));
+    }
+}
+
+static void program_and_emulator_must_be_there(void** state)
+{
+    (void)state;
+    expect_file(PROGRAM, true);
+    expect_file(RUNNER, true);
+    assert_true(launcher_check_remote_endian(&launcher));
+    expect_file(PROGRAM, false);
+    expect_string(__wrap_launcher_fail, detail, PROGRAM);
+    assert_false(launcher_check_remote_endian(&launcher));
+    expect_file(PROGRAM, true);
+    expect_file(RUNNER, false);
+    expect_string(__wrap_launcher_fail, detail, RUNNER);
+    assert_false(launcher_check_remote_endian(&launcher));
+}
+
+static void subsystems_that_share_memory_and_unknown_ones_are_refused(void** state)
+{
+    static const char* const names[] = {"SUPERVISOR", "COMM", "GRIPPER", "AR", "ARMS"};
+    (void)state;
+    for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
+        launcher.options.remote_endian = names[i];
+        expect_string(__wrap_launcher_fail, detail, names[i]);
+        assert_false(launcher_check_remote_endian(&launcher));
+    }
+    launcher.options.remote_endian   = "ARM"; // Behind the last subsystem.
+    launcher.mission.subsystem_count = 2U;
+    expect_string(__wrap_launcher_fail, detail, "ARM");
+    assert_false(launcher_check_remote_endian(&launcher));
+}
+
+static void expect_arguments(const unsigned component, const char* const expected[])
+{
+    arguments_t arguments = {.count = 0U};
+    size_t count          = 0U;
+    launcher_add_component(&launcher, component, &arguments);
+    for (; expected[count] != NULL; count++) {
+        assert_true(count < arguments.count);
+        assert_string_equal(expected[count], arguments.list[count]);
+    }
+    assert_int_equal(count, arguments.count);
+}
+
+static void a_native_program_is_started_itself_and_another_by_its_proxy(void** state)
+{
+    static const char* const native[] = {"bin/comm", "--run", "/hirosco-1.run", "--component", "1", NULL};
+    static const char* const remote[] = {"bin/proxy", "--run", "/hirosco-1.run", "--component", "2",
+                                         "--program", PROGRAM, "--runner",       RUNNER,        NULL};
+    (void)state;
+    expect_arguments(1U, native);
+    expect_arguments(2U, remote);
+}
+
+#define TEST(name) cmocka_unit_test_setup(name, set_up)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(without_the_option_nothing_is_needed),
+        TEST(program_and_emulator_must_be_there),
+        TEST(subsystems_that_share_memory_and_unknown_ones_are_refused),
+        TEST(a_native_program_is_started_itself_and_another_by_its_proxy),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
