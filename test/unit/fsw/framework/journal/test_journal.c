@@ -2,7 +2,6 @@
 #include "fsw/framework/journal/journal.h"
 #include "fsw/framework/journal/journal_record.h"
 
-#include "base/octets.h"
 #include "test/support/assertion.h"
 #include "test/support/recorded_media.h"
 #include "unity.h"
@@ -573,31 +572,9 @@ static void a_callback_that_calls_the_journal_is_a_coding_error(void)
     TEST_ASSERT_TRUE(assertion_fails(put_while_replaying));
 }
 
-/// As journal_record.h says: kind, table, size, number, key, check of the record before.
-static void records_on_the_medium_have_consecutive_numbers(void)
-{
-    const uint8_t* at = &recorded.image[0].octets[JOURNAL_HEAD_SIZE];
-    TEST_ASSERT_EQUAL(STATUS_OK, put(7U, 4U, 0x5AU));
-    TEST_ASSERT_EQUAL(STATUS_OK, put(8U, 4U, 0x5BU));
-    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
-    static const uint8_t kinds[] = {JOURNAL_PUT, JOURNAL_PUT, JOURNAL_COMMIT};
-    const uint32_t first         = octets_u32_at(&at[4]);
-    uint32_t check               = octets_u32_at(&at[12]);
-    for (uint32_t i = 0U; i < 3U; i++) {
-        const size_t size = (i < 2U) ? 4U : 0U;
-        TEST_ASSERT_EQUAL_HEX8(kinds[i], at[0]);
-        TEST_ASSERT_EQUAL_UINT16(size, octets_u16_at(&at[2]));
-        TEST_ASSERT_EQUAL_UINT32(first + i, octets_u32_at(&at[4]));
-        TEST_ASSERT_EQUAL_HEX32(check, octets_u32_at(&at[12]));
-        check = octets_u32_at(&at[16U + size]);
-        at += JOURNAL_RECORD_SIZE(size);
-    }
-}
-
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(records_on_the_medium_have_consecutive_numbers);
     RUN_TEST(records_come_back_in_the_order_of_their_last_put);
     RUN_TEST(an_erased_record_is_gone_and_erasing_a_missing_one_reports_not_found);
     RUN_TEST(uncommitted_records_are_lost_at_reopening);

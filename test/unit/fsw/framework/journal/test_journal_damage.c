@@ -3,6 +3,9 @@
 // journal reports that it is damaged; never a silent loss. What opening finds is kept before it is changed,
 // and is reported once.
 #include "fsw/framework/journal/journal.h"
+
+#include "base/octets.h"
+#include "fsw/framework/journal/journal_record.h"
 #include "test/support/recorded_media.h"
 #include "unity.h"
 
@@ -374,9 +377,33 @@ static void a_damaged_journal_opens_without_a_preserving_callback(void)
     TEST_ASSERT_TRUE(journal.damage.is_damaged && !journal.damage.is_kept);
 }
 
+/// As journal_record.h says: kind, table, size, number, key, check of the record before.
+static void records_on_the_medium_have_consecutive_numbers(void)
+{
+    recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
+    open_journal();
+    const uint8_t* at = &recorded.image[0].octets[JOURNAL_HEAD_SIZE];
+    put(7U, 0x5AU, 4U);
+    put(8U, 0x5BU, 4U);
+    commit();
+    static const uint8_t kinds[] = {JOURNAL_PUT, JOURNAL_PUT, JOURNAL_COMMIT};
+    const uint32_t first         = octets_u32_at(&at[4]);
+    uint32_t check               = octets_u32_at(&at[12]);
+    for (uint32_t i = 0U; i < 3U; i++) {
+        const size_t size = (i < 2U) ? 4U : 0U;
+        TEST_ASSERT_EQUAL_HEX8(kinds[i], at[0]);
+        TEST_ASSERT_EQUAL_UINT16(size, octets_u16_at(&at[2]));
+        TEST_ASSERT_EQUAL_UINT32(first + i, octets_u32_at(&at[4]));
+        TEST_ASSERT_EQUAL_HEX32(check, octets_u32_at(&at[12]));
+        check = octets_u32_at(&at[16U + size]);
+        at += JOURNAL_RECORD_SIZE(size);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(records_on_the_medium_have_consecutive_numbers);
     RUN_TEST(damage_at_any_octet_is_reported_or_harmless);
     RUN_TEST(several_damaged_octets_are_reported_or_harmless);
     RUN_TEST(lost_transactions_are_counted);

@@ -106,7 +106,8 @@ static void a_block_comes_in_two_parts(void)
             uint8_t head[8]    = {0};
             uint8_t rest[8]    = {0};
             size_t told        = 99U;
-            TEST_ASSERT_EQUAL(STATUS_OK, message_ring_put(&ring, octets, size));
+            TEST_ASSERT_EQUAL(STATUS_OK,
+                              message_ring_put_parts(&ring, octets, first, &octets[first], size - first));
             TEST_ASSERT_EQUAL(STATUS_OK,
                               message_ring_take_parts(&ring, head, head_size, rest, size - first, &told));
             TEST_ASSERT_EQUAL(size, told);
