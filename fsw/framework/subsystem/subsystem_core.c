@@ -109,7 +109,7 @@ static void watch_medium(subsystem_t* const subsystem)
     if (subsystem->machine.state != STATE_OPERATIONAL) {
         subsystem->is_medium_pending = false;
     } else if ((subsystem->cycle - subsystem->medium_cycle) >= SUBSYSTEM_MEDIUM_CYCLES) {
-        subsystem->is_medium_pending = false;
+        // It leaves OPERATIONAL at once, and the next cycle clears is_medium_pending.
         subsystem_machine_event(subsystem, EVENT_MEDIUM_ORDER, CAUSE_OWN_ERROR, subsystem->last_code);
     } else {
         // The order may still arrive.

@@ -233,7 +233,6 @@ static void take_on(subsystem_t* const subsystem, const pus_token_t* const token
     supersede_pending(subsystem);
     subsystem->has_pending = true;
     subsystem->pending     = *token;
-    subsystem->last_code   = 0U;
 }
 
 state_answer_t subsystem_request(subsystem_t* const subsystem, const state_t target,
@@ -268,7 +267,6 @@ pus_reply_t subsystem_request_state(void* const context, const pus_state_order_t
         return pus_refused(PUS_FAILURE_STATE, target);
     }
     take_on(subsystem, token);
-    subsystem->is_medium_pending = false;
     pus_verify_started(&subsystem->process, token, now_ns); // Before the first transition.
     (void)subsystem_request(subsystem, (state_t)target, (state_cause_t)order->cause);
     return pus_started();

@@ -251,6 +251,38 @@ static void a_slower_consumer_lets_samples_pass(void)
     TEST_ASSERT_EQUAL(40U, totals.received); // The totals outlive the link.
 }
 
+/// Also of two links, of which one is closed.
+static void totals_of_links_count_what_was_received_lost_late_and_refused(void)
+{
+    const rtlink_frame_header_t header = {.link = 1U, .epoch = 5U, .sequence = 1000U};
+    const uint8_t payload[16]          = {0U};
+    uint8_t frame[LINK_FRAME_MAX];
+    subsystem_link_totals_t before;
+    subsystem_link_totals_t totals;
+    bring_linked(STATE_PRE_OPERATIONAL);
+    subsystem_link_totals(&fixture.subsystem, &before);
+    for (unsigned i = 0U; i < 5U; i++) { // Three samples come in each cycle.
+        produce();
+        produce();
+        run(1U);
+    }
+    subsystem_link_totals(&fixture.subsystem, &totals);
+    TEST_ASSERT_EQUAL(before.received + 5U, totals.received);
+    TEST_ASSERT_EQUAL(before.lost + 10U, totals.lost);
+    TEST_ASSERT_EQUAL(before.late, totals.late);
+    other_writes = false;
+    fixture_run(10U);
+    const size_t size = rtlink_frame_encode(&header, payload, sizeof payload, true, frame);
+    subsystem_link_datagram(&fixture.subsystem, frame, size); // Its samples come through shared memory.
+    subsystem_link_totals(&fixture.subsystem, &totals);
+    TEST_ASSERT_TRUE((totals.late >= 5U) && (totals.late <= 20U));
+    TEST_ASSERT_EQUAL(before.refused + 1U, totals.refused);
+    before = totals;
+    close_link(1U, 0U);
+    subsystem_link_totals(&fixture.subsystem, &totals);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &totals, sizeof totals);
+}
+
 static void a_link_that_cannot_be_opened_is_refused(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
@@ -349,6 +381,7 @@ int main(void)
     RUN_TEST(a_producer_opens_and_writes_its_true_state);
     RUN_TEST(octets_of_a_remote_endian_producer_are_swapped);
     RUN_TEST(a_slower_consumer_lets_samples_pass);
+    RUN_TEST(totals_of_links_count_what_was_received_lost_late_and_refused);
     RUN_TEST(a_link_that_cannot_be_opened_is_refused);
     RUN_TEST(an_accepted_link_waits_five_seconds);
     RUN_TEST(a_second_request_replaces_the_first);
