@@ -12,7 +12,7 @@ procedure_slot_t* procedure_slot_of(lua_State* state);
 void procedure_slot_bind(lua_State* state, procedure_slot_t* slot);
 /// Replace the globals by the sandbox. May raise errors: call it protected.
 void procedure_sandbox_open(lua_State* state);
-/// Calls to the host (procedure_calls.c): into the table on top of the stack.
+/// Put the calls to the host (procedure_calls.c) into the table on top of the stack.
 void procedure_calls_open(lua_State* state);
 /// Functions of the interpreter's library that are used unchanged, each with a price (procedure_library.c).
 typedef enum {

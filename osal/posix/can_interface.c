@@ -153,7 +153,7 @@ static bool has_socketcan(void)
 
 typedef void (*attribute_taker_t)(const struct rtattr* attribute, osal_can_interface_t* interface);
 
-/// Each attribute in `size` octets.
+/// Pass each attribute in `size` octets to `take`.
 static void for_each_attribute(const void* const octets, const size_t size, const attribute_taker_t take,
                                osal_can_interface_t* const interface)
 {
@@ -324,7 +324,7 @@ status_t osal_can_interface_remove(const char* const name)
 
 // ---- Claims ----
 
-/// An abstract local socket of that name: one process can have it, and it goes with the process.
+/// An abstract local socket of that name: one process can have it, and it ends with the process.
 status_t osal_can_interface_claim(const char* const name, osal_can_claim_t* const out_claim)
 {
     FSW_ASSERT((name != NULL) && (out_claim != NULL));

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#define PACKET_MAX 65542U // Largest space packet there is [octets].
+#define PACKET_MAX 65542U // Largest possible space packet [octets].
 #define LINE_MAX 262144U  // Characters of a line, a packet with a space after each digit included.
 #define PEEK_MAX 16U      // Octets that are read to recognize the format.
 #define PLACE_MAX 32U

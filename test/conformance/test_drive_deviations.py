@@ -54,14 +54,14 @@ def test_good_devices_are_commissioned_and_flown(stage, down):
     (closed, (0x12, ABORTED, 0x607200, 0x08000022)),
     (reboots_repeatedly, (0x12, REBOOTED, 0, 0)),
 ])
-def test_a_deviating_device_is_not_brought_up(stage, down, deviation, told):
+def test_a_deviating_device_is_not_commissioned(stage, down, deviation, told):
     stage.play(deviation)
     assert not stage.ground.request("PRE_OPERATIONAL")
     assert stage.refusals() == [told]
     stage.ground.await_state("OFFLINE")
 
 
-def test_a_device_that_does_not_boot_is_named_and_given_up(stage, down):
+def test_a_device_that_does_not_boot_is_reported_and_commissioning_fails(stage, down):
     def dead(drive):
         drive.boots = drive.beats = False
     stage.play(dead)
@@ -101,7 +101,7 @@ def test_silence_after_the_start_of_process_data(stage, down):
     ("OPERATIONAL", stop_publishing),
     ("OPERATIONAL", stop_beating),
 ])
-def test_a_device_that_is_lost_later_is_named_and_all_becomes_safe(stage, down, reached, change):
+def test_a_device_that_is_lost_later_is_reported_and_all_devices_become_safe(stage, down, reached, change):
     stage.play()
     assert stage.ground.request("PRE_OPERATIONAL")
     if reached != "PRE_OPERATIONAL":
@@ -119,5 +119,5 @@ def test_a_device_that_is_lost_later_is_named_and_all_becomes_safe(stage, down, 
     assert {drive.statusword for drive in stage.slaves.drives.values()} == {slaves.SWITCH_ON_DISABLED}
 
 
-def test_a_better_device_is_taken_afterwards(stage, down):
+def test_a_device_without_deviation_is_commissioned_afterwards(stage, down):
     fly_without_deviations(stage)

@@ -65,7 +65,7 @@ def _samples(structure, ours):
 
 
 def check_housekeeping(found, packet, dictionary):
-    """A structure of the descriptors; of one made in flight the database has the id only."""
+    """A structure of the descriptors; the database has only the id of a structure that was defined in flight."""
     subsystem = dictionary.subsystem_of_apid(packet.apid)
     (structure_id,) = struct.unpack_from(">H", packet.data)
     fitting = [one for one in subsystem.structures_of_id(structure_id) if 2 + _octets(one) == len(packet.data)]

@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-// Rest states that can be asked for, in the order of the tables' columns.
+// Rest states that can be requested, in the order of the tables' columns.
 enum {
     TARGET_0,
     TARGET_3,
@@ -19,64 +19,64 @@ enum {
 typedef enum {
     NO,
     BUSY,
-    DONE,            ///< Already in that state.
-    WALK,            ///< Go towards it hop by hop.
-    WALK_CONFIGURED, ///< As WALK, if a configuration is applied.
-    UNDO,            ///< Turn back: the de-init states down to OFFLINE.
-    RETARGET         ///< On the way down already: end in OFFLINE.
+    DONE,          ///< Already in that state.
+    GO,            ///< Go towards it, one transition after the other.
+    GO_CONFIGURED, ///< As GO, if a configuration is applied.
+    UNDO,          ///< Turn back: the de-init states down to OFFLINE.
+    RETARGET       ///< On the way down already: end in OFFLINE.
 } verdict_t;
 
 // Table "Requests" of docs/states.md: row = present state, column = requested rest state.
 static const uint8_t request_table[STATE_COUNT][TARGET_COUNT] = {
-    [STATE_OFFLINE]           = {DONE, WALK, NO, NO, NO},
+    [STATE_OFFLINE]           = {DONE, GO, NO, NO, NO},
     [STATE_SOFTWARE_INIT]     = {UNDO, BUSY, NO, NO, UNDO},
     [STATE_HARDWARE_INIT]     = {UNDO, BUSY, NO, NO, UNDO},
-    [STATE_PRE_OPERATIONAL]   = {WALK, DONE, WALK_CONFIGURED, NO, WALK},
-    [STATE_SAFE_OPERATIONAL]  = {WALK, WALK, DONE, WALK, WALK},
-    [STATE_OPERATIONAL]       = {WALK, WALK, WALK, DONE, WALK},
-    [STATE_ERROR_OPERATIONAL] = {WALK, NO, NO, NO, DONE},
+    [STATE_PRE_OPERATIONAL]   = {GO, DONE, GO_CONFIGURED, NO, GO},
+    [STATE_SAFE_OPERATIONAL]  = {GO, GO, DONE, GO, GO},
+    [STATE_OPERATIONAL]       = {GO, GO, GO, DONE, GO},
+    [STATE_ERROR_OPERATIONAL] = {GO, NO, NO, NO, DONE},
     [STATE_POST_OPERATIONAL]  = {RETARGET, BUSY, NO, NO, RETARGET},
     [STATE_HARDWARE_DEINIT]   = {RETARGET, BUSY, NO, NO, RETARGET},
     [STATE_SOFTWARE_DEINIT]   = {RETARGET, BUSY, NO, NO, RETARGET},
 };
 
 typedef enum {
-    HOP_NONE,
-    HOP_SOFTWARE_INIT,
-    HOP_HARDWARE_INIT,
-    HOP_CONFIGURE,
-    HOP_START,
-    HOP_STOP,
-    HOP_ENGAGE,
-    HOP_DISENGAGE,
-    HOP_SECURE,
-    HOP_POST,
-    HOP_HARDWARE_DEINIT,
-    HOP_SOFTWARE_DEINIT,
-    HOP_COUNT
-} hop_t;
+    STEP_NONE,
+    STEP_SOFTWARE_INIT,
+    STEP_HARDWARE_INIT,
+    STEP_CONFIGURE,
+    STEP_START,
+    STEP_STOP,
+    STEP_ENGAGE,
+    STEP_DISENGAGE,
+    STEP_SECURE,
+    STEP_POST,
+    STEP_HARDWARE_DEINIT,
+    STEP_SOFTWARE_DEINIT,
+    STEP_COUNT
+} step_t;
 
-// Entered by a hop: state, phase, action.
-static const uint8_t hops[HOP_COUNT][3] = {
-    [HOP_SOFTWARE_INIT]   = {STATE_SOFTWARE_INIT, PHASE_ENTERING, ACTION_SOFTWARE_INIT},
-    [HOP_HARDWARE_INIT]   = {STATE_HARDWARE_INIT, PHASE_ENTERING, ACTION_HARDWARE_INIT},
-    [HOP_CONFIGURE]       = {STATE_PRE_OPERATIONAL, PHASE_CONFIGURING, ACTION_CONFIGURE},
-    [HOP_START]           = {STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_START_CONTROL},
-    [HOP_STOP]            = {STATE_SAFE_OPERATIONAL, PHASE_LEAVING, ACTION_STOP_CONTROL},
-    [HOP_ENGAGE]          = {STATE_OPERATIONAL, PHASE_ENTERING, ACTION_ENGAGE},
-    [HOP_DISENGAGE]       = {STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_DISENGAGE},
-    [HOP_SECURE]          = {STATE_ERROR_OPERATIONAL, PHASE_ENTERING, ACTION_SECURE},
-    [HOP_POST]            = {STATE_POST_OPERATIONAL, PHASE_ENTERING, ACTION_POST},
-    [HOP_HARDWARE_DEINIT] = {STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT},
-    [HOP_SOFTWARE_DEINIT] = {STATE_SOFTWARE_DEINIT, PHASE_ENTERING, ACTION_SOFTWARE_DEINIT}};
+// State, phase and action that a transition enters.
+static const uint8_t steps[STEP_COUNT][3] = {
+    [STEP_SOFTWARE_INIT]   = {STATE_SOFTWARE_INIT, PHASE_ENTERING, ACTION_SOFTWARE_INIT},
+    [STEP_HARDWARE_INIT]   = {STATE_HARDWARE_INIT, PHASE_ENTERING, ACTION_HARDWARE_INIT},
+    [STEP_CONFIGURE]       = {STATE_PRE_OPERATIONAL, PHASE_CONFIGURING, ACTION_CONFIGURE},
+    [STEP_START]           = {STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_START_CONTROL},
+    [STEP_STOP]            = {STATE_SAFE_OPERATIONAL, PHASE_LEAVING, ACTION_STOP_CONTROL},
+    [STEP_ENGAGE]          = {STATE_OPERATIONAL, PHASE_ENTERING, ACTION_ENGAGE},
+    [STEP_DISENGAGE]       = {STATE_SAFE_OPERATIONAL, PHASE_ENTERING, ACTION_DISENGAGE},
+    [STEP_SECURE]          = {STATE_ERROR_OPERATIONAL, PHASE_ENTERING, ACTION_SECURE},
+    [STEP_POST]            = {STATE_POST_OPERATIONAL, PHASE_ENTERING, ACTION_POST},
+    [STEP_HARDWARE_DEINIT] = {STATE_HARDWARE_DEINIT, PHASE_ENTERING, ACTION_HARDWARE_DEINIT},
+    [STEP_SOFTWARE_DEINIT] = {STATE_SOFTWARE_DEINIT, PHASE_ENTERING, ACTION_SOFTWARE_DEINIT}};
 
-// The next hop from a rest state towards a target; from the others none is chosen here.
-static const uint8_t hop_table[STATE_COUNT][TARGET_COUNT] = {
-    [STATE_OFFLINE]           = {HOP_NONE, HOP_SOFTWARE_INIT, HOP_NONE, HOP_NONE, HOP_NONE},
-    [STATE_PRE_OPERATIONAL]   = {HOP_POST, HOP_NONE, HOP_START, HOP_NONE, HOP_SECURE},
-    [STATE_SAFE_OPERATIONAL]  = {HOP_STOP, HOP_STOP, HOP_NONE, HOP_ENGAGE, HOP_SECURE},
-    [STATE_OPERATIONAL]       = {HOP_DISENGAGE, HOP_DISENGAGE, HOP_DISENGAGE, HOP_NONE, HOP_SECURE},
-    [STATE_ERROR_OPERATIONAL] = {HOP_POST, HOP_NONE, HOP_NONE, HOP_NONE, HOP_NONE}};
+// The next transition from a rest state towards a target. In the other states the action decides.
+static const uint8_t step_table[STATE_COUNT][TARGET_COUNT] = {
+    [STATE_OFFLINE]           = {STEP_NONE, STEP_SOFTWARE_INIT, STEP_NONE, STEP_NONE, STEP_NONE},
+    [STATE_PRE_OPERATIONAL]   = {STEP_POST, STEP_NONE, STEP_START, STEP_NONE, STEP_SECURE},
+    [STATE_SAFE_OPERATIONAL]  = {STEP_STOP, STEP_STOP, STEP_NONE, STEP_ENGAGE, STEP_SECURE},
+    [STATE_OPERATIONAL]       = {STEP_DISENGAGE, STEP_DISENGAGE, STEP_DISENGAGE, STEP_NONE, STEP_SECURE},
+    [STATE_ERROR_OPERATIONAL] = {STEP_POST, STEP_NONE, STEP_NONE, STEP_NONE, STEP_NONE}};
 
 typedef enum {
     STAY,
@@ -132,10 +132,10 @@ static void enter(state_machine_t* const machine, const state_t state, const sta
     machine->action = action;
 }
 
-static void take_hop(state_machine_t* const machine, const hop_t hop)
+static void take_step(state_machine_t* const machine, const step_t step)
 {
-    FSW_ASSERT(hop != HOP_NONE);
-    enter(machine, (state_t)hops[hop][0], (state_phase_t)hops[hop][1], (state_action_t)hops[hop][2]);
+    FSW_ASSERT(step != STEP_NONE);
+    enter(machine, (state_t)steps[step][0], (state_phase_t)steps[step][1], (state_action_t)steps[step][2]);
 }
 
 static void rest(state_machine_t* const machine, const state_t state, const state_phase_t phase)
@@ -148,13 +148,13 @@ static void rest_in_pre_operational(state_machine_t* const machine)
     rest(machine, STATE_PRE_OPERATIONAL, machine->is_configured ? PHASE_CONFIGURED : PHASE_UNCONFIGURED);
 }
 
-/// Take the next hop towards the target, or rest where it is reached.
+/// Take the next transition towards the target, or rest where it is reached.
 static void advance(state_machine_t* const machine)
 {
     const unsigned column = column_of(machine->target);
     FSW_ASSERT(column != (unsigned)TARGET_NONE);
     if (machine->state != machine->target) {
-        take_hop(machine, (hop_t)hop_table[machine->state][column]);
+        take_step(machine, (step_t)step_table[machine->state][column]);
     }
 }
 
@@ -170,7 +170,7 @@ static void set_off(state_machine_t* const machine, const state_t target, const 
 
 static void turn_back(state_machine_t* const machine)
 {
-    take_hop(machine, (machine->state == STATE_SOFTWARE_INIT) ? HOP_SOFTWARE_DEINIT : HOP_HARDWARE_DEINIT);
+    take_step(machine, (machine->state == STATE_SOFTWARE_INIT) ? STEP_SOFTWARE_DEINIT : STEP_HARDWARE_DEINIT);
 }
 
 void subsystem_state_machine_init(state_machine_t* const machine, const bool is_descriptor_valid)
@@ -215,7 +215,7 @@ state_answer_t subsystem_state_machine_verdict(const state_machine_t* const mach
     const verdict_t verdict = (verdict_t)request_table[machine->state][column];
     const bool is_at_rest   = (machine->action == ACTION_NONE);
     if ((verdict == NO) || ((machine->phase == PHASE_INVALID) && (target != STATE_OFFLINE)) ||
-        ((verdict == WALK_CONFIGURED) && is_at_rest && !machine->is_configured)) {
+        ((verdict == GO_CONFIGURED) && is_at_rest && !machine->is_configured)) {
         return ANSWER_NO;
     }
     if ((verdict == BUSY) || (!is_at_rest && !is_preempting(target))) {
@@ -257,7 +257,7 @@ state_answer_t subsystem_state_machine_configure(state_machine_t* const machine)
     }
     set_off(machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
     machine->is_configured = false;
-    take_hop(machine, HOP_CONFIGURE);
+    take_step(machine, STEP_CONFIGURE);
     return ANSWER_STARTED;
 }
 
@@ -275,7 +275,7 @@ bool subsystem_state_machine_event(state_machine_t* const machine, const state_e
     if (reaction == TURN_BACK) {
         turn_back(machine);
     } else if (reaction == TO_ERROR) {
-        take_hop(machine, HOP_SECURE);
+        take_step(machine, STEP_SECURE);
     } else if ((reaction != END_OFFLINE) && !must_finish(machine, machine->target)) {
         advance(machine);
     } else {
@@ -289,7 +289,7 @@ static void follow_done(state_machine_t* const machine)
 {
     switch (machine->action) {
     case ACTION_SOFTWARE_INIT:
-        take_hop(machine, HOP_HARDWARE_INIT);
+        take_step(machine, STEP_HARDWARE_INIT);
         break;
     case ACTION_HARDWARE_INIT:
         rest_in_pre_operational(machine);
@@ -303,7 +303,7 @@ static void follow_done(state_machine_t* const machine)
             machine->is_backing_out = false;
             rest_in_pre_operational(machine);
         } else {
-            take_hop(machine, HOP_POST);
+            take_step(machine, STEP_POST);
         }
         break;
     case ACTION_SECURE:
@@ -315,11 +315,11 @@ static void follow_done(state_machine_t* const machine)
         if (machine->target == STATE_PRE_OPERATIONAL) {
             rest_in_pre_operational(machine);
         } else {
-            take_hop(machine, HOP_HARDWARE_DEINIT);
+            take_step(machine, STEP_HARDWARE_DEINIT);
         }
         break;
     case ACTION_HARDWARE_DEINIT:
-        take_hop(machine, HOP_SOFTWARE_DEINIT);
+        take_step(machine, STEP_SOFTWARE_DEINIT);
         break;
     case ACTION_SOFTWARE_DEINIT:
         rest(machine, STATE_OFFLINE, PHASE_IDLE);
@@ -348,15 +348,15 @@ static void follow_failed(state_machine_t* const machine)
     case ACTION_START_CONTROL:
         machine->target         = STATE_PRE_OPERATIONAL;
         machine->is_backing_out = true;
-        take_hop(machine, HOP_STOP);
+        take_step(machine, STEP_STOP);
         break;
     case ACTION_ENGAGE:
         machine->target = STATE_SAFE_OPERATIONAL;
-        take_hop(machine, HOP_DISENGAGE);
+        take_step(machine, STEP_DISENGAGE);
         break;
     case ACTION_DISENGAGE:
         machine->target = STATE_ERROR_OPERATIONAL;
-        take_hop(machine, HOP_SECURE);
+        take_step(machine, STEP_SECURE);
         break;
     case ACTION_SECURE:
         rest(machine, STATE_ERROR_OPERATIONAL, PHASE_UNSECURED);
@@ -365,7 +365,7 @@ static void follow_failed(state_machine_t* const machine)
     case ACTION_POST:
         machine->target        = STATE_OFFLINE;
         machine->is_configured = false;
-        take_hop(machine, HOP_HARDWARE_DEINIT);
+        take_step(machine, STEP_HARDWARE_DEINIT);
         break;
     default: // STOP_CONTROL and the de-init actions: the transition continues downwards.
         follow_done(machine);

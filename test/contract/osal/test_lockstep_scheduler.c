@@ -82,7 +82,7 @@ static void test_without_a_wake_time_next_is_empty(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_lockstep_next(scheduler, &participant, &grant));
 }
 
-static void test_delivery_wakes_now_upwards_and_next_slot_downwards(void)
+static void test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_slot(void)
 {
     osal_lockstep_t* const scheduler = table(3U);
     (void)next_is(scheduler, 0U, 0U);
@@ -147,7 +147,7 @@ static void test_expected_participant_holds_time_until_it_joins_or_ends(void)
     (void)next_is(scheduler, 0U, SLOT_NS);
 }
 
-static void test_absent_receiver_takes_no_notice_and_an_end_forgets(void)
+static void test_deliveries_to_absent_or_ended_participants_are_dropped(void)
 {
     osal_lockstep_t* const scheduler = table(2U);
     (void)next_is(scheduler, 0U, 0U);
@@ -425,10 +425,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_without_a_wake_time_next_is_empty);
-    RUN_TEST(test_delivery_wakes_now_upwards_and_next_slot_downwards);
+    RUN_TEST(test_delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_slot);
     RUN_TEST(test_next_slot_is_on_the_grid_when_now_is_not);
     RUN_TEST(test_expected_participant_holds_time_until_it_joins_or_ends);
-    RUN_TEST(test_absent_receiver_takes_no_notice_and_an_end_forgets);
+    RUN_TEST(test_deliveries_to_absent_or_ended_participants_are_dropped);
     RUN_TEST(test_late_joiner_of_a_lower_order_waits_for_the_next_slot);
     RUN_TEST(test_counts_saturate);
     RUN_TEST(test_end_of_time_is_not_passed);

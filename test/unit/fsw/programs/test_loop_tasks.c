@@ -26,7 +26,7 @@ static uint16_t sequence;
 static uint32_t ticks;
 static struct {
     unsigned count;
-    uint64_t taken_ns; ///< Packet time of the last, since the origin.
+    uint64_t taken_ns; ///< Packet time of the last report, since the origin.
     bool is_backwards;
 } reports[3];
 

@@ -52,7 +52,7 @@ static void the_last_report_asked_for_ends_a_request(void)
     }
 }
 
-static void every_failure_but_of_a_step_ends_a_request(void)
+static void every_failure_except_of_a_step_ends_a_request(void)
 {
     static const uint8_t failures[] = {2U, 4U, 6U, 8U, 10U};
     for (unsigned i = 0U; i < sizeof failures; i++) {
@@ -234,7 +234,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_last_report_asked_for_ends_a_request);
-    RUN_TEST(every_failure_but_of_a_step_ends_a_request);
+    RUN_TEST(every_failure_except_of_a_step_ends_a_request);
     RUN_TEST(later_instructions_are_performed_after_a_refused_one);
     RUN_TEST(a_request_of_which_only_refusals_are_known_is_not_reported_as_lost);
     RUN_TEST(a_started_request_with_refused_instructions_is_reported_as_lost);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The partners are real: the far end of a pseudo-terminal, a listening socket, a FIFO, a file. Time is set by
-// the test: no step is waited for.
+// The partners are real: the far end of a pseudo-terminal, a listening socket, a FIFO, a file. The test sets
+// the time, so no step waits for a clock.
 #define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow_stream.h"
 

@@ -124,7 +124,7 @@ static void check_reports(void)
             check_sample(&at[9]);
             reports++;
         } else {
-            // Of the component's own loop.
+            // A structure of the component's own loop.
         }
     }
 }
