@@ -196,6 +196,48 @@ static void a_named_descriptor_that_is_not_open_is_an_error(void** state)
     assert_int_equal(-1, waitpid(-1, NULL, WNOHANG));
 }
 
+/// What the parent ignores does not pass on to the child.
+static void a_child_obeys_the_signals_that_its_parent_ignores(void** state)
+{
+    static const struct {
+        int number;
+        const char* command;
+    } signals[] = {{SIGINT, "kill -INT $$"},
+                   {SIGTERM, "kill -TERM $$"},
+                   {SIGHUP, "kill -HUP $$"},
+                   {SIGPIPE, "kill -PIPE $$"}};
+    (void)state;
+    for (size_t i = 0U; i < COUNT(signals); i++) {
+        const char* const words[]        = {"/bin/sh", "-c", signals[i].command, NULL};
+        const osal_process_start_t start = command(words);
+        osal_process_result_t result     = {.has_ended = false};
+        osal_process_t process;
+        void (*const before)(int) = signal(signals[i].number, SIG_IGN);
+        assert_int_equal(STATUS_OK, osal_process_start(&process, &start));
+        (void)signal(signals[i].number, before);
+        while (!result.has_ended) {
+            assert_int_equal(STATUS_OK, osal_process_poll(&process, &result));
+        }
+        assert_true(result.was_signalled);
+        assert_int_equal(signals[i].number, result.code);
+    }
+}
+
+/// Descriptor 0 is one like others for a program whose standard input is closed.
+static void a_process_is_looked_at_also_with_closed_standard_input(void** state)
+{
+    const osal_process_t self = {.id = (int32_t)getpid(), .descriptor = DESCRIPTOR};
+    const int kept            = dup(STDIN_FILENO);
+    osal_process_look_t look  = {.is_stopped = true};
+    (void)state;
+    (void)close(STDIN_FILENO);
+    assert_int_equal(STATUS_OK, osal_process_look(&self, &look));
+    assert_int_equal(STDIN_FILENO, dup2(kept, STDIN_FILENO));
+    (void)close(kept);
+    assert_true(look.is_runnable);
+    assert_false(look.is_stopped);
+}
+
 // ---- Signals and ends ----
 
 static void a_signal_that_is_not_sent_is_reported(void** state)
@@ -267,6 +309,8 @@ int main(void)
         TEST(a_start_without_resources_leaves_nothing_behind),
         TEST(a_child_keeps_named_descriptors_only_also_with_an_old_kernel),
         TEST(a_named_descriptor_that_is_not_open_is_an_error),
+        TEST(a_child_obeys_the_signals_that_its_parent_ignores),
+        TEST(a_process_is_looked_at_also_with_closed_standard_input),
         TEST(a_signal_that_is_not_sent_is_reported),
         TEST(an_interrupted_look_for_the_end_is_repeated),
         TEST(an_interrupted_wait_continues_for_the_rest_of_its_time),

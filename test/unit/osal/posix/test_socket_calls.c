@@ -434,6 +434,10 @@ static void a_wait_looks_the_less_the_less_often_it_finds_anything(void** state)
         }
     }
     expect_value(__wrap_poll, timeout_ms, 0);
+    will_return(__wrap_poll, 1); // The shortest wait polls as well.
+    sock.blind = 0U;
+    assert_int_equal(STATUS_OK, osal_socket_wait_readable(&sock, 1U));
+    expect_value(__wrap_poll, timeout_ms, 0);
     will_return(__wrap_poll, 1); // It finds a datagram: from now on every wait polls.
     assert_int_equal(STATUS_OK, osal_socket_wait_readable(&sock, 10U));
     wait_in_vain(1);

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Opening files within a folder where calls of the system are interrupted or fail: the calls are mocked, and
+// give the smallest descriptor there is. test/contract/osal has the tests with real folders.
+#define _GNU_SOURCE
+#include "osal/include/osal/directory.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include <cmocka.h>
+
+#define ROOT 5
+#define DESCRIPTOR 0 // That of a program whose standard input is closed.
+#define COUNT(table) (sizeof(table) / sizeof((table)[0]))
+
+static const osal_directory_t root = {ROOT};
+
+static int answer(const int result)
+{
+    errno = (result < 0) ? -result : EINTR; // Success leaves it as it was: here, as of an interrupted call.
+    return (result < 0) ? -1 : result;
+}
+
+int __wrap_openat(int folder, const char* name, int flags, mode_t mode)
+{
+    (void)mode;
+    assert_int_equal(O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, flags & (O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    check_expected(folder);
+    check_expected_ptr(name);
+    return answer(mock_type(int));
+}
+
+int __wrap_fstatat(int folder, const char* name, struct stat* out_about, int flags)
+{
+    assert_int_equal(DESCRIPTOR, folder);
+    assert_string_equal("file", name);
+    assert_int_equal(AT_SYMLINK_NOFOLLOW, flags);
+    *out_about = (struct stat){.st_mode = S_IFREG, .st_size = 12};
+    return answer(mock_type(int));
+}
+
+int __real_close(int descriptor);
+int __wrap_close(int descriptor)
+{
+    if (descriptor != DESCRIPTOR) {
+        return __real_close(descriptor); // Calls of a coverage build.
+    }
+    function_called();
+    return 0;
+}
+
+static void expect_open(const int folder, const char* const name, const int result)
+{
+    expect_value(__wrap_openat, folder, folder);
+    expect_string(__wrap_openat, name, name);
+    will_return(__wrap_openat, result);
+}
+
+static void an_interrupted_open_is_repeated_and_descriptor_0_is_one(void** state)
+{
+    osal_directory_about_t about = {.size = 0U};
+    (void)state;
+    expect_open(ROOT, ".", -EINTR);
+    expect_open(ROOT, ".", -EINTR);
+    expect_open(ROOT, ".", DESCRIPTOR);
+    will_return(__wrap_fstatat, 0);
+    expect_function_call(__wrap_close);
+    assert_int_equal(STATUS_OK, osal_directory_describe(&root, "file", &about));
+    assert_int_equal(12U, about.size);
+    assert_false(about.is_directory);
+}
+
+static void a_folder_that_does_not_open_is_reported_and_none_stays_open(void** state)
+{
+    static const struct {
+        int error;
+        status_t status;
+    } errors[] = {{ENOENT, STATUS_NOT_FOUND}, {ENOTDIR, STATUS_NOT_FOUND}, {ELOOP, STATUS_NOT_FOUND},
+                  {ENXIO, STATUS_NOT_FOUND},  {EACCES, STATUS_DENIED},     {EROFS, STATUS_DENIED},
+                  {EMFILE, STATUS_IO}};
+    osal_directory_about_t about;
+    (void)state;
+    for (size_t i = 0U; i < COUNT(errors); i++) {
+        expect_open(ROOT, ".", -errors[i].error);
+        assert_int_equal(errors[i].status, osal_directory_describe(&root, "file", &about));
+        expect_open(ROOT, ".", DESCRIPTOR);
+        expect_open(DESCRIPTOR, "folder", -errors[i].error);
+        expect_function_call(__wrap_close);
+        assert_int_equal(errors[i].status, osal_directory_describe(&root, "folder/file", &about));
+    }
+}
+
+static void the_reason_why_a_file_cannot_be_looked_at_is_reported(void** state)
+{
+    static const struct {
+        int error;
+        status_t status;
+    } errors[] = {{ENOENT, STATUS_NOT_FOUND}, {EACCES, STATUS_DENIED}, {EIO, STATUS_IO}};
+    osal_directory_about_t about;
+    (void)state;
+    for (size_t i = 0U; i < COUNT(errors); i++) {
+        expect_open(ROOT, ".", DESCRIPTOR);
+        will_return(__wrap_fstatat, -errors[i].error);
+        expect_function_call(__wrap_close);
+        assert_int_equal(errors[i].status, osal_directory_describe(&root, "file", &about));
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(an_interrupted_open_is_repeated_and_descriptor_0_is_one),
+        cmocka_unit_test(a_folder_that_does_not_open_is_reported_and_none_stays_open),
+        cmocka_unit_test(the_reason_why_a_file_cannot_be_looked_at_is_reported),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
