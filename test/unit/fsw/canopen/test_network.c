@@ -436,6 +436,22 @@ static void settings_belong_to_their_device_until_they_are_cleared(void)
     TEST_ASSERT_EQUAL_UINT32(3U, scripted_object(joints[1], 0x6066U, 0U)->value);
 }
 
+/// A list that is shorter than the one before leaves nothing of that one in force.
+static void settings_of_an_earlier_configuration_do_not_move_pdos(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    set(0U, 0x6065U, 0U, 4U, 1U);
+    set(0U, 0x1400U, 1U, 4U, 0x80000211U);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
+    TEST_ASSERT_FALSE(network.devices[0].device.receive[0].is_valid);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    TEST_ASSERT_TRUE(network.devices[0].device.receive[0].is_valid);
+    canopen_network_clear_settings(&network);
+    set(0U, 0x6065U, 0U, 4U, 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
+    TEST_ASSERT_TRUE(network.devices[0].device.receive[0].is_valid);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -463,5 +479,6 @@ int main(void)
     RUN_TEST(a_closed_network_begins_anew);
     RUN_TEST(a_boot_that_was_interrupted_by_closing_begins_with_the_reset);
     RUN_TEST(settings_belong_to_their_device_until_they_are_cleared);
+    RUN_TEST(settings_of_an_earlier_configuration_do_not_move_pdos);
     return UNITY_END();
 }

@@ -169,7 +169,11 @@ static void a_deadline_of_the_mission_holds_at_both_ends(void)
         uint64_t deadline_ns;
         uint32_t syncs; // Periods of 0.5 ms.
         uint32_t event_ms;
-    } cases[] = {{0U, 3U, 2U}, {1000000U, 3U, 2U}, {2100000U, 5U, 3U}, {10000000U, 20U, 10U}};
+    } cases[] = {{0U, 3U, 2U},
+                 {1000000U, 3U, 2U},
+                 {2100000U, 5U, 3U},
+                 {10000000U, 20U, 10U},
+                 {600000000U, 1200U, 600U}};
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         generic.device_deadline_ns = cases[i].deadline_ns;
@@ -542,6 +546,29 @@ static void a_fault_is_reset_by_starting_the_control_only(void)
     TEST_ASSERT_EQUAL_HEX16(0x0233U, nodes[0]->status[0]);
 }
 
+/// Subindex 5 of 0x1400 to 0x15FF is the event timer of an RPDO; other settings are written as they are.
+static void the_deadline_changes_event_timers_of_rpdos_only(void)
+{
+    static const struct {
+        uint16_t index;
+        uint8_t subindex;
+        uint32_t written;
+    } cases[] = {
+        {0x13FFU, 5U, 2U}, {0x1400U, 5U, 10U}, {0x15FFU, 5U, 10U}, {0x1600U, 5U, 2U}, {0x1400U, 4U, 2U}};
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+    generic.device_deadline_ns = 10000000U;
+    select(2U);
+    const descriptor_device_t* const device = &descriptor.devices[generic.configuration->first_device + 1U];
+    descriptor_setting_t* const setting     = &descriptor.settings[device->first_setting];
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        setting->index    = cases[i].index;
+        setting->subindex = cases[i].subindex;
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
+        TEST_ASSERT_EQUAL_UINT32(cases[i].written,
+                                 scripted_object(nodes[0], cases[i].index, cases[i].subindex)->value);
+    }
+}
+
 int main(void)
 {
     descriptor_loader_init(&loader);
@@ -567,5 +594,6 @@ int main(void)
     RUN_TEST(a_failed_configuration_leaves_no_device_and_no_process_data);
     RUN_TEST(a_goal_is_commanded_again_after_each_stop);
     RUN_TEST(a_fault_is_reset_by_starting_the_control_only);
+    RUN_TEST(the_deadline_changes_event_timers_of_rpdos_only);
     return UNITY_END();
 }

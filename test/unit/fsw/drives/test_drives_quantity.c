@@ -7,6 +7,7 @@
 #include "test/unit/fsw/drives/two_nodes.h"
 #include "unity.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -219,7 +220,10 @@ static void the_ends_of_each_range_can_be_set(void)
                  {-6.8e38, 3U, true},
                  {6.9e38, 3U, false},
                  {-6.9e38, 3U, false},
-                 {-6.80564693277e38, 3U, true}};
+                 {2.0 * (double)FLT_MAX, 3U, true},
+                 {-2.0 * (double)FLT_MAX, 3U, true},
+                 {-0.5, 2U, false},
+                 {255.5, 2U, false}};
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_EQUAL_MESSAGE(cases[i].fits, to_object(cases[i].id, cases[i].real), "fits");
     }
