@@ -222,7 +222,7 @@ static const verb_t verbs[] = {
     {"let_go", "let_go", 0U, {{0}}, begin_let_go, NULL},
 };
 
-#define VERB_COUNT (sizeof(verbs) / sizeof(verbs[0]))
+#define VERB_COUNT (sizeof verbs / sizeof verbs[0])
 
 // ---- Script ----
 

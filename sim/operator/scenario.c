@@ -12,7 +12,7 @@
 #define LATEST_S 1.0e6 ///< Eleven days; beyond it is a typing error.
 
 static const char* const actors[] = {"hand", "fault", "operator"};
-#define ACTOR_COUNT (sizeof(actors) / sizeof(actors[0]))
+#define ACTOR_COUNT (sizeof actors / sizeof actors[0])
 
 status_t scenario_error(const scenario_line_t* const line, const char* const found,
                         const char* const expected, char error[SCENARIO_ERROR_MAX])

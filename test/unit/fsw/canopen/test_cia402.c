@@ -212,7 +212,13 @@ static void commands_never_pass_the_limits(void)
         TEST_ASSERT_EQUAL_INT16(-4000, axis.target_torque);
     }
     TEST_ASSERT_EQUAL_UINT32(8U, axis.limited);
+    canopen_cia402_axis_command_torque(&axis, 40.0); // The maximum itself is allowed.
+    TEST_ASSERT_EQUAL_INT16(4000, axis.target_torque);
+    canopen_cia402_axis_command_torque(&axis, -40.0);
+    TEST_ASSERT_EQUAL_INT16(-4000, axis.target_torque);
+    TEST_ASSERT_EQUAL_UINT32(8U, axis.limited);
     canopen_cia402_axis_command_torque(&axis, (double)NAN);
+    TEST_ASSERT_EQUAL_UINT32(9U, axis.limited);
     TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
     canopen_cia402_axis_command_position(&axis, 0.5, 0.0);
     canopen_cia402_axis_command_position(&axis, (double)NAN, (double)NAN);

@@ -207,7 +207,7 @@ static void each_end_of_a_transfer_frees_its_device(void)
     static const uint8_t protocol[] = {0x60, 0x65, 0x01, 0};
     const pus_device_action_t read  = command(PUS_DEVICE_ACQUIRE, FIRST_NODE, protocol, NULL);
     static const uint8_t ends[]     = {0x4FU, 0x80U, 0x20U};
-    for (size_t i = 0U; i < sizeof(ends); i++) {
+    for (size_t i = 0U; i < sizeof ends; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, begin(DRIVES_ACCESS_SLOTS - 1U, &read)); // The last slot, too.
         answer(ends[i], "\0\0\0");
         (void)poll(DRIVES_ACCESS_SLOTS - 1U);

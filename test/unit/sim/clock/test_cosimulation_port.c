@@ -34,7 +34,7 @@ static void open_cosimulation(uint32_t patience_ms)
 
 void setUp(void)
 {
-    (void)snprintf(path, sizeof(path), "/tmp/cosimulation-test-%d", (int)getpid());
+    (void)snprintf(path, sizeof path, "/tmp/cosimulation-test-%d", (int)getpid());
     scheduler    = osal_lockstep_create(storage, SLOT_NS, true);
     cosimulation = (cosimulation_port_t){.listener = OSAL_SOCKET_CLOSED, .client = OSAL_SOCKET_CLOSED};
     open_cosimulation(PATIENCE_MS);
@@ -109,7 +109,7 @@ static void test_join_out_of_form_is_turned_away(void)
         "join operator2 0\n", "join operator 99999999999999999999999999\n",
         "join operator \n",
     };
-    for (uint32_t i = 0U; i < (sizeof(bad) / sizeof(bad[0])); i++) {
+    for (uint32_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
         uint8_t octet = 0U;
         size_t size   = 0U;
         come_in(bad[i]);
@@ -125,7 +125,7 @@ static void test_join_out_of_form_is_turned_away(void)
 static void test_endless_line_and_zeros_are_malformed(void)
 {
     char flood[COSIMULATION_PORT_LINE_BYTES + 1U];
-    memset(flood, 'j', sizeof(flood));
+    memset(flood, 'j', sizeof flood);
     flood[COSIMULATION_PORT_LINE_BYTES] = '\0';
     come_in(flood);
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 5U));
@@ -202,7 +202,7 @@ static void test_answers_out_of_form_cost_the_place(void)
     };
     uint64_t wake_ns = 0U;
     uint32_t octets  = 0U;
-    for (uint32_t i = 0U; i < (sizeof(bad) / sizeof(bad[0])); i++) {
+    for (uint32_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
         come_in("join operator 4000\n");
         TEST_ASSERT_EQUAL(STATUS_OK, cosimulation_port_accept(&cosimulation, 10000U));
         TEST_ASSERT_EQUAL_MESSAGE(STATUS_CLOSED, exchange(bad[i], &wake_ns, &octets), bad[i]);
@@ -287,10 +287,10 @@ static void operate(const char* farewell)
     come_in("join operator 4711\n");
     for (uint64_t i = 1U; i <= 5U; i++) {
         const uint64_t now_ns = (i - 1U) * 10U * SLOT_NS;
-        (void)snprintf(line, sizeof(line), "grant %llu 0 %u 4711\n", (unsigned long long)now_ns,
+        (void)snprintf(line, sizeof line, "grant %llu 0 %u 4711\n", (unsigned long long)now_ns,
                        (i > 1U) ? 7U : 0U);
         hear(line);
-        (void)snprintf(line, sizeof(line), "done %llu %llu 4711\n",
+        (void)snprintf(line, sizeof line, "done %llu %llu 4711\n",
                        (unsigned long long)(now_ns + (10U * SLOT_NS)), (unsigned long long)(10U * i));
         say((i < 5U) ? line : farewell);
     }

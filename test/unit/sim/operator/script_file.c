@@ -13,7 +13,7 @@ static char path[32];
 const char* script_file_write(const char* text)
 {
     script_file_remove();
-    (void)snprintf(path, sizeof(path), "/tmp/scenario-XXXXXX");
+    (void)snprintf(path, sizeof path, "/tmp/scenario-XXXXXX");
     const int descriptor = mkstemp(path);
     TEST_ASSERT_TRUE(descriptor >= 0);
     TEST_ASSERT_EQUAL_INT64((int64_t)strlen(text), write(descriptor, text, strlen(text)));

@@ -327,9 +327,9 @@ static void test_playing_twice_gives_the_same(void)
         "0 hand circle 0.1 1 1 1 1\n4 hand move 0.28 -0.02 1\n5 hand press 10 0.05\n";
     double first[PLANT_AXES];
     play(text);
-    memcpy(first, at(6.1235)->intent_rad, sizeof(first));
+    memcpy(first, at(6.1235)->intent_rad, sizeof first);
     play(text);
-    TEST_ASSERT_EQUAL_MEMORY(first, at(6.1235)->intent_rad, sizeof(first));
+    TEST_ASSERT_EQUAL_MEMORY(first, at(6.1235)->intent_rad, sizeof first);
 }
 
 static void test_mission_script_is_accepted_and_stays_within_the_stick(void)
@@ -375,7 +375,7 @@ static void test_bad_lines_are_named(void)
         {"0 hand home inf\n", ":1: found 'inf', expected duration [s] from 0.05 to 600"},
         {"0 foot rest\n", ":1: found 'foot', expected an actor: hand, fault or operator"},
     };
-    for (size_t i = 0U; i < sizeof(bad) / sizeof(bad[0]); i++) {
+    for (size_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
         const char* const path = script_file_write(bad[i].text);
         hand_t* loaded         = NULL;
         const status_t status  = hand_load(&rokviss_hand, &rokviss_plant, path, &loaded, error);

@@ -29,12 +29,12 @@ static status_t take(void* context, const scenario_line_t* line, char text[SCENA
     }
     take_until--;
     size_t used = strlen(seen);
-    used += (size_t)snprintf(seen + used, sizeof(seen) - used, "%u@%llu", line->line,
+    used += (size_t)snprintf(seen + used, sizeof seen - used, "%u@%llu", line->line,
                              (unsigned long long)line->time_ns);
     for (size_t i = 0U; i < line->word_count; i++) {
-        used += (size_t)snprintf(seen + used, sizeof(seen) - used, " %s", line->word[i]);
+        used += (size_t)snprintf(seen + used, sizeof seen - used, " %s", line->word[i]);
     }
-    (void)snprintf(seen + used, sizeof(seen) - used, ";");
+    (void)snprintf(seen + used, sizeof seen - used, ";");
     return STATUS_OK;
 }
 
@@ -89,10 +89,10 @@ static void test_bad_lines_are_named(void)
         {"1 hand a 1 2 3 4 5 6 7 8 9 10 11 12\n",
          ":1: found 'too many words', expected at most 11 arguments"},
     };
-    for (size_t i = 0U; i < sizeof(bad) / sizeof(bad[0]); i++) {
+    for (size_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
         char expected[SCENARIO_ERROR_MAX];
         TEST_ASSERT_EQUAL(STATUS_INVALID, read_text(bad[i].text, "hand"));
-        (void)snprintf(expected, sizeof(expected), "%s%s", script_file_write(bad[i].text), bad[i].message);
+        (void)snprintf(expected, sizeof expected, "%s%s", script_file_write(bad[i].text), bad[i].message);
         TEST_ASSERT_EQUAL(STATUS_INVALID,
                           scenario_read(script_file_write(bad[i].text), "hand", take, NULL, error));
         TEST_ASSERT_EQUAL_STRING(bad[i].message, strchr(error, ':'));
@@ -102,10 +102,10 @@ static void test_bad_lines_are_named(void)
 static void test_line_too_long_is_refused(void)
 {
     static char text[SCENARIO_LINE_MAX * 2U];
-    (void)snprintf(text, sizeof(text), "1 hand %0600d\n", 1);
+    (void)snprintf(text, sizeof text, "1 hand %0600d\n", 1);
     TEST_ASSERT_EQUAL(STATUS_INVALID, read_text(text, "hand"));
     TEST_ASSERT_NOT_NULL(strstr(error, "a line too long"));
-    (void)snprintf(text, sizeof(text), "1 hand %0503d\n", 1); // 511 octets with its end
+    (void)snprintf(text, sizeof text, "1 hand %0503d\n", 1); // 511 octets with its end
     TEST_ASSERT_EQUAL(STATUS_OK, read_text(text, "hand"));
 }
 

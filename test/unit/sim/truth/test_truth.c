@@ -16,9 +16,9 @@ static char path[256];
 void setUp(void)
 {
     const char* wanted = getenv("TRUTH_FILE");
-    (void)snprintf(path, sizeof(path), "/tmp/truth-%ld.lcm", (long)getpid());
+    (void)snprintf(path, sizeof path, "/tmp/truth-%ld.lcm", (long)getpid());
     if (wanted != NULL) {
-        (void)snprintf(path, sizeof(path), "%s", wanted);
+        (void)snprintf(path, sizeof path, "%s", wanted);
     }
 }
 
@@ -104,17 +104,17 @@ static void test_two_runs_give_the_same_octets(void)
     static unsigned char first[4096];
     static unsigned char second[4096];
     write_sample(path);
-    const size_t used = read_all(path, first, sizeof(first));
+    const size_t used = read_all(path, first, sizeof first);
     write_sample(path); // Overwrites the old one.
     TEST_ASSERT_GREATER_THAN_UINT(400U, used);
-    TEST_ASSERT_EQUAL_UINT64(used, read_all(path, second, sizeof(second)));
+    TEST_ASSERT_EQUAL_UINT64(used, read_all(path, second, sizeof second));
     TEST_ASSERT_EQUAL_MEMORY(first, second, used);
 }
 
 static void test_long_words_are_cut(void)
 {
     static char word[1000];
-    memset(word, 'x', sizeof(word) - 1U);
+    memset(word, 'x', sizeof word - 1U);
     const truth_fault_t fault = {word, word, false};
     truth_t* truth            = NULL;
     TEST_ASSERT_EQUAL(STATUS_OK, truth_open(path, &truth));

@@ -442,6 +442,40 @@ static void the_desired_torque_is_taken_only_where_it_is_allowed(void)
     TEST_ASSERT_EQUAL_UINT(0U, generic.result_count);
 }
 
+/// Each axis and each quantity has its own field, whether process data flow or not.
+static void every_value_of_both_axes_is_published(void)
+{
+    const joystick_parameters_t* const shown = &joystick.parameters;
+    bring(JOYSTICK_CONFIGURATION_STAND_ALONE, STATE_PRE_OPERATIONAL);
+    idle(3U);
+    TEST_ASSERT_EQUAL_HEX16(0x0250U, shown->cur_values.statusword[1]);
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(callbacks->post));
+    for (unsigned i = 0U; i < STICK_AXES; i++) {
+        const double base                   = 100.0 * (double)(i + 1U);
+        joystick.control.position_rad[i]    = base + 1.0;
+        joystick.control.motion[i].velocity = base + 2.0;
+        joystick.control.command_nm[i]      = base + 3.0;
+        joystick.display.torque_nm[i]       = base + 4.0;
+    }
+    joystick.control.limited = 9U;
+    for (unsigned mode = 0U; mode < 2U; mode++) {
+        joystick.is_reflecting = (mode == 1U);
+        callbacks->control(&joystick);
+        joystick_hand_position_payload_t hand;
+        memcpy(&hand, generic.ports[HAND].written, sizeof hand);
+        for (unsigned i = 0U; i < STICK_AXES; i++) {
+            const double base = 100.0 * (double)(i + 1U);
+            EXPECT_WITHIN(base + 1.0, 0.0, shown->cur_values.position[i]);
+            EXPECT_WITHIN(base + 2.0, 0.0, shown->cur_values.velocity[i]);
+            EXPECT_WITHIN(base + 3.0, 0.0, shown->cur_values.felt_torque[i]);
+            TEST_ASSERT_EQUAL_HEX16(0U, shown->cur_values.statusword[i]); // No configuration is applied.
+            EXPECT_WITHIN((mode == 1U) ? 0.0 : (base + 4.0), 0.0, shown->des_torque[i]);
+            EXPECT_WITHIN(base + 1.0, 0.0, hand.position[i]);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(9U, shown->counters.command_limited);
+}
+
 int main(void)
 {
     descriptor_loader_init(&loader);
@@ -468,5 +502,6 @@ int main(void)
     RUN_TEST(configuring_forgets_forces_and_the_command_of_before);
     RUN_TEST(a_force_ends_once);
     RUN_TEST(the_desired_torque_is_taken_only_where_it_is_allowed);
+    RUN_TEST(every_value_of_both_axes_is_published);
     return UNITY_END();
 }
