@@ -328,6 +328,52 @@ static void a_plan_that_the_mission_does_not_have_is_refused(void)
     REFUSED(CHECKPOINT_PLAN, plans.runs[0].start_ns, NOW);
 }
 
+/// The largest values of all fields that have a limit.
+static void values_at_their_limits_are_accepted(void)
+{
+    checkpoint_subsystem_t* const subsystem = &state.subsystems[0];
+    recommission_t* const run               = &subsystem->recommission;
+    state.now_ns                            = NOW;
+    state.shutdown_ns                       = NOW;
+    state.path.since_ns                     = NOW;
+    state.shutdown_step                     = 5U;
+    state.shutdown_token.ack                = 15U;
+    state.autostart_step                    = 1U;
+    state.log_strategy                      = 3U;
+    state.log_written                       = state.log_number - 1U;
+    state.renewals[0]                       = RECOMMISSION_RENEWALS;
+    state.renewed                           = 1U;
+    subsystem->heard_ns                     = NOW;
+    subsystem->started_ns                   = NOW;
+    subsystem->error_ns                     = NOW;
+    subsystem->process                      = 2U;
+    subsystem->state                        = (uint8_t)STATE_COUNT - 1U;
+    subsystem->ordered                      = (uint8_t)STATE_COUNT - 1U;
+    subsystem->rested                       = (uint8_t)STATE_COUNT - 1U;
+    subsystem->phase                        = (uint8_t)PHASE_UNSECURED;
+    subsystem->order_cause                  = (uint8_t)CAUSE_SUPERVISOR_LOST;
+    subsystem->is_heard                     = true;
+    *run =
+        (recommission_t){true, true, STATE_OPERATIONAL, 9U, STATE_COUNT, STATE_COUNT, PHASE_UNSECURED, NOW};
+    state.sessions[0].step            = SESSION_CLOSING;
+    state.sessions[0].deadline_ns     = NOW + 10000000000U;
+    state.graph.edges[0].is_stale     = true;
+    state.plans.runs[0].start_ns      = NOW;
+    state.plans.runs[0].severity      = DESCRIPTOR_INFORMATIVE;
+    state.plans.runs[0].lost          = 3U;
+    state.plans.runs[0].next_action   = 2U;
+    state.pending.entries[0].since_ns = NOW;
+    state.pending.entries[0].stage    = PENDING_STARTED;
+    TEST_ASSERT_EQUAL(CHECKPOINT_SOUND, supervisor_checkpoint_check(&state, &limits));
+    state.sessions[0].deadline_ns++;
+    expect_flaw(CHECKPOINT_SESSION);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].order_cause, (uint8_t)CAUSE_SUPERVISOR_LOST + 1U);
+    REFUSED(CHECKPOINT_PLAN, plans.runs[0].members[0], 99U);
+    state.plans.runs[0].plan        = PLAN_BUILT_IN;
+    state.plans.runs[0].next_action = 2U;
+    expect_flaw(CHECKPOINT_PLAN);
+}
+
 static void a_checkpoint_with_invalid_packet_numbers_is_refused(void)
 {
     REFUSED(CHECKPOINT_REQUEST, pending.entries[0].apid, 99U);
@@ -532,6 +578,7 @@ int main(void)
     RUN_TEST(an_impossible_subsystem_is_refused);
     RUN_TEST(a_link_that_the_mission_does_not_have_is_refused);
     RUN_TEST(a_plan_that_the_mission_does_not_have_is_refused);
+    RUN_TEST(values_at_their_limits_are_accepted);
     RUN_TEST(a_checkpoint_with_invalid_packet_numbers_is_refused);
     RUN_TEST(a_checkpoint_keeps_the_blocks_of_rings_in_order);
     RUN_TEST(an_octet_of_a_ring_that_changes_refuses_its_bank);
