@@ -190,6 +190,19 @@ static void a_receiver_that_was_open_is_closed_by_a_failure(void)
     refuses("chmod 600");
 }
 
+/// The storage of a program is zero when it begins; 0 is a descriptor of somebody else.
+static void a_key_that_was_never_opened_closes_no_descriptor(void)
+{
+    static ground_key_t fresh;
+    TEST_ASSERT_EQUAL(0, unlink(path));
+    const int standard_input = fcntl(STDIN_FILENO, F_GETFD);
+    TEST_ASSERT_FALSE(ground_key_open(&fresh, path, error));
+    TEST_ASSERT_EQUAL(standard_input, fcntl(STDIN_FILENO, F_GETFD));
+    const int next = dup(STDOUT_FILENO);
+    TEST_ASSERT_TRUE(next > STDERR_FILENO);
+    (void)close(next);
+}
+
 static void one_flight_has_a_key(void)
 {
     static ground_key_t first;
@@ -211,6 +224,7 @@ int main(void)
     RUN_TEST(missing_files_are_not_made);
     RUN_TEST(marks_of_another_key_and_damaged_marks_are_refused);
     RUN_TEST(a_receiver_that_was_open_is_closed_by_a_failure);
+    RUN_TEST(a_key_that_was_never_opened_closes_no_descriptor);
     RUN_TEST(one_flight_has_a_key);
     return UNITY_END();
 }
