@@ -74,7 +74,7 @@ def test_mappings_are_of_objects_that_may_be_mapped(sheet):
                 assert "w" in variable.access_type or index >= 0x1A00
 
 
-def test_written_again_it_says_the_same(sheet, tmp_path):
+def test_a_sheet_that_is_written_again_has_the_same_objects(sheet, tmp_path):
     name, _, dictionary = sheet
     canopen.export_od(dictionary, str(tmp_path / "again.eds"))
     again = canopen.import_od(str(tmp_path / "again.eds"), DEVICES[name][1])

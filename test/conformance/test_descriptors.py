@@ -425,7 +425,7 @@ def test_report_structures_of_one_id_are_distinguished_by_their_configuration(co
             assert len(ids) == len(set(ids))
 
 
-def test_telemetry_stays_modest(content):
+def test_rate_of_telemetry_is_bounded(content):
     for mode in ("STAND_ALONE", "TELEPRESENCE"):
         rate = 0.0
         for subsystem in content["subsystems"]:

@@ -39,7 +39,7 @@ def page(docs, name):
     return (docs / name).read_text(encoding="utf-8")
 
 
-def test_small_and_without_anything_from_outside(docs):
+def test_documentation_is_small_and_loads_nothing_from_outside(docs):
     assert sum(path.stat().st_size for path in docs.iterdir()) < 4e6
     for path in docs.glob("*.html"):
         text = path.read_text(encoding="utf-8")
@@ -48,7 +48,7 @@ def test_small_and_without_anything_from_outside(docs):
         assert not re.search(r'<(?:img|link)[^>]*(?:src|href)="(?:https?:)?//', text), path.name
 
 
-def test_links_lead_somewhere(docs):
+def test_links_have_targets(docs):
     """Independent of the generator's own check: every relative link is a file, every anchor an id or a name."""
     count = 0
     for path in docs.glob("*.html"):

@@ -241,7 +241,7 @@ def test_death_on_real_buses(request, place, undisturbed, number):
     judge(deaths.drawn(number, True), end, folder, undisturbed)
 
 
-def test_every_process_dies_and_every_plug_is_pulled():
+def test_every_process_is_killed_and_every_device_is_unplugged():
     """The numbers cover all kinds, also while all drives are in operation."""
     cases = [deaths.drawn(number) for number in HERE]
     expected = {f"kill {name}" for name in (*deaths.PROCESSES, *deaths.IN_IMAGE)} | set(deaths.PULLS)

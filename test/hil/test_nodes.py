@@ -106,7 +106,7 @@ def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
         assert max(reaction) <= REACTION_US, reaction
 
 
-def test_flights_of_two_containers_do_not_meet(tmp_path):
+def test_flights_of_two_containers_do_not_interfere(tmp_path):
     """Containers count processes from 1 each and may share /tmp: two launchers with one process number fly at
     the same time."""
     if not has_namespaces():

@@ -170,7 +170,7 @@ def test_a_missing_module_is_named_on_the_console(kernel_folder, tmp_path):
     assert "did not boot" in text and "cannot be mounted (9p)" in text and microvm.NEXT_STEP in text
 
 
-def test_a_guest_that_never_gets_ready_is_ended(kernel_folder, tmp_path):
+def test_a_guest_that_does_not_become_ready_is_ended(kernel_folder, tmp_path):
     text = refusal(kernel_folder, tmp_path, append="rdinit=/bin/cat", boot_seconds=3)
     assert "did not boot within 3 s" in text
 
@@ -332,7 +332,7 @@ def test_a_group_that_ends_early_fails_the_cases_it_did_not_reach(tmp_path):
         report.group("cut", "").check("any")
 
 
-def test_a_place_that_is_not_known_is_refused(tmp_path):
+def test_an_unknown_place_is_refused(tmp_path):
     with pytest.raises(ValueError, match="expected vm or kernel"):
         places.choose(tmp_path, "moon")
 

@@ -241,7 +241,7 @@ def test_misra(finding, is_open):
                            else 4)
 
 
-def test_half_a_program_is_not_judged_by_rules_of_the_whole():
+def test_rules_about_the_whole_program_are_not_applied_to_a_part():
     finding = "pus/b.c:3: misra-c2012-8.7 text"
     assert check_misra.judge([finding], [], True)[0] == [finding]
     assert check_misra.judge([finding], [], False)[0] == []

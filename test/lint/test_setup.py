@@ -87,13 +87,13 @@ def test_another_archive_is_refused_and_not_cached(machine):
     assert installed(machine, "one") == [] and not (machine / "cache").exists()
 
 
-def test_no_network_is_said(machine):
+def test_a_missing_network_is_reported(machine):
     done, _ = fetch(machine, "one", archive="no network")
     assert done.returncode == 1 and "cannot be fetched" in done.stderr
     assert installed(machine, "one") == []
 
 
-def test_place_without_a_cache_serves_all_the_same(machine):
+def test_place_without_a_cache_still_serves(machine):
     (machine / "file").write_text("")
     done, _ = fetch(machine, "one", cache="file")
     assert (done.returncode, installed(machine, "one")) == (0, WHOLE), done.stderr
@@ -205,7 +205,7 @@ def script(path, text):
     path.chmod(0o755)
 
 
-def test_all_that_is_missing_is_said_at_once(index, fresh_venv):
+def test_everything_missing_is_reported_at_once(index, fresh_venv):
     """Packages of the machine, of Python, and Unity: the setup does not stop at the first of them, and leaves no stamp."""
     place = clone(index / "a", fresh_venv)
     shutil.copytree(ROOT / "gse" / "setup", place / "gse" / "setup")

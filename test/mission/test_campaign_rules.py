@@ -117,7 +117,7 @@ PING = _tc(2.0, MANIPULATOR, 7)
 REACTED = _became(DEATH_S + 0.003, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)
 
 
-def test_a_flight_as_it_should_be():
+def test_a_correct_flight_violates_no_rule():
     assert _violations([PING, _reported(2.1, PING), REACTED], [DEATH], bus=ON_BUS) == []
 
 
@@ -129,11 +129,11 @@ def test_a_request_that_does_not_end_once(ends):
 
 
 @pytest.mark.parametrize("end", sorted(rules.TERMINAL))
-def test_each_kind_of_end_is_one(end):
+def test_each_final_report_ends_a_request(end):
     assert _violations([PING, _reported(2.1, PING, (1, end))]) == []
 
 
-def test_an_end_for_another_is_none():
+def test_the_end_of_another_request_is_ignored():
     """Neither the report of another request counts, nor one to a user on board."""
     other = _tc(2.0, MANIPULATOR, 8)
     assert len(_violations([PING, _reported(2.1, other)])) == 2

@@ -125,7 +125,7 @@ def test_below_safe_operational_nothing_is_enabled(flight, buses, state):
             assert ENABLED not in set(_state(words[inside]).tolist()), f"{name} in {start / 1e6:.4f} to {end / 1e6:.4f} s"
 
 
-def test_drives_walk_the_power_states_of_cia_402(buses):
+def test_drives_follow_the_power_states_of_cia_402(buses):
     for name, times, words in _statuswords(buses):
         power_states = [int(state) for state, _ in itertools.groupby(_state(words).tolist())]
         assert power_states[0] == SWITCH_ON_DISABLED, name

@@ -309,7 +309,7 @@ def test_interrupted_three_times_ends_at_once(folder):
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", range(40))
-def test_kill_of_anybody_at_any_moment(folder, number):
+def test_kill_of_any_process_at_any_time(folder, number):
     """Many deaths; process and instant of wall-clock time are drawn from the number."""
     chance = random.Random(number)
     name, moment = chance.choice(PROCESSES), chance.uniform(0.05, 3.5)

@@ -41,7 +41,7 @@ def _fly(house, form="processes", **how):
     return flying.fly(house / "out", "--scenario", "commissioning", "--form", form, root=house, **how)
 
 
-def test_untouched_copy_flies(house):
+def test_unchanged_copy_flies(house):
     flight = _fly(house)
     assert flight.code == 0, flight.told()
 
@@ -114,7 +114,7 @@ def test_devices_that_a_subsystem_cannot_drive_are_refused_before_the_flight(hou
     flying.assert_clean(flight)
 
 
-def test_descriptor_that_is_not_there(house):
+def test_missing_descriptor(house):
     line = _replace(house, MISSION, 'descriptor="../subsystems/manipulator.xml"', 'descriptor="../subsystems/nowhere.xml"')
     flight = _fly(house)
     assert flight.code not in (0, None)
@@ -122,7 +122,7 @@ def test_descriptor_that_is_not_there(house):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_executable_that_is_not_there(house, form):
+def test_missing_executable(house, form):
     line = _replace(house, MISSION, 'executable="joystick"', 'executable="joyride"')
     flight = _fly(house, form)
     assert flight.code == 1

@@ -116,7 +116,7 @@ def _burst(at_s, count):
     return [f"{at_s} operator try nowait {long[i // 20 % 3] if i % 20 == 0 else short[i % 3]}" for i in range(count)]
 
 
-def test_a_restart_under_load_loses_and_doubles_no_request_untold(folder):
+def test_a_restart_under_load_reports_each_lost_request_and_doubles_none(folder):
     """Queues are full and thousands of requests under way: each request that was not reported to the ground
     as lost has an end."""
     folder.mkdir()

@@ -118,7 +118,7 @@ def test_program_called_by_hand_prints_its_usage(name, words):
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_program_says_its_version_and_its_usage(name):
+def test_program_prints_its_version_and_its_usage(name):
     """On standard output, with exit code 0; the version is the one of the project's header."""
     version = re.search(r'HIROSCO_VERSION "([^"]+)"', (flying.ROOT / "base" / "version.h").read_text(encoding="utf-8"))[1]
     for word in ("--version", "--help"):

@@ -94,7 +94,7 @@ def _hung(flight):
 
 
 @pytest.mark.parametrize(("name", "apid"), [("joystick", 17), ("manipulator", 16), ("communication", 2)])
-def test_a_process_that_stands_still_does_not_stop_the_others(folder, name, apid):
+def test_a_process_that_hangs_does_not_stop_the_others(folder, name, apid):
     """In wall-clock time: the hang is detected by the beat; the process is killed and started again;
     simulated time continues without it."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
@@ -115,7 +115,7 @@ def test_a_process_that_stands_still_does_not_stop_the_others(folder, name, apid
     flying.assert_clean(flight)
 
 
-def test_free_running_processes_fly_and_one_that_stands_still_is_replaced(folder):
+def test_free_running_processes_fly_and_one_that_hangs_is_replaced(folder):
     """Every process has its own clock, the simulator as well: the run is not declared reproducible, and
     lateness is reported."""
     flight = flying.start(folder, "--time", "free", "--scenario", "none")
@@ -147,7 +147,7 @@ def test_free_running_processes_fly_and_one_that_stands_still_is_replaced(folder
 
 
 @pytest.mark.parametrize("kind", ["real", "free"])
-def test_a_supervisor_that_stands_still_is_replaced(folder, kind):
+def test_a_supervisor_that_hangs_is_replaced(folder, kind):
     """In wall-clock time; the next life carries requests again."""
     flight = flying.start(folder, "--time", kind, "--scenario", "none")
     try:

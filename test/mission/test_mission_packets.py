@@ -211,7 +211,7 @@ def test_progress_steps_are_the_states_passed(packets):
 
 
 @pytest.mark.parametrize("name", SUBSYSTEMS)
-def test_transitions_are_a_walk_of_the_table(packets, name):
+def test_transitions_follow_the_table(packets, name):
     state = 0
     transition_reports = _reports(packets, 129, 2, SUBSYSTEMS[name])
     assert transition_reports

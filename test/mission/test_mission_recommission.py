@@ -57,7 +57,7 @@ def _fly(house, folder, name, form, lines):
 
 
 @pytest.mark.parametrize("victim", ["manipulator", "joystick"])
-def test_a_member_that_dies_is_back_with_its_links(house, folder, victim):
+def test_a_subsystem_that_dies_is_recommissioned_with_its_links(house, folder, victim):
     lines = ["2.5 operator event disable MANIPULATOR OPERATOR_NOTE", "2.5 operator hk disable MANIPULATOR 4711",
              "2.6 operator event disabled MANIPULATOR", f"{DEATH_S} fault kill {victim}",
              "6.0 operator event disabled MANIPULATOR", "6.0 operator link list", "6.0 operator shutdown"]
@@ -82,7 +82,7 @@ def test_a_member_that_dies_is_back_with_its_links(house, folder, victim):
 
 
 @pytest.mark.parametrize("later_s", [0.0101, 0.03, 0.09])  # The first supervisor: it has just ordered the start.
-def test_the_supervisor_may_die_while_it_leads_back(house, folder, later_s):
+def test_the_supervisor_may_die_during_recommissioning(house, folder, later_s):
     lines = [f"{DEATH_S} fault kill manipulator", f"{DEATH_S + later_s} fault kill supervisor",
              "6.0 operator link list", "6.0 operator shutdown"]
     flight = _fly(house, folder, f"both-{later_s}", "processes", lines)

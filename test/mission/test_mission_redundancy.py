@@ -75,7 +75,7 @@ def test_forms_are_identical(flights):
         assert flights["image"].octets(name) == flights["processes"].octets(name), name
 
 
-def test_cut_is_met_like_an_unplug(flights, run):
+def test_cut_has_the_same_reaction_as_an_unplug(flights, run):
     """All four axes leave operation within 5 ms, both subsystems report within 10 ms, then OFFLINE by the plan."""
     entries = {}
     for entry in run.truth["DRIVE"]:
@@ -219,7 +219,7 @@ DIFFICULT = {
 
 
 @pytest.mark.parametrize("name", DIFFICULT)
-def test_difficult_ways_end_in_operation(folder, name):
+def test_the_arm_can_be_commanded_into_operation_after_cuts(folder, name):
     """Cuts during a transition, of both channels, of one device: by command the arm is in operation again,
     and moves."""
     lines = ["0.0 hand rest", *_arm(0.3), *DIFFICULT[name]]

@@ -41,12 +41,12 @@ def _samples(**grows):
 
 
 @pytest.mark.parametrize("word", ["VmRSS", "VmData", "RssAnon", "descriptors", "sockets", "names"])
-def test_growth_is_seen(word):
+def test_growth_is_detected(word):
     assert not list(soak.judge_samples(_samples()))
     assert len(list(soak.judge_samples(_samples(**{word: 100})))) == 1
 
 
-def test_a_process_that_is_not_there_is_seen():
+def test_a_missing_process_is_detected():
     assert list(soak.judge_samples(_samples(), "processes"))
     assert list(soak.judge_samples(_samples()[:4]))
 
@@ -72,7 +72,7 @@ def _judged(*records):
     return judge.end()
 
 
-def test_packets_as_they_should_be():
+def test_correct_packets_violate_no_rule():
     assert not _judged(_alive(0, 0), ASKED, DONE, *(_alive(second, second + 1) for second in range(1, 20)))
 
 
@@ -88,5 +88,5 @@ def test_packets_as_they_should_be():
     ],
     ids=["open", "ended twice", "never asked", "a number is missing", "a report is missing", "drift"],
 )
-def test_packets_that_are_wrong_are_seen(records):
+def test_wrong_packets_are_detected(records):
     assert len(_judged(*records)) >= 1

@@ -231,7 +231,7 @@ def _fly_all_calls(folder, mortal, undisturbed, calls):
 # ---- Tests ----
 
 
-def test_undisturbed_flight_is_whole(undisturbed):
+def test_flight_without_faults_is_complete(undisturbed):
     """The checks hold in a flight without a death."""
     _assert_log_is_whole(undisturbed)
     _assert_nothing_is_doubled_or_missing(undisturbed)
@@ -244,7 +244,7 @@ def test_death_by_points(folder, undisturbed):
     _fly_all(folder, undisturbed, named or _draw(FLIGHTS, "short"))
 
 
-def test_death_while_members_come_up(folder, undisturbed):
+def test_death_during_bring_up(folder, undisturbed):
     """Configurations, negotiations and transitions under way continue."""
     _fly_all(folder, undisturbed, _draw(FLIGHTS // 2, "up", BRINGING_UP_S))
 

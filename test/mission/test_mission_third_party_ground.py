@@ -76,7 +76,7 @@ def _of_others(flight):
     return [(t, raw) for t, direction, raw in flight.packets if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF in (16, 17)]
 
 
-def test_listeners_do_not_disturb(folder, quiet):
+def test_listeners_do_not_change_the_flight(folder, quiet):
     """One client reads everything, one never reads: members and buses have the same octets as in the quiet flight."""
     flight = flying.start(folder, *OPTIONS)
     reader, sleeper = flying.connect(flight.port()), flying.connect(flight.port())
@@ -101,7 +101,7 @@ def test_listeners_do_not_disturb(folder, quiet):
 
 
 @pytest.mark.parametrize("rubbish", [b"\x00" * 64, b"\xff" * 512, bytes(range(256)) * 64, b"GET / HTTP/1.0\r\n\r\n", _ping(16)[:-1] + b"\x00"], ids=("noughts", "ones", "all", "http", "crc"))
-def test_rubbish_does_not_disturb(folder, rubbish):
+def test_invalid_octets_are_ignored(folder, rubbish):
     """The flight continues, whatever octets its ground port receives."""
     flight = flying.start(folder, "--scenario", "commissioning")
     stream = flying.connect(flight.port())
@@ -135,7 +135,7 @@ def test_request_with_a_wrong_crc_is_refused(folder):
     assert flight.code == 0, flight.told()
 
 
-def test_more_clients_than_there_is_room_for(folder):
+def test_more_clients_than_places(folder):
     """The client that exceeds the limit is refused; the operator is never that one, even if it connects last."""
     flight = flying.start(folder, "--scenario", "commissioning")
     flight.port()

@@ -23,7 +23,7 @@ def test_forms_give_identical_logs(fleet):
         assert one.octets(name) == other.octets(name), name
 
 
-def test_hand_and_robot_do_not_know_the_difference(fleet):
+def test_frames_on_the_buses_are_equal_with_links_over_udp_and_shared_memory(fleet):
     """The frames on the buses are the same, octet by octet, as with links in shared memory."""
     one, other = fleet.flight(), fleet.flight(**UDP)
     for name in flying.BUS_LOGS:

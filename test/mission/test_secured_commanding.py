@@ -121,7 +121,7 @@ def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
         assert not path.is_file() or not any(secret in path.read_bytes() for secret in secrets), f"{path} holds the key"
 
 
-def test_communication_that_comes_again_takes_the_key_again(folder, key):
+def test_restarted_communication_uses_the_key_again(folder, key):
     """Communication is killed twice and suspended once: the operator's link opens again each time, as a new
     session of the key, in both forms; the same octets as without a key, except for the counters of
     communication."""

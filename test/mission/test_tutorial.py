@@ -172,7 +172,7 @@ def test_rate_address_and_method_came_from_the_descriptor(pupil):
     assert all(path.stat().st_mtime < (last / "ground.port").stat().st_mtime for path in programs)
 
 
-def test_ground_speaks_the_language_of_the_mission_flown(pupil):
+def test_ground_uses_the_dictionary_of_the_mission_flown(pupil):
     """Without an option, the command line takes the dictionary of the mission of the latest run."""
     flights(pupil, "grasp")
     done = pupil.run(["gse/gse", "permissions"])

@@ -65,7 +65,7 @@ def test_back_latency_is_seen(run, lag):
     assert figures.holds("latency_back_cycles", 1 + lag) == (lag <= 1)
 
 
-def test_no_answer_to_ticks_is_no_latency(run):
+def test_no_answer_to_ticks_gives_no_latency(run):
     for cycles in run.joint_cst:
         cycles.words["torque"][:] = np.random.default_rng(3).normal(0, 100, run.count)
     found, reasons = figures.compute(run)
@@ -74,7 +74,7 @@ def test_no_answer_to_ticks_is_no_latency(run):
     assert not figures.holds("latency_forward_cycles", None)
 
 
-def test_no_answer_to_noise_is_no_latency(run):
+def test_no_answer_to_noise_gives_no_latency(run):
     run.stick_rpdo.words["0"][:] = 5
     run.stick_rpdo.words["1"][:] = 5
     assert value(run, "latency_back_cycles") is None
@@ -134,7 +134,7 @@ def test_lost_contact_and_peaks_are_seen(run):
     assert value(run, "contact_force_max_n") == pytest.approx(30.0)
 
 
-def test_an_arm_that_falls_is_seen(run):
+def test_an_arm_that_falls_is_detected(run):
     run.truth["JOINTS"]["position_rad"][synthetic.OVER + 200 :, 1] -= 0.002
     assert value(run, "brake_drop_rad") == pytest.approx(0.002)
 
@@ -161,7 +161,7 @@ def test_a_jump_of_the_position_command_is_seen(run):
     assert value(run, "engagement_step_rad") == pytest.approx(0.003)
 
 
-def test_lost_link_samples_are_seen(run):
+def test_lost_link_samples_are_detected(run):
     for _, _, decoded in run.reports_of("links"):
         decoded["rows"][0]["lost"] = 3
     assert value(run, "link_lost") == 3
@@ -169,14 +169,14 @@ def test_lost_link_samples_are_seen(run):
     assert value(run, "link_lost") is None
 
 
-def test_a_slow_drive_is_seen(run):
+def test_a_slow_drive_is_detected(run):
     for entry in run.truth["DRIVE"]:
         if entry["bus"] == "robot" and entry["node"] == 0x12 and entry["time_us"] > synthetic.UNPLUG * 500:
             entry["time_us"] += 4000
     assert value(run, "unplug_reaction_s") == pytest.approx(0.007)
 
 
-def test_a_drive_that_stays_enabled_is_no_figure(run):
+def test_a_drive_that_stays_enabled_gives_no_figure(run):
     run.truth["DRIVE"] = [e for e in run.truth["DRIVE"] if e["time_us"] < synthetic.UNPLUG * 500 or e["node"] != 0x11]
     assert value(run, "unplug_reaction_s") is None
 
@@ -194,7 +194,7 @@ def test_a_slow_answer_to_the_limit_is_seen(run):
     assert value(run, "torque_limit_reaction_cycles") == 4
 
 
-def test_no_answer_to_the_limit_is_no_figure(run):
+def test_no_answer_to_the_limit_gives_no_figure(run):
     for cycles in run.joint_cst:
         cycles.words["control"][:] = 0x0F
     assert value(run, "torque_limit_reaction_cycles") is None

@@ -24,7 +24,7 @@ def _dictionary():
     return Dictionary.load(GENERATED)
 
 
-def test_there_are_all_messages_of_the_standard(dictionary):
+def test_all_messages_of_the_standard_exist(dictionary):
     numbers = {(entry["service"], entry["subtype"]) for entry in dictionary.catalogue.all()}
     assert len(numbers) == 318 == len(dictionary.catalogue.all())
     assert len(dictionary.catalogue.all("TC")) == 240

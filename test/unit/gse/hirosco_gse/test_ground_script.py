@@ -452,7 +452,7 @@ def test_a_link_is_lost_and_opened_by_the_scheduler_and_not_by_the_socket(dictio
     scheduler.close()
 
 
-def test_a_wait_is_not_over_when_telemetry_puts_the_clock_forward(dictionary):
+def test_a_wait_continues_when_telemetry_sets_the_clock_forward(dictionary):
     session = Session(dictionary, 0)
     driver = RealDriver(None, session, epoch_ns=0)
     waiting = session.wait_for(lambda: False, 20 * SECOND, "an answer")
@@ -474,7 +474,7 @@ def _alive(session, count):
     session.feed(build_tm(16, count & 0x3FFF, 17, 2, b"", session.source))
 
 
-def test_requests_that_are_over_without_a_word_are_forgotten(dictionary):
+def test_requests_without_a_further_report_are_removed(dictionary):
     """In hours of such requests none may take in a later report: requests whose instructions were all
     refused, and requests that time out."""
     session = Session(dictionary, 0)

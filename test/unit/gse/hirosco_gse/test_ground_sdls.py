@@ -56,7 +56,7 @@ def test_key_and_marks_are_their_owners_only(key):
         sdls.make_key(key)
 
 
-def test_a_key_is_made_whole_or_not_at_all(tmp_path):
+def test_a_key_is_made_completely_or_not_at_all(tmp_path):
     sdls.make_key(tmp_path / "new" / "keys" / "ground.key")
     assert (tmp_path / "new" / "keys").stat().st_mode & 0o777 == 0o700
     (tmp_path / "half.sent").touch()
@@ -132,7 +132,7 @@ def test_a_mark_of_another_key_is_refused(key, tmp_path):
         sdls.Sender(key)(PACKET)
 
 
-def test_a_write_that_was_torn_takes_no_number_back(key):
+def test_no_number_is_used_again_after_a_torn_write(key):
     """The power may be cut within each write of the mark; a used number is never used again."""
     sdls.Sender(key)(PACKET)
     check, before = sdls.key_check(sdls.read_key(key)), _mark(key).read_bytes()
