@@ -453,6 +453,24 @@ static void test_a_server_that_cuts_a_stream_wakes_its_participant(void)
     (void)next_is(THIRD, 4000U); // Served, it is woken in the same instant.
 }
 
+/// Neither the end of its server nor that of another process takes what was delivered after the cut.
+static void test_a_stream_that_was_cut_is_not_cut_again(void)
+{
+    open_stream();
+    (void)next_is(FIRST, 2000U);
+    osal_lockstep_done(scheduler, FIRST, 5000U);
+    (void)next_is(SECOND, 2000U);
+    osal_lockstep_cut_stream(scheduler, THIRD, 4711U);
+    osal_lockstep_done(scheduler, SECOND, 9000U);
+    (void)next_is(THIRD, 2000U);
+    osal_lockstep_done(scheduler, THIRD, OSAL_LOCKSTEP_NEVER);
+    (void)next_is(FIRST, 5000U);
+    osal_lockstep_deliver(scheduler, FIRST, THIRD, OSAL_LOCKSTEP_ANY_LIFE, 0U, 7U);
+    osal_lockstep_kill(scheduler, SECOND, OSAL_LOCKSTEP_ANY_LIFE);
+    osal_lockstep_kill(scheduler, FIRST, OSAL_LOCKSTEP_ANY_LIFE);
+    TEST_ASSERT_EQUAL_UINT32(7U, next_is(THIRD, 5000U).octets);
+}
+
 /// A process that is inside the scheduler most of the time.
 static pid_t hammer_as_second(uint32_t life)
 {
@@ -537,6 +555,7 @@ int main(void)
     RUN_TEST(test_a_participant_that_returns_to_an_ended_life_is_refused);
     RUN_TEST(test_a_stream_ends_with_the_life_of_its_server);
     RUN_TEST(test_a_server_that_cuts_a_stream_wakes_its_participant);
+    RUN_TEST(test_a_stream_that_was_cut_is_not_cut_again);
     RUN_TEST(test_a_process_stopped_inside_the_scheduler_is_killed_and_the_others_continue);
     RUN_TEST(test_the_scheduler_waits_for_a_participant_without_a_life_number);
     return UNITY_END();

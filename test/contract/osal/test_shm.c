@@ -59,6 +59,9 @@ static void test_names_that_exist_and_do_not(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_remove(name));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&one, name, 1U));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_shm_create(&two, name, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_open(&two, name)); // The smallest there is.
+    TEST_ASSERT_EQUAL_UINT64(1U, osal_shm_size(&two));
+    osal_shm_close(&two);
     TEST_ASSERT_NULL(osal_shm_address(&two));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
     ((uint8_t*)osal_shm_address(&one))[0] = 1U; // The mapping outlives the name.

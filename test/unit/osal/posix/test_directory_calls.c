@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opening files within a folder where calls of the system are interrupted or fail: the calls are mocked, and
-// give the smallest descriptor there is. test/contract/osal has the tests with real folders.
+// Opening files within a folder where calls of the system are interrupted or fail, and closing: the calls are
+// mocked, and give the smallest descriptor there is. test/contract/osal has the tests with real folders.
 #define _GNU_SOURCE
+#include "osal/include/osal/device.h"
 #include "osal/include/osal/directory.h"
+#include "osal/include/osal/file.h"
+#include "osal/include/osal/socket.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -111,11 +114,29 @@ static void the_reason_why_a_file_cannot_be_looked_at_is_reported(void** state)
     }
 }
 
+static void every_kind_closes_descriptor_0_and_none_that_is_closed(void** state)
+{
+    osal_directory_t directory = {DESCRIPTOR};
+    osal_file_t file           = {DESCRIPTOR};
+    osal_device_t device       = {DESCRIPTOR, false};
+    osal_socket_t socket       = {.descriptor = DESCRIPTOR};
+    (void)state;
+    expect_function_calls(__wrap_close, 4);
+    for (unsigned i = 0U; i < 2U; i++) { // The second time they are closed.
+        osal_directory_close(&directory);
+        osal_file_close(&file);
+        osal_device_close(&device);
+        osal_socket_close(&socket);
+    }
+    assert_int_equal(-4, directory.descriptor + file.descriptor + device.descriptor + socket.descriptor);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_interrupted_open_is_repeated_and_descriptor_0_is_one),
         cmocka_unit_test(a_folder_that_does_not_open_is_reported_and_none_stays_open),
+        cmocka_unit_test(every_kind_closes_descriptor_0_and_none_that_is_closed),
         cmocka_unit_test(the_reason_why_a_file_cannot_be_looked_at_is_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -31,7 +31,7 @@ status_t __wrap_osal_mutex_create(osal_mutex_t* mutex, bool is_shared)
 status_t __wrap_osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns)
 {
     assert_ptr_equal(&memory.scheduler.mutex, mutex);
-    assert_int_equal(PATIENCE_NS / 2U, wait_ns);
+    assert_int_equal(memory.scheduler.patience_ns / 2U, wait_ns);
     return mock_type(status_t);
 }
 
@@ -127,6 +127,16 @@ static void a_process_without_a_place_in_the_run_is_never_killed(void** state)
     lock_and_unlock();
 }
 
+static void the_patience_is_that_of_the_contract_until_it_is_set(void** state)
+{
+    (void)state;
+    assert_int_equal(PATIENCE_NS, memory.scheduler.patience_ns);
+    will_return(__wrap_osal_mutex_create, STATUS_OK);
+    assert_non_null(osal_lockstep_create(&memory, 500U, true));
+    assert_int_equal(OSAL_LOCKSTEP_PATIENCE_NS, memory.scheduler.patience_ns);
+    lock_and_unlock();
+}
+
 static void without_a_robust_lock_there_is_no_scheduler(void** state)
 {
     (void)state;
@@ -144,6 +154,7 @@ int main(void)
         TEST(a_holder_that_is_seen_stopped_twice_is_killed),
         TEST(a_holder_that_continues_in_between_lives),
         TEST(a_process_without_a_place_in_the_run_is_never_killed),
+        TEST(the_patience_is_that_of_the_contract_until_it_is_set),
         TEST(without_a_robust_lock_there_is_no_scheduler),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
