@@ -8,7 +8,7 @@
 
 typedef enum {
     FLOW_FRAMING_RAW,    ///< No frames: octets in any division. On datagrams and queues: one frame each.
-    FLOW_FRAMING_LENGTH, ///< Length of 16 bits in the flow's order, then as many octets.
+    FLOW_FRAMING_LENGTH, ///< Length of 16 bits in the byte order of the flow, then that many octets.
     FLOW_FRAMING_SLIP,   ///< RFC 1055: 0xC0 before and after, escapes inside.
     FLOW_FRAMING_LINE, ///< Text; each frame ends with a line feed, or with a carriage return and a line feed.
     FLOW_FRAMINGS
@@ -31,7 +31,7 @@ typedef struct {
     flow_framing_t framing;
     flow_order_t order;
     flow_direction_t direction; ///< For a file; all others go both ways.
-    uint32_t baud;              ///< Baud of a serial line [bit/s].
+    uint32_t baud;              ///< Bit rate of a serial line [bit/s].
 } flow_format_t;
 
 #endif // BASE_FLOW_FORMAT_H

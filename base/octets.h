@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Bounded big-endian reader and writer of octet strings.
 ///
-/// The first access outside the bounds sets `failed` and stays set; a failed reader returns zeros and a
+/// The first access outside the bounds sets `failed`, which stays set; a failed reader returns zeros and a
 /// failed writer writes nothing, so that a codec can run through and check once at its end.
 ///
 /// Ownership  The caller keeps the octets alive.

@@ -38,7 +38,7 @@ static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* con
                                                     bus->is_fd ? MTU_FD : MTU_CLASSIC,
                                                     " type vcan; ip link set ", names[i], " up;", NULL});
     }
-    text_add(&text, " and so for each bus");
+    text_add(&text, " and the same for each bus");
     return false;
 }
 
@@ -134,7 +134,7 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
 
 // ---- Virtual interfaces ----
 
-/// Use the existing interface, or create it. A killed run has left one with the label.
+/// Use the existing interface, or create it. An interface with the label is left from a run that was killed.
 static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
                          const mission_bus_t* const wanted, const char* const name, bool* const out_is_made)
 {

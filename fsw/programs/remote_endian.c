@@ -53,7 +53,8 @@ status_t remote_endian_join(remote_endian_t* const remote, const int descriptor)
     return is_good ? STATUS_OK : STATUS_INVALID;
 }
 
-/// Make the ring of a bus and hold its wire end. One that a former start of the program has left is replaced.
+/// Make the ring of a bus and hold its wire end. A ring that is left from an earlier start of the program is
+/// replaced.
 static status_t open_ring(remote_endian_t* const remote, const unsigned bus)
 {
     const char* const address = remote->run.buses[bus].flight;

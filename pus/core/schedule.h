@@ -3,10 +3,10 @@
 /// times, and ST[22], whose tags are positions along the orbit. It has all requests 1..27 of both, by
 /// subtype. Activities, reports and refusals: docs/services/st11.md.
 ///
-/// Every change is kept before it is acknowledged. Each request is released at most once, also across a
-/// restart (docs/decisions/0017): what is due is moved into one record of identifiers before it is released;
-/// after a restart `lost` reports the requests in that record. If keeping fails, due requests are released
-/// all the same (`unsaved`).
+/// Every change is stored before it is acknowledged. Each request is released at most once, also across a
+/// restart (docs/decisions/0017): due requests are moved into one record of identifiers before they are
+/// released; after a restart `lost` reports the requests in that record. If storing fails, due requests are
+/// still released (`unsaved`).
 ///
 /// Ownership  The caller places all arrays.
 /// Context    One loop.
@@ -21,7 +21,7 @@
 #include "pus/core/sorted_index.h"
 #include "pus/core/service.h"
 
-#define PUS_SCHEDULE_IDS 256U   ///< Sub-schedules at most; and groups.
+#define PUS_SCHEDULE_IDS 256U   ///< Maximum number of sub-schedules, and of groups.
 #define PUS_SCHEDULE_BATCH 256U ///< Activities that one step takes out of the schedule.
 /// Largest request of an activity, so that TM[11,10] can report it in one packet [octets].
 #define PUS_SCHEDULE_REQUEST_MAX (PUS_TM_DATA_MAX - 12U)
@@ -71,7 +71,7 @@ typedef struct {
     uint16_t group_count;           ///< At most, 1..256.
     uint64_t margin;                ///< Minimum distance of a tag from now [ticks of the tag].
     void* context;                  ///< Context of `lost`.
-    /// Told in the first step after a restart: the request may or may not have been released. May be null.
+    /// Called in the first step after a restart: the request may or may not have been released. May be null.
     void (*lost)(void* context, const pus_activity_id_t* id);
 } pus_schedule_config_t;
 
@@ -80,7 +80,7 @@ typedef struct { // Private: sub-schedules or groups.
     uint8_t flags[PUS_SCHEDULE_IDS]; // Exists, is enabled.
 } pus_schedule_set_t;
 
-typedef struct {   // Private: which activities a request is for.
+typedef struct {   // Private: the activities that a request selects.
     uint64_t from; // Tag, and serial number among equal ones.
     uint64_t serial;
     uint64_t to;

@@ -14,7 +14,7 @@ enum {
 };
 
 #define INTERVAL_KEY                                                                                         \
-    0U // Of the record of the reporting interval; other keys are parameter ids, none of them 0.
+    0U // Key of the record of the reporting interval; other keys are parameter ids, which are not 0.
 #define ENTRY_MAX 60U // Largest entry of TM[4,2] [octets].
 #define NS_PER_S 1000000000U
 

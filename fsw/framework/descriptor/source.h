@@ -39,8 +39,8 @@ typedef struct source source_t;
 #define SOURCE_FLAG 7U     ///< true or false.
 #define SOURCE_TYPE 8U     ///< Scalar type: value_type_t.
 #define SOURCE_FORMS 0x3FU
-#define SOURCE_UNIQUE 0x40U ///< In no earlier item of the list, or of its range, the same.
-#define SOURCE_NEEDED 0x80U ///< Must be there. Texts that are not are "", numbers `otherwise`.
+#define SOURCE_UNIQUE 0x40U ///< No earlier item of the list, or of its range, has the same value.
+#define SOURCE_NEEDED 0x80U ///< Required. Otherwise an absent text is "", an absent number is `otherwise`.
 
 typedef struct {
     const char* name;

@@ -47,19 +47,19 @@ typedef struct { // Generated; constant.
     uint32_t wire_size;   ///< Sum of the fields on the wire [octets].
 } parameter_definition_t;
 
-typedef struct { // Of one field; -DBL_MAX and DBL_MAX if the descriptor gives none.
+typedef struct { // Bounds of one field; -DBL_MAX and DBL_MAX if the descriptor gives none.
     double min;
     double max;
 } parameter_bounds_t;
 
-typedef struct { // Placed by the caller. Fields may be read, written only here.
+typedef struct { // Placed by the caller, who may read the fields, but not write them.
     const parameter_definition_t* definition;
     void* storage;
     parameter_bounds_t* bounds; ///< One per field.
     bool is_settable;
     uint32_t writes; ///< Successful writes from the wire [calls, wraps]: the owner sees that it changed.
-    // Private: entries with ids of one hash are a list. This is where the list of the hash with the index of
-    // this entry begins, and which entry comes after this one in its list; UINT16_MAX: none.
+    // Private: entries whose ids have the same hash form a list. In entry i, `first_of_id` is the first entry
+    // of the list of hash i, and `next_of_id` the entry after i in its own list; UINT16_MAX: none.
     uint16_t first_of_id;
     uint16_t next_of_id;
 } parameter_entry_t;
@@ -109,14 +109,14 @@ MUST_USE status_t parameter_set_bounds(parameter_dictionary_t* dictionary, uint3
 MUST_USE status_t parameter_set_initial(parameter_dictionary_t* dictionary, uint32_t id, const char* field,
                                         const char* text);
 
-/// Whole parameter to the wire. STATUS_OK; STATUS_NOT_FOUND; STATUS_TOO_LARGE (nothing written, writer not
-/// failed).
+/// Write a complete parameter to the wire. STATUS_OK; STATUS_NOT_FOUND; STATUS_TOO_LARGE (nothing written,
+/// writer not failed).
 MUST_USE status_t parameter_read(parameter_dictionary_t* dictionary, uint32_t id, octet_writer_t* writer);
 /// The same for an entry found before, as housekeeping does in each cycle. STATUS_OK, STATUS_TOO_LARGE.
 MUST_USE status_t parameter_read_entry(parameter_dictionary_t* dictionary, const parameter_entry_t* entry,
                                        octet_writer_t* writer);
 
-/// Whole parameter from the wire: all fields or none; the reader ends behind it only on success.
+/// Set a complete parameter from the wire: all fields or none; only on success the reader moves behind it.
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_READ_ONLY, STATUS_TRUNCATED, STATUS_INVALID, STATUS_OUT_OF_RANGE.
 MUST_USE status_t parameter_write(parameter_dictionary_t* dictionary, uint32_t id, octet_reader_t* reader);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[02] of a subsystem (`<Service type="2"/>` of its descriptor): its devices as its callback `device_port`
-/// offers them, which a subsystem that lists this service must have. A device has one second to answer.
+/// ST[02] of a subsystem (`<Service type="2"/>` of its descriptor): access to the devices that its callback
+/// `device_port` offers. A subsystem that lists this service must have that callback. A device has one second
+/// to answer.
 ///
 /// Ownership  The program places it (generated).
 /// Context    The component's own loop.

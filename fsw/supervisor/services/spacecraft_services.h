@@ -28,7 +28,7 @@
 #include "pus/st14/st14_forwarding.h"
 #include "pus/st17/st17_test.h"
 
-#define SPACECRAFT_SERVICES 12U          ///< Bindings at most.
+#define SPACECRAFT_SERVICES 12U          ///< Maximum number of bindings.
 #define SPACECRAFT_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
 #define SPACECRAFT_PATIENCE_NS 100000000ULL
 #define SPACECRAFT_NEVER UINT64_MAX
@@ -78,9 +78,9 @@ typedef struct { // Private to fsw/supervisor.
 } spacecraft_connections_t;
 
 typedef struct { // Private to fsw/supervisor. Services are placed here, each by the binding of its name.
-    pus_persistence_t persistence; // Persistence of the journal.
+    pus_persistence_t persistence; // The journal.
     uint32_t refused;              // Records that no service has restored.
-    // While requests wait: time since when there was no credit; 0: there was some.
+    // While requests wait: start of the time without credit; 0: there is credit.
     uint64_t full_since_ns[MISSION_SUBSYSTEMS_MAX];
     message_ring_t released;
     uint8_t release_storage[SPACECRAFT_RELEASE_OCTETS];
@@ -92,12 +92,12 @@ typedef struct { // Private to fsw/supervisor. Services are placed here, each by
     spacecraft_connections_t connections;
     spacecraft_storage_t storage;
     spacecraft_large_packets_t large_packets;
-    spacecraft_memory_t memory; // Memory of ST[06], which the component has.
+    spacecraft_memory_t memory; // For ST[06], which is a service of the component.
     spacecraft_procedures_t procedures;
     telemetry_directory_t directory;
-    uint16_t
-        defined[MISSION_SUBSYSTEMS_MAX]; // Configuration whose structures the telemetry cache has; 0: none.
-    telemetry_cache_t cache;             // Cache of the subsystems' parameters, for services that read them.
+    // Configuration whose structures the telemetry cache has; 0: none.
+    uint16_t defined[MISSION_SUBSYSTEMS_MAX];
+    telemetry_cache_t cache; // Cache of the subsystems' parameters, for services that read them.
 } spacecraft_services_t;
 
 extern const spacecraft_binding_t spacecraft_time_schedule;

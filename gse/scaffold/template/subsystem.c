@@ -21,7 +21,7 @@ static status_t software_init(void* const self)
                                  &own->parameters);
 }
 
-/// Nothing moves until it is told to.
+/// The value stays where it is until the next command.
 static void hold(@name@_t* const own)
 {
     parameter_lock(subsystem_dictionary(own->generic));

@@ -42,8 +42,8 @@ MUST_USE status_t osal_device_open(osal_device_t* device, const char* path,
 /// or a file has no space), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
 MUST_USE status_t osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size,
                                     size_t* out_sent);
-/// Read the available octets. STATUS_OK with *out_size >= 1, STATUS_EMPTY (nothing now; of a file: its end,
-/// which may move), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
+/// Read the available octets. STATUS_OK with *out_size >= 1, STATUS_EMPTY (nothing now; or the end of a
+/// file, which may grow), STATUS_CLOSED (the partner, or the device, is gone), STATUS_IO.
 MUST_USE status_t osal_device_read(osal_device_t* device, uint8_t* octets, size_t capacity, size_t* out_size);
 void osal_device_close(osal_device_t* device);
 

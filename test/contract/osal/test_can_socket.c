@@ -378,7 +378,7 @@ static void test_counted_ends_that_lose_their_interface_are_counted(void)
     osal_can_close(&wire);
 }
 
-/// Like real controllers, the interface delivers later than it was told to send.
+/// Like real controllers, the interface delivers later than it was ordered to send.
 static void test_a_counted_end_does_not_receive_frames_sent_before_it_opened(void)
 {
     char line[96];

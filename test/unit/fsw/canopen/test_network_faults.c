@@ -202,7 +202,7 @@ static void securing_brakes_then_takes_the_voltage(void)
 static void braking_ends_after_200_ms(void)
 {
     run_to(CIA402_GOAL_ENABLED);
-    for (unsigned i = 0U; i < 400U; i++) { // The drives stay in quick stop until told otherwise.
+    for (unsigned i = 0U; i < 400U; i++) { // The drives stay in quick stop until they are ordered otherwise.
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
         TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]);
     }

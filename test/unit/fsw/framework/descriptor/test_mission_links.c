@@ -95,7 +95,8 @@ typedef struct {
     const char* to;
 } link_t;
 
-/// A mission of the hub, nine others and these links, one a line; read as the hub's if `is_own`, else whole.
+/// Load a mission with the hub, nine other subsystems and these links, one link per line: for the program of
+/// the hub if `is_own`, otherwise the whole mission.
 static status_t load(const link_t* links, size_t count, bool is_own)
 {
     char words[128];

@@ -408,8 +408,8 @@ static void a_datagram_that_does_not_leave_is_counted(void)
     TEST_ASSERT_EQUAL(0U, links_under_way());
 }
 
-/// A full queue is told apart from every other reason; in both cases the sample is lost and the next one is
-/// sent.
+/// A full queue is distinguished from every other reason; in both cases the sample is lost and the next one
+/// is sent.
 static void why_a_frame_over_tipc_does_not_leave_is_reported(void)
 {
     static const status_t refusals[][2] = {{STATUS_FULL, STATUS_FULL},

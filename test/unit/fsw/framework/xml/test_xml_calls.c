@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Versions of expat may call handlers again after they were told to stop: here it parses to the end.
+// Versions of expat may call handlers again after they were ordered to stop: here it parses to the end.
 #include "fsw/framework/xml/xml.h"
 
 #include <expat.h>

@@ -481,7 +481,7 @@ static void the_connection_of_a_participant_is_awaited_and_reported(void)
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U));
     TEST_ASSERT_EQUAL(0U, fixture.served);
-    // Without a connection: the hook is told that there is none.
+    // Without a connection: the hook is informed that there is none.
     communication_let_go(&fixture.communication);
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(1U, fixture.cut);
