@@ -186,6 +186,12 @@ static void a_done_message_carries_its_values(void)
     TEST_ASSERT_EQUAL_UINT32(300U, heard.deliveries.octets[15]);
     octet_reader_t cut = octet_reader(&one.octets[5], writer.position - 6U);
     TEST_ASSERT_FALSE(remote_endian_read_done(&cut, &heard));
+    done.is_lossy = false;
+    writer        = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
+    remote_endian_write_done(&writer, &done);
+    reader = octet_reader(&one.octets[5], writer.position - 5U);
+    TEST_ASSERT_TRUE(remote_endian_read_done(&reader, &heard));
+    TEST_ASSERT_FALSE(heard.is_lossy);
 }
 
 static void receive_refuses(const uint8_t* const octets, const size_t size, const status_t expected)
@@ -346,6 +352,9 @@ static void full_buses_are_handed_over(void)
     octet_reader_t reader = octet_reader(&one.octets[5], writer.position - 5U);
     TEST_ASSERT_TRUE(remote_endian_read_frames(&reader, &to));
     TEST_ASSERT_EQUAL_UINT32(0U, to.refused);
+    reader = octet_reader(&one.octets[5], writer.position - 5U);
+    TEST_ASSERT_TRUE(remote_endian_read_frames(&reader, &to)); // Again: the rings are full.
+    TEST_ASSERT_EQUAL_UINT32(2U * OSAL_CAN_RING_FRAMES, to.refused);
     for (unsigned i = 0U; i < (2U * OSAL_CAN_RING_FRAMES); i++) {
         osal_can_frame_t got;
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&receivers[i % 2U], &got));

@@ -442,7 +442,10 @@ static void a_file_that_was_removed_is_made_again(void)
     open_log(PACKET_LOG_ASCII);
     append(1U);
     supervisor_packet_log_step(&packets, 0U);
+    supervisor_packet_log_step(&packets, 1U);
     (void)unlink(path_of("packets.ascii"));
+    supervisor_packet_log_step(&packets, SECOND_NS - 1U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     append(1U);
     supervisor_packet_log_step(&packets, SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
