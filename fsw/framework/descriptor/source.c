@@ -270,7 +270,7 @@ static void see(source_t* const source, const source_row_t* const row)
 /// Refuse an element without one that must be in it.
 static void check_seen(source_t* const source, const source_row_t* const row)
 {
-    for (size_t i = 0U; i < source->row_count; i++) {
+    for (size_t i = 1U; i < source->row_count; i++) { // The first row is the document itself.
         const source_row_t* const child = &source->rows[i];
         if ((child->parent == row->kind) && (child->times >= SOURCE_SOME) &&
             (((source->seen[source->depth] >> child->kind) & 1U) == 0U)) {

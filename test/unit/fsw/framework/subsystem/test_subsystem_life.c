@@ -200,6 +200,35 @@ static void no_loop_runs_without_an_active_configuration(void)
     TEST_ASSERT_FALSE(fixture_has("* control")); // Without a configuration there is nothing to control.
 }
 
+static bool has_hardware(state_t state)
+{
+    return (state >= STATE_HARDWARE_INIT) && (state <= STATE_HARDWARE_DEINIT);
+}
+
+/// In the cycle in which the hardware starts nothing was sensed yet; in the one in which it ends, all was.
+static void a_cycle_emits_if_there_is_hardware_at_its_begin_or_its_end(void)
+{
+    unsigned begins = 0U;
+    unsigned ends   = 0U;
+    (void)fixture_state(STATE_PRE_OPERATIONAL);
+    fixture.shows_cycle = true;
+    for (unsigned i = 0U; i < 40U; i++) {
+        if (i == 20U) {
+            (void)fixture_state(STATE_OFFLINE);
+        }
+        const bool before = has_hardware(subsystem_state(&fixture.subsystem));
+        fixture_forget();
+        fixture_run(1U);
+        const bool after = has_hardware(subsystem_state(&fixture.subsystem));
+        TEST_ASSERT_EQUAL(before, fixture_has("* sense"));
+        TEST_ASSERT_EQUAL(before || after, fixture_has("* emit"));
+        begins += (!before && after) ? 1U : 0U;
+        ends += (before && !after) ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL(1U, begins);
+    TEST_ASSERT_EQUAL(1U, ends);
+}
+
 static void an_action_runs_once_a_cycle(void)
 {
     fixture.shows_actions                = true;
@@ -342,6 +371,7 @@ int main(void)
     RUN_TEST(causes_name_the_requester);
     RUN_TEST(the_steps_of_a_cycle_have_a_fixed_order);
     RUN_TEST(no_loop_runs_without_an_active_configuration);
+    RUN_TEST(a_cycle_emits_if_there_is_hardware_at_its_begin_or_its_end);
     RUN_TEST(an_action_runs_once_a_cycle);
     RUN_TEST(callbacks_receive_the_time);
     RUN_TEST(the_cycle_follows_the_configuration);
