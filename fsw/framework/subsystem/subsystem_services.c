@@ -163,7 +163,6 @@ status_t subsystem_apply_configuration(subsystem_t* const subsystem)
     pus_hk_clear(&subsystem->housekeeping);
     subsystem_end_loops(subsystem);
     subsystem->cycle = 0U;
-    pus_hk_step(&subsystem->housekeeping, subsystem->now_ns, 0U);
     for (uint16_t i = 0U; (i < configuration->structure_count) && (status == STATUS_OK); i++) {
         status =
             add_structure(subsystem, &subsystem->descriptor->structures[configuration->first_structure + i]);

@@ -217,6 +217,7 @@ static void an_unknown_class_and_no_device_at_all_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(drives_hardware_init));
     descriptor.device_count = 0U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, cycle(drives_hardware_init));
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, drives_select_channel(&drives, NETWORK_CHANNEL_B));
 }
 
 static void a_device_that_was_not_brought_up_cannot_be_configured(void)
