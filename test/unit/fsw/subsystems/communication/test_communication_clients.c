@@ -354,6 +354,35 @@ static void a_single_octet_that_is_sent_is_counted(void)
     TEST_ASSERT_EQUAL_UINT32(before + 1U, fixture.sent[0]);
 }
 
+/// The shortest report with a destination, and one octet less.
+static void a_report_that_ends_before_its_destination_goes_to_no_client(void)
+{
+    const subsystem_callbacks_t* const callbacks = communication_callbacks();
+    const uint8_t octets[13]                     = {[0] = 0x08U, [7] = 5U, [8] = 1U};
+    communication_ground_queue_t* const queue    = &fixture.communication.queues[0];
+    fixture_connect(0U);
+    const uint32_t before = communication_ground_queue_count(queue);
+    callbacks->report(&fixture.communication, octets, sizeof octets - 1U);
+    TEST_ASSERT_EQUAL_UINT32(before, communication_ground_queue_count(queue));
+    callbacks->report(&fixture.communication, octets, sizeof octets);
+    TEST_ASSERT_EQUAL_UINT32(before + 1U, communication_ground_queue_count(queue));
+}
+
+/// The shortest packet with a source, and one octet less: the source is that of the client.
+static void a_packet_that_ends_before_its_source_names_no_user(void)
+{
+    uint8_t octets[11] = {0x18U, 0x10U, 0xC0U, 0x00U, 0x00U, 0x03U, 0x2FU, 17U, 1U, 0x00U, 0x07U};
+    fixture_connect(0U);
+    fixture_write(0U, octets, sizeof octets - 1U);
+    fixture_run_until_requests(1U);
+    TEST_ASSERT_EQUAL_UINT(COMMUNICATION_CLIENTS, fixture.communication.users[0].client);
+    octets[5] = 0x04U;
+    fixture_write(0U, octets, sizeof octets);
+    fixture_run_until_requests(2U);
+    TEST_ASSERT_EQUAL_UINT(0U, fixture.communication.users[0].client);
+    TEST_ASSERT_EQUAL_UINT16(7U, fixture.communication.users[0].user);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -373,5 +402,7 @@ int main(void)
     RUN_TEST(a_participant_is_waited_for_again_when_there_is_room_above);
     RUN_TEST(no_participant_is_awaited_before_the_port_is_open);
     RUN_TEST(a_single_octet_that_is_sent_is_counted);
+    RUN_TEST(a_report_that_ends_before_its_destination_goes_to_no_client);
+    RUN_TEST(a_packet_that_ends_before_its_source_names_no_user);
     return UNITY_END();
 }
