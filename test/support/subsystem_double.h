@@ -23,6 +23,7 @@ typedef struct {
 typedef struct {
     uint32_t call_token;
     uint16_t code;
+    uint32_t detail;
 } double_result_t;
 
 typedef struct { // A port: the value read from it, and the value written to it.

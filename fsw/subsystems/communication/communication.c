@@ -16,6 +16,16 @@
 
 // ---- Connections ----
 
+/// The first connected client of this number or above, or NO_CLIENT.
+static unsigned connected_from(const communication_t* const self, const unsigned first)
+{
+    unsigned client = first;
+    while ((client < COMMUNICATION_CLIENTS) && !flow_tcp_is_connected(&self->flow, client)) {
+        client++;
+    }
+    return client;
+}
+
 static bool is_participant(const communication_t* const self, const unsigned client)
 {
     osal_address_t peer   = {0U, 0U};
@@ -168,8 +178,9 @@ static size_t allowance(void* const context, const unsigned client)
 
 static unsigned participant_client(const communication_t* const self)
 {
-    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
-        if (flow_tcp_is_connected(&self->flow, client) && is_participant(self, client)) {
+    for (unsigned client = connected_from(self, 0U); client != NO_CLIENT;
+         client          = connected_from(self, client + 1U)) {
+        if (is_participant(self, client)) {
             return client;
         }
     }
@@ -305,7 +316,8 @@ static void report(void* const context, const uint8_t* const packet, const size_
         queue_for(self, client_of(self, destination), packet, size);
         return;
     }
-    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
+    for (unsigned client = connected_from(self, 0U); client != NO_CLIENT;
+         client          = connected_from(self, client + 1U)) {
         queue_for(self, client, packet, size);
     }
 }
@@ -336,10 +348,9 @@ static void send_to(communication_t* const self, const unsigned client)
 void communication_send_out(communication_t* const self)
 {
     FSW_ASSERT(self != NULL);
-    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
-        if (flow_tcp_is_connected(&self->flow, client)) {
-            send_to(self, client);
-        }
+    for (unsigned client = connected_from(self, 0U); client != NO_CLIENT;
+         client          = connected_from(self, client + 1U)) {
+        send_to(self, client);
     }
 }
 
@@ -390,11 +401,10 @@ static void update_status(void* const context)
     parameter_dictionary_t* dictionary = subsystem_dictionary(self->generic);
     uint16_t connections               = 0U;
     uint32_t queued                    = 0U;
-    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
-        if (flow_tcp_is_connected(&self->flow, client)) {
-            connections++;
-            queued += communication_ground_queue_count(&self->queues[client]);
-        }
+    for (unsigned client = connected_from(self, 0U); client != NO_CLIENT;
+         client          = connected_from(self, client + 1U)) {
+        connections++;
+        queued += communication_ground_queue_count(&self->queues[client]);
     }
     subsystem_health_t health;
     subsystem_health(self->generic, &health);
@@ -428,7 +438,8 @@ static void hang_up(void* const context)
 {
     communication_t* const self  = (communication_t*)context;
     const flow_tcp_user_t nobody = {.context = self};
-    for (unsigned client = 0U; client < COMMUNICATION_CLIENTS; client++) {
+    for (unsigned client = connected_from(self, 0U); client != NO_CLIENT;
+         client          = connected_from(self, client + 1U)) {
         flow_tcp_end(&self->flow, &nobody, client);
     }
 }

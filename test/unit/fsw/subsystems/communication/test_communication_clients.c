@@ -383,6 +383,25 @@ static void a_packet_that_ends_before_its_source_names_no_user(void)
     TEST_ASSERT_EQUAL_UINT16(7U, fixture.communication.users[0].user);
 }
 
+static void waiting_reports_and_sockets_are_published(void)
+{
+    const communication_parameters_t* const shown = &fixture.communication.parameters;
+    fixture_connect(0U);
+    fixture_connect(1U);
+    TEST_ASSERT_EQUAL_UINT32(fixture.communication.sockets.stats.peak, shown->counters.socket_peak);
+    TEST_ASSERT_TRUE(shown->counters.socket_peak >= 2U);
+    fixture.communication.sockets.stats.refused = 7U;
+    fixture_report(0U, 5U, 1U, 1U, 0U);
+    fixture_report(0U, 5U, 1U, 2U, 0U);
+    (void)subsystem_step(&fixture.component, fixture.now_ns); // Nothing is sent meanwhile.
+    TEST_ASSERT_EQUAL_UINT16(2U, shown->status.connections);
+    TEST_ASSERT_EQUAL_UINT16(communication_ground_queue_count(&fixture.communication.queues[0]) +
+                                 communication_ground_queue_count(&fixture.communication.queues[1]),
+                             shown->status.queued);
+    TEST_ASSERT_TRUE(shown->status.queued >= 4U);
+    TEST_ASSERT_EQUAL_UINT32(7U, shown->counters.socket_refused);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -404,5 +423,6 @@ int main(void)
     RUN_TEST(a_single_octet_that_is_sent_is_counted);
     RUN_TEST(a_report_that_ends_before_its_destination_goes_to_no_client);
     RUN_TEST(a_packet_that_ends_before_its_source_names_no_user);
+    RUN_TEST(waiting_reports_and_sockets_are_published);
     return UNITY_END();
 }

@@ -215,6 +215,47 @@ static void a_queue_behaves_like_its_model(void)
     TEST_ASSERT_TRUE(queue.dropped > 1000U);
 }
 
+static void a_report_that_is_being_sent_counts_as_waiting(void)
+{
+    size_t size = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, put(true, 1U, 50U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(false, 2U, 50U));
+    for (uint32_t left = 2U; left > 0U; left--) {
+        (void)communication_ground_queue_next(&queue, &size);
+        TEST_ASSERT_EQUAL(left, communication_ground_queue_count(&queue));
+        communication_ground_queue_sent(&queue, size - 1U);
+        TEST_ASSERT_EQUAL(left, communication_ground_queue_count(&queue));
+        communication_ground_queue_sent(&queue, 1U);
+        TEST_ASSERT_EQUAL(left - 1U, communication_ground_queue_count(&queue));
+    }
+}
+
+/// A queue that is used again for another client holds nothing of the last one.
+static void an_initialised_queue_is_empty(void)
+{
+    size_t size         = 0U;
+    const size_t unused = communication_ground_queue_room(&queue);
+    TEST_ASSERT_EQUAL(STATUS_OK, put(true, 1U, 50U));
+    TEST_ASSERT_EQUAL(STATUS_OK, put(false, 2U, 50U));
+    TEST_ASSERT_TRUE(communication_ground_queue_room(&queue) < unused);
+    (void)communication_ground_queue_next(&queue, &size);
+    communication_ground_queue_sent(&queue, 3U);
+    communication_ground_queue_init(&queue);
+    expect_empty();
+    TEST_ASSERT_EQUAL(unused, communication_ground_queue_room(&queue));
+}
+
+/// Whatever lies behind it in memory.
+static void a_packet_that_ends_before_its_subtype_is_no_housekeeping(void)
+{
+    const uint8_t packet[9] = {[7] = 3U, [8] = 25U};
+    TEST_ASSERT_EQUAL(STATUS_OK, communication_ground_queue_put(&queue, packet, 8U));
+    TEST_ASSERT_EQUAL(1U, queue.firm.blocks);
+    TEST_ASSERT_EQUAL(STATUS_OK, communication_ground_queue_put(&queue, packet, 9U));
+    TEST_ASSERT_EQUAL(1U, queue.firm.blocks);
+    TEST_ASSERT_EQUAL(1U, queue.housekeeping.blocks);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -225,5 +266,8 @@ int main(void)
     RUN_TEST(a_firm_report_is_refused_when_the_queue_is_full);
     RUN_TEST(other_reports_of_service_3_are_no_housekeeping);
     RUN_TEST(a_queue_behaves_like_its_model);
+    RUN_TEST(a_report_that_is_being_sent_counts_as_waiting);
+    RUN_TEST(an_initialised_queue_is_empty);
+    RUN_TEST(a_packet_that_ends_before_its_subtype_is_no_housekeeping);
     return UNITY_END();
 }

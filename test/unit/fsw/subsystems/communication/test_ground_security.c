@@ -285,6 +285,42 @@ static void without_a_key_every_client_counts_as_authenticated(void)
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
+static void each_refusal_is_published_under_its_name(void)
+{
+    const communication_security_t* const shown = &fixture.communication.parameters.security;
+    for (unsigned i = 0U; i < (unsigned)SDLS_REFUSALS; i++) {
+        receiver.refused[i] = i + 1U;
+    }
+    receiver.accepted = 9U;
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, shown->no_frame);
+    TEST_ASSERT_EQUAL_UINT32(2U, shown->unknown_spi);
+    TEST_ASSERT_EQUAL_UINT32(3U, shown->forged);
+    TEST_ASSERT_EQUAL_UINT32(4U, shown->replayed);
+    TEST_ASSERT_EQUAL_UINT32(5U, shown->bad_parts);
+    TEST_ASSERT_EQUAL_UINT32(6U, shown->not_kept);
+    TEST_ASSERT_EQUAL_UINT32(9U, shown->accepted);
+}
+
+/// Once every GROUND_TELLING_CYCLES; the event tells whether frames could not be kept since the last one.
+static void refusals_are_reported_in_exact_distances_by_their_kind(void)
+{
+    const unsigned* const forged = &fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
+    const unsigned* const lost   = &fixture.events[COMMUNICATION_EVENT_TC_NOT_KEPT];
+    receiver.refused[SDLS_REFUSED_FORGED]++;
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, *forged);
+    receiver.refused[SDLS_REFUSED_NOT_KEPT]++;
+    fixture_run(GROUND_TELLING_CYCLES - 1U);
+    TEST_ASSERT_EQUAL_UINT(0U, *lost);
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, *lost);
+    receiver.refused[SDLS_REFUSED_REPLAYED]++;
+    fixture_run(GROUND_TELLING_CYCLES);
+    TEST_ASSERT_EQUAL_UINT(2U, *forged); // None that could not be kept.
+    TEST_ASSERT_EQUAL_UINT(1U, *lost);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -299,5 +335,7 @@ int main(void)
     RUN_TEST(clients_without_authentication_make_room_for_others);
     RUN_TEST(busy_clients_with_the_key_keep_their_places);
     RUN_TEST(without_a_key_every_client_counts_as_authenticated);
+    RUN_TEST(each_refusal_is_published_under_its_name);
+    RUN_TEST(refusals_are_reported_in_exact_distances_by_their_kind);
     return UNITY_END();
 }

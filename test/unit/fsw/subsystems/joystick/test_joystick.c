@@ -242,6 +242,7 @@ static void force_displays_a_torque_for_a_time(void)
     TEST_ASSERT_EQUAL_UINT(1U, generic.result_count);
     TEST_ASSERT_EQUAL_UINT32(11U, generic.results[0].call_token);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, generic.results[0].code);
+    TEST_ASSERT_EQUAL_UINT32(0U, generic.results[0].detail);
     EXPECT_WITHIN(0.0, 1.0e-4, torque(0U));
 }
 

@@ -205,6 +205,7 @@ static void a_sensor_zero_is_kept_while_the_hardware_is_initialised(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 3U));
     rig_idle(1500U);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_DEVICE, rig_generic.results[0].code);
+    TEST_ASSERT_EQUAL_UINT32(STATUS_OUT_OF_RANGE, rig_generic.results[0].detail);
     EXPECT_WITHIN(0.2, 0.02, rig_manipulator.parameters.torque_offset[0]);
     rig_generic.state = STATE_OPERATIONAL;
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
@@ -411,6 +412,7 @@ static void a_tare_that_is_left_is_aborted_once_and_can_be_repeated(void)
     (void)rig_run_action(rig_callbacks->stop_control);
     TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, rig_generic.results[0].code);
+    TEST_ASSERT_EQUAL_UINT32(0U, rig_generic.results[0].detail);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, rig_manipulator.tare.result);
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 6U));
     rig_generic.state = STATE_SAFE_OPERATIONAL;
@@ -515,6 +517,27 @@ static void every_value_of_both_joints_is_published(void)
     TEST_ASSERT_EQUAL_UINT32(9U, shown->counters.command_limited);
 }
 
+static void an_excess_of_torque_is_over_at_95_percent_of_the_limit(void)
+{
+    rig_hand_at(0.0, 0.0);
+    rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
+    rig_manipulator.parameters.torque_limit[1] = 20.0;
+    for (unsigned i = 1U; i <= 2U; i++) {
+        rig_show(GRAVITY1, 20.5);
+        rig_idle(3U);
+        TEST_ASSERT_EQUAL_UINT(i, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
+        rig_show(GRAVITY1, 19.0);
+        rig_idle(3U);
+    }
+    rig_show(GRAVITY1, 20.5);
+    rig_idle(3U);
+    rig_show(GRAVITY1, 19.01);
+    rig_idle(3U);
+    rig_show(GRAVITY1, 20.5);
+    rig_idle(3U);
+    TEST_ASSERT_EQUAL_UINT(3U, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
+}
+
 int main(void)
 {
     if (!rig_load()) {
@@ -547,5 +570,6 @@ int main(void)
     RUN_TEST(the_torque_limit_is_watched_anew_after_each_engagement);
     RUN_TEST(the_torque_limit_is_the_largest_torque_that_is_allowed);
     RUN_TEST(every_value_of_both_joints_is_published);
+    RUN_TEST(an_excess_of_torque_is_over_at_95_percent_of_the_limit);
     return UNITY_END();
 }

@@ -38,6 +38,7 @@ static void move_to_moves_there_in_its_time(void)
     TEST_ASSERT_UINT64_WITHIN(1000000U, 800000000U, rig_generic.now_ns - begun_ns);
     TEST_ASSERT_EQUAL_UINT32(77U, rig_generic.results[0].call_token);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
+    TEST_ASSERT_EQUAL_UINT32(0U, rig_generic.results[0].detail);
     rig_idle(3000U);
     // Plus the deflection of the gear.
     EXPECT_WITHIN(0.9, 0.001, 1.0e-6 * (double)rig_joints[0]->target_position);
