@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The packet log gives back a file that it cannot continue, and cuts off a part of a record before it continues
+// The packet log closes a file that it cannot continue, and cuts off a part of a record before it continues
 // one. The files are mocked.
 #include "fsw/supervisor/packet_log.h"
 
