@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hashes of a subsystem descriptor: of its interface, which is compiled into a program, and of all of it.
+#include "base/crc.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "test/unit/fsw/framework/descriptor/documents.h"
 #include "unity.h"
@@ -75,6 +76,26 @@ static void the_interface_hash_sees_the_interface_and_nothing_else(void)
     }
 }
 
+/// A program that was compiled elsewhere must find the same number.
+static void the_interface_hash_is_that_of_its_lines(void)
+{
+    static const char lines[] =
+        "subsystem A 7\nparameter P 3 25\nfield P UINT8 4\nevent E 5\nfield V INT16 1\n"
+        "event G 9\nsample P\nfunction F 6\nargument X 2 BOOL 1\n";
+    TEST_ASSERT_EQUAL(STATUS_OK, load("<Subsystem name='A' id='7'/>"));
+    TEST_ASSERT_EQUAL_HEX64(fnv64(FNV64_START, (const uint8_t*)lines, 14U), arm.interface_hash);
+    TEST_ASSERT_EQUAL_UINT32(2U, arm.text_used); // The name.
+    TEST_ASSERT_EQUAL_MESSAGE(
+        STATUS_OK,
+        load("<Subsystem name='A' id='7'><Parameters><ParamRef name='P' id='3' type='UINT8' count='4'/>"
+             "</Parameters><Events><Event name='E' id='5' severity='LOW'><ParamRef name='V' "
+             "type='INT16'/></Event><Event name='G' id='9' severity='LOW'>"
+             "<ParamRef name='P'/></Event></Events><Functions><Function name='F' id='6' states='*'>"
+             "<Argument name='X' id='2' type='BOOL'/></Function></Functions></Subsystem>"),
+        descriptor_error(&loader));
+    TEST_ASSERT_EQUAL_HEX64(fnv64(FNV64_START, (const uint8_t*)lines, sizeof lines - 1U), arm.interface_hash);
+}
+
 static void hashes_do_not_see_comments_spaces_and_order_of_attributes(void)
 {
     load_the_good_one();
@@ -128,6 +149,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_interface_hash_sees_the_interface_and_nothing_else);
+    RUN_TEST(the_interface_hash_is_that_of_its_lines);
     RUN_TEST(the_interface_hash_sees_each_number_of_a_service);
     RUN_TEST(hashes_do_not_see_comments_spaces_and_order_of_attributes);
     RUN_TEST(a_component_compares_with_its_compiled_interface);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/crc.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/file.h"
 #include "test/support/assertion.h"
@@ -440,6 +441,11 @@ static void the_hashes_of_a_mission_depend_on_every_subsystem(void)
     load_the_good_one();
     const uint64_t interface_hash     = mission.interface_hash;
     const uint64_t configuration_hash = mission.configuration_hash;
+    char lines[96];
+    (void)snprintf(lines, sizeof lines, "ARM %016llx\nHAND %016llx\n",
+                   (unsigned long long)mission.subsystems[0].interface_hash,
+                   (unsigned long long)mission.subsystems[1].interface_hash);
+    TEST_ASSERT_EQUAL_HEX64(fnv64(FNV64_START, (const uint8_t*)lines, strlen(lines)), interface_hash);
     write_file("hand.xml", damaged(hand_document, "priority='90'", "priority='91'"));
     load_the_good_one();
     TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
