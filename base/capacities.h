@@ -6,7 +6,7 @@
 #ifndef BASE_CAPACITIES_H
 #define BASE_CAPACITIES_H
 
-#define CAPACITY_SUBSYSTEMS 16U      ///< Of a mission, the supervisor and communication included.
+#define CAPACITY_SUBSYSTEMS 16U      ///< Subsystems of a mission, with supervisor and communication.
 #define CAPACITY_LINKS 32U           ///< Real-time links of a mission.
 #define CAPACITY_SUBSYSTEM_LINKS 8U  ///< Real-time links that begin or end at one subsystem.
 #define CAPACITY_PORT_LINKS 4U       ///< Real-time links that begin at one port: its readers.
@@ -15,7 +15,7 @@
 #define CAPACITY_RING_RECORDS 15000U ///< Number of ring records of the packet log in memory.
 /// Room for one report of each HIGH event of a subsystem; other reports never use it [octets].
 #define CAPACITY_HIGH_EVENTS 2048U
-#define CAPACITY_HIGH_EVENT_HEAD 27U ///< Of each report, without its auxiliary data [octets].
+#define CAPACITY_HIGH_EVENT_HEAD 27U ///< Size of each report without its auxiliary data [octets].
 /// Participants of stepped time: every subsystem, the simulator, the operator, and a reserve of six.
 #define CAPACITY_PARTICIPANTS (CAPACITY_SUBSYSTEMS + 8U)
 

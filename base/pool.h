@@ -42,7 +42,7 @@ typedef struct {
 
 typedef struct {      // One per block, placed by the owner. All fields are private.
     uint32_t start;   // Start of the block [octets] in the storage: constant.
-    uint16_t next;    // Of the list of free blocks; the last one's is some block.
+    uint16_t next;    // Next in the list of free blocks; any block in the last one.
     uint16_t holders; // 0 = free.
 } pool_slot_t;
 

@@ -28,7 +28,7 @@ typedef struct { // Private: one child process.
     bool has_run;
     bool is_component;
     unsigned component;       // Index, if it is one.
-    unsigned participant;     // Of the scheduler; OSAL_LOCKSTEP_PARTICIPANTS_MAX: none.
+    unsigned participant;     // Number in the scheduler; OSAL_LOCKSTEP_PARTICIPANTS_MAX: none.
     uint32_t life;            // Life of the component that it was started for.
     uint64_t started_ns;      // Wall-clock time at which this life of a component was started.
     uint64_t asked_to_end_ns; // Wall-clock time at which it was first found unwanted; 0: it is wanted.
@@ -72,7 +72,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     osal_socket_t messages[MISSION_SUBSYSTEMS_MAX];
     osal_socket_t links[RUN_LINKS_MAX];
     launcher_bus_t buses[MISSION_BUSES_MAX];
-    uint32_t late_frames; // Of the counted hand-over of all buses.
+    uint32_t late_frames; // Sum over the counted hand-over of all buses.
     uint32_t lost_frames;
     uint32_t external_frames;
     uint32_t bus_cuts;                                 // How often an interface was lost while in use.
@@ -98,7 +98,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     launcher_watch_t watch;
     bool is_cut_short;       // Ended at an instant that simulated time does not determine.
     bool is_broken;          // A part died.
-    return_budget_t returns; // Of the supervisor.
+    return_budget_t returns; // Budget of the supervisor.
     uint64_t return_wall_ns; // When it is to be started again.
     bool is_undetermined;    // It died at an instant that simulated time does not determine.
     int exit_code;

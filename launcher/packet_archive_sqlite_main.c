@@ -26,7 +26,7 @@
 #define LINE_MAX_CHARACTERS (96U + (2U * PUS_PACKET_MAX))
 #define CHUNK 65536U
 #define DIRECTION_GAP 2U
-#define RANGES_REPORTED 8U ///< Of missing records.
+#define RANGES_REPORTED 8U ///< Maximum number of ranges of missing records that are printed.
 #define FOLLOW_PAUSE_NS 20000000ULL
 
 typedef struct {

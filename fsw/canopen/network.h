@@ -81,7 +81,7 @@ typedef struct {
     canopen_network_fault_kind_t kind;
     uint8_t node;
     uint16_t code; ///< Emergency code; DRIVE_FAULT without one: statusword; node 0: a bus condition.
-    canopen_network_refusal_t refusal; ///< Of DEVICE_REFUSED, as the next two.
+    canopen_network_refusal_t refusal; ///< For DEVICE_REFUSED, as the next two.
     uint32_t object;                   ///< Index << 8 | subindex; 0: none.
     uint32_t detail;
 } canopen_network_fault_t;
@@ -96,7 +96,7 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     uint16_t setting_count;
 } canopen_network_device_t;
 
-typedef struct { // Of both channels together [frames, error frames, wrap].
+typedef struct { // Sums of both channels [frames, error frames, wrap].
     uint32_t sent;
     uint32_t received;
     uint32_t refused; ///< Not sent, for whatever reason.

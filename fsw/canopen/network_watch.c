@@ -66,7 +66,7 @@ void canopen_network_report_access(canopen_network_t* const network,
         fault.refusal = REFUSAL_VALUE;
         fault.detail  = (uint32_t)run->found;
     } else {
-        // Of another size, too long, or against the protocol.
+        // It has another size, is too long, or violates the protocol.
     }
     canopen_network_report(network, &fault);
 }

@@ -56,12 +56,12 @@ typedef struct { // Private, except network (as network.h says) and activity (re
     bool is_written;                                 ///< The settings are in the devices.
     bool is_closing;
     bool is_borrowed; ///< The bus is open out of order.
-    struct {          // Of drives_access.c.
+    struct {          // Used by drives_access.c.
         drives_transfer_t slots[DRIVES_ACCESS_SLOTS];
         uint8_t owners[NETWORK_DEVICES_MAX]; // Slot + 1 of the transfer to a device; 0 none.
         uint64_t pulse_end_ns;               // Pulses have left by then.
     } access;
-    struct { // Of drives_counters.c: where the counters are published; null: not in the descriptor.
+    struct { // Used by drives_counters.c: places of the counters; null: not in the descriptor.
         uint8_t* places[DRIVES_COUNTERS];
         uint8_t* missed;
         uint16_t missed_count;
@@ -115,9 +115,9 @@ void drives_emit(void* self);
 canopen_device_t* drives_device(drives_t* drives, uint16_t position);
 /// True if process data flow.
 bool drives_are_running(const drives_t* drives);
-/// Of a device of the applied configuration: SYNCs left unanswered [wraps].
+/// SYNCs that a device of the applied configuration has not answered [wraps].
 uint32_t drives_missed(const drives_t* drives, uint16_t position);
-/// Of all axes: commands cut at their limits [wraps].
+/// Commands of all axes that were cut at their limits [wraps].
 uint32_t drives_limited(const drives_t* drives);
 
 /// Integer mode of operation (object 0x6060) that the configuration sets for the device; 0 if it sets none.

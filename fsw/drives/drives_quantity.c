@@ -93,7 +93,7 @@ void drives_quantity_of_object(const descriptor_quantity_t* const quantity, cons
                                uint8_t out_value[DRIVES_QUANTITY_OCTETS])
 {
     FSW_ASSERT((quantity != NULL) && (octets != NULL) && (out_value != NULL));
-    uint64_t memory = 0U; // Of any scalar type.
+    uint64_t memory = 0U; // Holds any scalar type.
     value_store(quantity->type, canopen_at(octets, value_size(quantity->type)), &memory);
     const double real = value_as_double(quantity->type, &memory) * quantity->scale;
     (void)value_put(out_value, VALUE_DOUBLE, &real, 1U);

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define OBJECT_HEAD 24U      // Size of the head of a text in the interpreter [octets].
-#define NODE_OCTETS 24U      // Of a key and its value in a table.
+#define NODE_OCTETS 24U      // Size of a key and its value in a table.
 #define SHORT_TEXT 40U       // Longer ones are not shared: each is made and hashed separately.
 #define OPERATION_MASK 0x7FU // Mask of an instruction.
 #define OPERANDS_SHIFT 16U   // Position of the number of values in OP_CONCAT.

@@ -21,7 +21,7 @@
 
 typedef struct { // Private.
     bool is_running;
-    void* state;  // Of the interpreter: its main thread,
+    void* state;  // The interpreter's main thread,
     void* thread; // and the procedure's.
     procedure_heap_t heap;
     uint64_t* memory;

@@ -18,7 +18,7 @@
 
 typedef struct {      // Private, except `peak` and `refused`.
     uint64_t* memory; // PROCEDURE_BLOCK octets each, blocks of them.
-    uint8_t* map;     // Of each block: the order of the free one that begins here, else 0xFF.
+    uint8_t* map;     // For each block: the order of the free one that begins here, else 0xFF.
     uint32_t blocks;
     uint32_t free[PROCEDURE_ORDERS]; // First free block of each order, + 1; 0 none.
     size_t used;                     // [octets]

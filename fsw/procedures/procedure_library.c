@@ -7,7 +7,7 @@
 #include <lua5.4/lauxlib.h>
 #include <string.h>
 
-#define OCTETS_READ 20U   // Of a text that may be taken for a number.
+#define OCTETS_READ 20U   // Octets of a text that are read for one unit.
 #define CODE_SEARCHED 16U // Octets of code that an error's text may need looking at, for a unit.
 // Conversions of `format`.
 #define ANY_CONVERSION 20U

@@ -45,7 +45,7 @@ typedef struct { // Private, except the members named below.
     osal_socket_t topology; // Notices of the kernel about TIPC names.
     uint32_t life;          // Its own.
     uint32_t link_floor;    // Links of this life have later epochs.
-    struct {                // Of each component, from the run state at the last intake.
+    struct {                // For each component, from the run state at the last intake.
         uint32_t life;
         uint32_t link_floor;
         uint64_t reported_ns; // Time of the first message sent to it since its last step.
@@ -55,7 +55,7 @@ typedef struct { // Private, except the members named below.
     uint32_t owed; // Datagrams that were announced and not received yet: the connection may be cut.
     uint32_t vain; // Intakes in a row that missed some.
     osal_socket_t message_socket;
-    osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Of links that this component consumes.
+    osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Sockets of links that this component consumes.
     uint32_t link_socket_count;                           // Of these.
     osal_socket_t link_sender;                            // For links that it produces.
     flow_resolver_t flows;

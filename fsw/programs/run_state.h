@@ -56,7 +56,7 @@ typedef struct {
 
 #define RUN_LATENESS 5U ///< Classes of lateness.
 
-typedef struct {      // Of one component, in a cache line of its own; written by it.
+typedef struct {      // Beat of one component, in its own cache line; written by it.
     uint64_t step_ns; ///< When it stepped last [ns of the run],
     uint64_t wake_ns; ///< and when it promised to step again, at the latest.
     /// Steps at a promised time that were late by less than 0.1 ms, 1 ms, 10 ms, 100 ms, and more.

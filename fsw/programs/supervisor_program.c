@@ -11,7 +11,7 @@
 #include "generated/supervisor_services.h"
 #include "osal/include/osal/console.h"
 
-/// Of a process on a clock of its own, on a computer that others use as well.
+/// Permitted for a process with its own clock on a computer that other programs use, too.
 #define REAL_LATENESS_NS 200000000ULL
 #define SLOW_DISK_MS 100U
 #define RECORDS_MAX 20480U ///< Lasting records: schedules, definitions, stores and files.

@@ -235,7 +235,7 @@ status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uin
 typedef struct { // State of one intake.
     supervisor_t* supervisor;
     bool is_ground_held;                    // The ground's next request waits for its addressee.
-    uint16_t taken[MISSION_SUBSYSTEMS_MAX]; // Of each subsystem.
+    uint16_t taken[MISSION_SUBSYSTEMS_MAX]; // Packets taken from each subsystem.
 } intake_t;
 
 static uint16_t* taken_of(intake_t* const intake, const uint16_t apid)

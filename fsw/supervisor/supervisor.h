@@ -72,7 +72,7 @@ typedef enum {
     DOUBT_ASKED   ///< Reports arrive again; its status was requested.
 } doubt_t;
 
-typedef enum { // Of a process, if an order was given that is not carried out yet.
+typedef enum { // Presumed state of a process whose order is not carried out yet.
     PRESUMED_NOTHING = 0,
     PRESUMED_RUNNING,
     PRESUMED_GONE
@@ -146,7 +146,7 @@ typedef struct {
     bool (*keep_checkpoint)(void* context, const checkpoint_t* checkpoint);
 } supervisor_config_t;
 
-typedef enum { // Of the checkpoint.
+typedef enum { // Result of reading the checkpoint.
     ADOPTION_WHOLE = 0,
     ADOPTION_OLDER,  ///< The last commit is damaged; the one before it was used.
     ADOPTION_NOTHING ///< Both commits are damaged.

@@ -14,7 +14,7 @@
 #include "fsw/framework/descriptor/subsystem_descriptor.h"
 #include "fsw/supervisor/telemetry_cache.h"
 
-#define TELEMETRY_PARAMETERS 512U ///< Of all subsystems, as all that follows.
+#define TELEMETRY_PARAMETERS 512U ///< Parameters of all subsystems; the next numbers are such sums, too.
 #define TELEMETRY_FIELDS 2048U
 #define TELEMETRY_STRUCTURES 128U ///< Each once for each configuration.
 #define TELEMETRY_CONTENT 16384U  ///< Their definitions [octets].

@@ -14,7 +14,7 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
-#define LISTING_SIZE 4096U // Of entries read at once [octets].
+#define LISTING_SIZE 4096U // Size of the entries read at once [octets].
 
 /// A folder that is open, and a name in it.
 typedef struct {

@@ -7,7 +7,7 @@
 
 #include <errno.h>
 
-/// Of a name: STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
+/// Status of an access to a name: STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 static inline status_t file_status_of(int error)
 {
     switch (error) {
@@ -23,7 +23,7 @@ static inline status_t file_status_of(int error)
     }
 }
 
-/// Of a write: STATUS_FULL, STATUS_IO.
+/// Status of a write: STATUS_FULL, STATUS_IO.
 static inline status_t file_status_of_write(int error)
 {
     return ((error == ENOSPC) || (error == EDQUOT) || (error == EFBIG)) ? STATUS_FULL : STATUS_IO;

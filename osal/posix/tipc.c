@@ -11,7 +11,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define CONTROL_OCTETS 64U ///< Of a returned message only the error counts, which comes first.
+#define CONTROL_OCTETS 64U ///< Room for the error of a returned message, which comes first.
 
 static struct sockaddr_tipc native(const osal_tipc_name_t name)
 {

@@ -18,7 +18,7 @@ typedef struct { // Private.
 
 typedef struct { // Private.
     pus_due_t* heap;
-    uint16_t* places; // Of each entry in the heap, + 1; 0 = not in it.
+    uint16_t* places; // Position of each entry in the heap, + 1; 0 = not in it.
     uint16_t count;
 } pus_due_heap_t;
 

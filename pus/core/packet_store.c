@@ -12,7 +12,7 @@
 #define CLOSING_SIZE 36U
 #define RECORDS_AT (HEADER_SIZE + CLOSING_SIZE) // Offset of the first record in a block.
 #define CRC_SIZE 4U
-#define NUMBER_MAX (1ULL << 48U) // Of blocks, so that addresses do not wrap.
+#define NUMBER_MAX (1ULL << 48U) // Maximum number of blocks, so that addresses do not wrap.
 
 // The buffer holds a record, preceded by the other octets that its checksum covers.
 #define SEED_SIZE 12U // Address and generation.

@@ -33,7 +33,7 @@ typedef struct {
     uint16_t apid;
     uint8_t service;
     uint8_t subtype;
-    bool does_wait;        ///< Of a request: wait for its end.
+    bool does_wait;        ///< For a request: wait for its end.
     const uint8_t* octets; ///< Until the slot runs again.
     size_t size;
     const char* text; ///< Ended by NUL, never null; until the slot runs again.

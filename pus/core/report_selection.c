@@ -433,7 +433,7 @@ status_t pus_selection_restore(pus_selection_t* const selection, const uint8_t* 
 typedef struct {
     octet_writer_t writer;
     size_t processes_at; ///< Places of the counts.
-    size_t ids_at;       ///< Of services, structures or events.
+    size_t ids_at;       ///< Place of the count of services, structures or events.
     size_t subtypes_at;
     uint32_t process; ///< Key of the one that is open, NO_KEY if none is.
     uint32_t service;

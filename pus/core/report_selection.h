@@ -13,7 +13,7 @@
 #include "pus/core/persistence.h"
 #include "pus/core/service.h"
 
-#define PUS_SELECTION_ENTRIES_MAX 1300U ///< Of all lists together, so that they fit a lasting record.
+#define PUS_SELECTION_ENTRIES_MAX 1300U ///< Sum over all lists, which fit a lasting record.
 
 typedef enum {
     PUS_SELECTED_TYPES = 0,

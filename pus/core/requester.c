@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#define OFFSET_SEQUENCE 2U // Of fields in a request [octets].
+#define OFFSET_SEQUENCE 2U // Offsets of fields in a request [octets].
 #define OFFSET_LENGTH 4U
 #define OFFSET_ACK 6U
 #define OFFSET_SERVICE 7U

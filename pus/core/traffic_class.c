@@ -9,7 +9,7 @@
 #include "pus/private/st131_mission.h"
 
 #define OFFSET_SERVICE 7U // In both kinds of packet.
-#define OFFSET_SOURCE 9U  // Of a request.
+#define OFFSET_SOURCE 9U  // Offset in a request.
 #define OFFSET_NOTICE_SEVERITY (PUS_TM_HEADER_SIZE + 2U)
 
 /// A message type: service << 8 | subtype.

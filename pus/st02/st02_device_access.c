@@ -22,7 +22,7 @@ enum { // Phases of a request.
     ENDING
 };
 
-#define MOVES_MAX 96U // Of a request in one step: about thirty instructions that end at once.
+#define MOVES_MAX 96U // In one step of a request: about thirty instructions that end at once.
 #define REGISTER_SIZE 4U
 #define LINE_SHIFT 4U // In a pulse: line 12 bits, reserved 1, exponent 3.
 #define PULSE_RESERVED 0x8U

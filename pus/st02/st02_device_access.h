@@ -108,7 +108,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t performed; ///< Instructions performed.
         uint32_t failed;    ///< Instructions that failed.
         uint32_t refused;   ///< Instructions refused.
-        uint32_t timed_out; ///< Of those that failed.
+        uint32_t timed_out; ///< Failed instructions that timed out.
     } counters;
 } pus_device_access_t;
 

@@ -73,7 +73,7 @@ typedef struct { // Private.
     uint8_t status;
     uint8_t verdict;      // The last one.
     uint16_t verdicts;    // In a row, at most `repetition`.
-    uint16_t differences; // Of the present block of deltas.
+    uint16_t differences; // Number of differences in the present block.
     bool has_first;       // The block has its first value.
     uint64_t first;
     pus_check_transition_t last;
@@ -124,7 +124,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     uint64_t cycle;      // Extended to 64 bits.
     uint32_t last_cycle; // As given.
     uint32_t reporting_delay;
-    uint16_t pmon_count; // Of pmon_order, which is sorted by id; the free ones follow.
+    uint16_t pmon_count; // Used entries of pmon_order, sorted by id; the free ones follow.
     uint16_t touched_count;
     uint16_t transition_count;
     uint64_t transitions_since; // Cycle of the first.

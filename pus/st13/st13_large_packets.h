@@ -15,7 +15,7 @@
 
 #include "pus/core/service.h"
 
-#define PUS_LARGE_PART 512U ///< Of a report; its last part may be shorter [octets].
+#define PUS_LARGE_PART 512U ///< Size of a part of a report; the last may be shorter [octets].
 
 #define PUS_LARGE_LAST_DOWN 3U ///< Subtype of a report's last part; the others lie below.
 

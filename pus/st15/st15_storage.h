@@ -29,11 +29,11 @@ typedef struct {
 } pus_retrieval_port_t;
 
 typedef struct {
-    pus_app_process_t* process; ///< For reports of completion and the epoch.
-    const medium_t* media;      ///< One for each store.
-    uint8_t store_count;        ///< 1..PUS_STORES_MAX.
-    uint16_t blocks_of_store;   ///< Of the largest store, >= PUS_STORE_BLOCKS_MIN; x PUS_STORE_BLOCK octets.
-    pus_store_block_t* blocks;  ///< store_count x blocks_of_store.
+    pus_app_process_t* process;       ///< For reports of completion and the epoch.
+    const medium_t* media;            ///< One for each store.
+    uint8_t store_count;              ///< 1..PUS_STORES_MAX.
+    uint16_t blocks_of_store;         ///< Blocks of the largest store, >= PUS_STORE_BLOCKS_MIN.
+    pus_store_block_t* blocks;        ///< store_count x blocks_of_store.
     uint16_t entries_of_selection;    ///< 1..PUS_SELECTION_ENTRIES_MAX.
     pus_selection_entry_t* entries;   ///< store_count x entries_of_selection.
     pus_selection_entry_t* candidate; ///< entries_of_selection.

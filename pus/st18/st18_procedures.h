@@ -62,7 +62,7 @@ typedef struct { // Private: a loaded procedure.
     uint8_t id[PUS_NAME_SIZE];
     bool in_use;
     bool was_aborted;  // By the last request for all.
-    uint8_t parts;     // Of its records that were restored; one bit each.
+    uint8_t parts;     // One bit for each of its records that was restored.
     uint8_t level;     // pus_observability_t.
     uint16_t size;     // Size of the code [octets].
     uint16_t checksum; // Checksum of the code.

@@ -54,7 +54,7 @@ typedef struct { // Private, except `counters` and `count`: read-only, for telem
     uint16_t queue_first;
     uint16_t queue_count;
     uint32_t report_number; // Number of the last report by identifiers.
-    uint32_t report_wanted; // Of that under way; 0: all.
+    uint32_t report_wanted; // Report number that the report under way selects; 0: all.
     pus_long_report_t report;
     uint8_t record[PUS_EVENT_ACTION_RECORD_HEAD + PUS_PACKET_MAX];
     struct {

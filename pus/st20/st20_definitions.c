@@ -15,7 +15,7 @@
 #define RECORD_SIZE 6U // Memory id, address, type.
 #define PTC_OCTETS 7U
 
-static const struct { // Of each scalar type.
+static const struct { // For each scalar type.
     uint8_t ptc;
     uint16_t pfc;
 } codes[VALUE_SCALARS] = {

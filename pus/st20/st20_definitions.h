@@ -30,7 +30,7 @@ typedef struct {
     uint16_t apid;             ///< APID of ids that may be defined.
     pus_parameter_port_t port; ///< To the parameters of the dictionary.
     const pus_memory_t* memories;
-    const pus_memory_state_t* states; ///< Of ST[06]: a parameter in protected memory is not set.
+    const pus_memory_state_t* states; ///< States of ST[06]: a parameter in protected memory is not set.
     uint8_t memory_count;
     pus_parameter_place_t* places;
     uint16_t capacity;                    ///< <= 1024.

@@ -24,7 +24,7 @@
 #define PUS_SEQUENCE_RELEASES 256U ///< In a step, at most.
 #define PUS_SEQUENCE_COUNT_MAX 255U
 #define PUS_SEQUENCE_RECORD_HEAD 12U ///< Before the content in a record [octets].
-#define PUS_SEQUENCE_PIECE 4096U     ///< Of the content, in a record or read from a file at once [octets].
+#define PUS_SEQUENCE_PIECE 4096U     ///< Part of the content in a record or in one read of a file [octets].
 
 typedef struct { // Private.
     uint64_t id; // As on the wire.

@@ -339,7 +339,7 @@ static status_t begin_copy(const pus_files_t* const files, pus_file_copy_t* cons
 {
     const pus_file_store_t* const store = &files->config.store;
     status_t status                     = store->make_file(store->context, copy->part.text, copy->size);
-    if (status == STATUS_EXISTS) { // Of an earlier life.
+    if (status == STATUS_EXISTS) { // The file of an earlier life.
         (void)store->remove_file(store->context, copy->part.text);
         status = store->make_file(store->context, copy->part.text, copy->size);
     }

@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #define OPERATOR "operator"
-#define OPERATOR_VERB "script" ///< Of the ground segment's command line, whose program is an interpreter.
+#define OPERATOR_VERB "script" ///< Verb of `gse`, whose program is an interpreter.
 #define VERB_AT 2U
 #define TEXT_OCTETS 512U
 

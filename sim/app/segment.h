@@ -35,7 +35,7 @@ typedef struct { // Private, except name, bus, flight_node and the listener.
 typedef struct {
     const char* name;        ///< Outlives the segment.
     const char* address;     ///< Address of flight's controller, outlives the segment; null or "": no flight.
-    const char* published;   ///< Of the interface where tools see the bus; null or "": none.
+    const char* published;   ///< Interface where tools see the bus; null or "": none.
     const char* output_path; ///< Folder of the log; null: none is written.
     bool is_classic;
     uint64_t seed;

@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BUSES 2U ///< Of the arm and the joystick; others follow.
+#define BUSES 2U ///< The first buses, of arm and joystick; others follow.
 #define ROBOT 0U
 #define JOYSTICK 1U
 #define DRIVES PLANT_JOINTS
@@ -52,7 +52,7 @@ struct simulator {
     joystick_t* joystick;
     faults_t faults;
     fault_world_t world;
-    power_unit_t supply; // Of the drives.
+    power_unit_t supply; // Power unit of the drives.
     socketcand_t* tools;
     bool tools_in_step;
     uint64_t tools_lost; // In lock-step, and not done with a step in time.

@@ -44,7 +44,7 @@ typedef struct { // Read-only for others, but for the fields of the running PDO.
     uint8_t entry_count;
     object_t* entry[PDO_ENTRIES_MAX];
 
-    // Of the running PDO.
+    // State of the running PDO.
     bool is_pending;      ///< Received, to be applied at the next SYNC.
     uint8_t sync_count;   ///< SYNCs since the last transmission.
     bool is_waiting;      ///< For its SYNC start value.

@@ -21,7 +21,7 @@
 #include <stdint.h>
 
 #define POWER_UNIT_RELAYS_MAX 4U
-#define POWER_UNIT_PULSE_NS 10000000U ///< Of exponent 0.
+#define POWER_UNIT_PULSE_NS 10000000U ///< Length of a pulse with exponent 0.
 #define POWER_UNIT_LATCH_NS 20000000U
 
 typedef struct { // Private.

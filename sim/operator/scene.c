@@ -4,7 +4,7 @@
 #include <math.h>
 
 #define REACH_MARGIN_M 0.01
-#define HALVINGS 40U ///< Of a few centimetres: far below any encoder.
+#define HALVINGS 40U ///< Halvings of a few centimetres: far below the steps of any encoder.
 
 /// Contact with one part of the contour: direction away from it, depth of the finger in it.
 typedef struct {

@@ -12,7 +12,7 @@
 
 typedef struct { // All fields are private.
     double start;
-    double distance; ///< Of a whole motion; of a stop, where it ends.
+    double distance; ///< Distance of the motion; for a stop, the position of its end.
     double duration_s;
     double elapsed_s;
     double speed; ///< At the beginning of a stop, with sign; 0 in a whole motion.

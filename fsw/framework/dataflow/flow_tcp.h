@@ -31,7 +31,7 @@ typedef struct { // Private; `epoch` counts the connections this place has seen.
     osal_address_t peer;
     uint8_t* buffer;
     size_t held;        ///< Octets in the buffer, not yet taken by the framer.
-    uint32_t octets_in; ///< Of this connection [wraps].
+    uint32_t octets_in; ///< Octets received on this connection [wraps].
     uint32_t epoch;
 } flow_tcp_client_t;
 

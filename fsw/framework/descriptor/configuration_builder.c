@@ -8,7 +8,7 @@
 #define REPORT_OCTETS_MAX 4000U
 #define STALE_PERIODS 4U ///< Age of a stale sample where the descriptor gives none [sampling times].
 
-/// Of the element that holds the one being read.
+/// Configuration of the element that holds the one being read.
 static const descriptor_configuration_t* configuration_of(const source_t* const source)
 {
     return source->items[source->depth - 1U];

@@ -86,7 +86,7 @@ void descriptor_mission_builder_link(source_t* source); // mission_resolver.c
 /// The words of an attribute name nothing of the kind expected; `expected` begins with the element's name.
 void descriptor_mission_builder_refuse(source_t* source, uint32_t line, const char* attribute,
                                        const char* words, const char* expected);
-// Of the whole mission: mission_checks.c
+// Checks of the whole mission: mission_checks.c
 void descriptor_mission_check_element(source_t* source);
 void descriptor_mission_copy_ports(source_t* source, mission_subsystem_t* subsystem,
                                    const subsystem_descriptor_t* descriptor);

@@ -137,10 +137,10 @@ struct source {
     const source_row_t* open[SOURCE_DEPTH_MAX];
     uint32_t open_line[SOURCE_DEPTH_MAX];
     void* items[SOURCE_DEPTH_MAX + 1U]; ///< The model, and the item of each open element.
-    void* item;                         ///< Of the innermost one.
+    void* item;                         ///< Item of the innermost open element.
     uint16_t depth;
     uint16_t order; ///< Order of the newest item in its range, or in its list without ranges, from 0.
-    uint64_t seen[SOURCE_DEPTH_MAX + 1U]; ///< Of each open element, bit n: a child of kind n has been read.
+    uint64_t seen[SOURCE_DEPTH_MAX + 1U]; ///< Bit n for each open element: a child of kind n was read.
     uint64_t hash;
     char* text; ///< The model's strings.
     uint32_t text_capacity;

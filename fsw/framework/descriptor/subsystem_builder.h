@@ -13,7 +13,7 @@
 typedef struct {
     source_t source;
     const char* function_configurations[DESCRIPTOR_FUNCTIONS_MAX]; ///< Texts, resolved at the end.
-    char group[DESCRIPTOR_PATH_MAX + 1U]; ///< Of the structure being read: "OUTER.INNER.", or empty.
+    char group[DESCRIPTOR_PATH_MAX + 1U]; ///< Prefix of the structure being read: "OUTER.INNER.", or empty.
     uint8_t group_depth;
     uint16_t first_reference; ///< First reference of the report being read.
 } subsystem_builder_t;

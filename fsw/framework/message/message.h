@@ -29,7 +29,7 @@
 #define MESSAGE_WINDOW 32U           ///< Blocks under way on a channel and direction.
 #define MESSAGE_WINDOW_OCTETS 32768U ///< Octets of these with their headers.
 #define MESSAGE_PEERS_MAX CAPACITY_SUBSYSTEMS
-#define MESSAGE_HEAD_OCTETS 16U      ///< Of a block that waits, to be looked at.
+#define MESSAGE_HEAD_OCTETS 16U      ///< Octets of a waiting block that can be read in place.
 #define MESSAGE_RESERVE 8U           ///< Blocks of a window reserved for message_send.
 #define MESSAGE_RESERVE_OCTETS 8192U ///< Octets of a window reserved for message_send.
 /// Inboxes that hold full windows of `peers` channels: each block takes its frame and four octets more.

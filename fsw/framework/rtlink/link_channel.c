@@ -34,7 +34,7 @@ static status_t create_slot(rtlink_producer_t* const producer)
     if (!producer->resolver->shm_name(producer->resolver->context, producer->link, name, sizeof name)) {
         return STATUS_NOT_FOUND;
     }
-    (void)osal_shm_remove(name); // Of an earlier opening; its consumers keep their mapping and go stale.
+    (void)osal_shm_remove(name); // Consumers of an earlier opening keep their mapping and go stale.
     const status_t status = osal_shm_create(&producer->shm, name, sizeof(link_slot_t));
     producer->slot        = (status == STATUS_OK) ? osal_shm_address(&producer->shm) : NULL;
     return ((status == STATUS_INVALID) || (status == STATUS_EXISTS)) ? STATUS_IO : status;

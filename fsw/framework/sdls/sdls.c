@@ -39,7 +39,7 @@ status_t sdls_open(sdls_receiver_t* const self, const uint8_t key[SDLS_KEY_OCTET
                    const medium_t* const medium)
 {
     FSW_ASSERT((self != NULL) && (key != NULL) && (medium != NULL));
-    static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0}; // Of no frame: sessions begin with 1.
+    static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0}; // No frame has this vector: sessions begin with 1.
     uint8_t check[SESSION_MARK_CHECK]; // Identifies the key without revealing it: the cipher's first output.
     sdls_close(self);
     gcm_aes256_set_key(&self->cipher, key);

@@ -21,8 +21,8 @@
 #define MEMORY_OBJECT_CALL_TOKENS 0U
 #define MEMORY_OBJECT_SAMPLES 1U
 #define MEMORY_PARAMETERS_OCTETS 0x10000U ///< Addresses of memory 1.
-#define MEMORY_COUNT 2U                   ///< Of every subsystem.
-#define MEMORY_FURTHER 4U                 ///< Of the subsystem itself, at most.
+#define MEMORY_COUNT 2U                   ///< Number of memories of every subsystem.
+#define MEMORY_FURTHER 4U                 ///< Maximum number of further memories.
 #define MEMORY_DEFINITIONS 16U            ///< Parameters defined by TC[20,4] and [20,5].
 
 typedef struct { // Private, except `memory.counters`.

@@ -8,7 +8,7 @@
 
 #define SPACECRAFT_SEQUENCES DESCRIPTOR_SEQUENCES_MAX
 #define SPACECRAFT_SEQUENCE_OCTETS 65535U ///< Octets of the content of a sequence, at most.
-#define SPACECRAFT_SEQUENCE_BLOCKS 8192U  ///< Of PUS_BLOCK_CHAIN_BLOCK octets, for all of them.
+#define SPACECRAFT_SEQUENCE_BLOCKS 8192U  ///< Blocks of PUS_BLOCK_CHAIN_BLOCK octets for all sequences.
 
 typedef struct { // Private to fsw/supervisor.
     pus_sequences_t service;

@@ -52,7 +52,7 @@ typedef struct {
     void (*observe)(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
 } spacecraft_binding_t;
 
-#define SPACECRAFT_FORWARDING_ENTRIES 512U ///< Of ST[14]: types, structures and events together.
+#define SPACECRAFT_FORWARDING_ENTRIES 512U ///< Entries of ST[14]: types, structures and events.
 
 typedef struct { // Private to fsw/supervisor.
     pus_forwarding_t service;

@@ -84,7 +84,7 @@ typedef struct { // All fields are private, except the last four: read-only.
     uint32_t filtered; ///< Received and dropped by the filters; those that the kernel drops are not counted.
 } osal_can_t;
 
-typedef struct {       // Of a counted hand-over, both directions [frames, wrap].
+typedef struct {       // Counts of a counted hand-over, both directions [frames, wrap].
     uint32_t frames;   ///< Handed over.
     uint32_t late;     ///< Of these, received late, but within OSAL_CAN_PATIENCE_MS.
     uint32_t lost;     ///< Announced but never received.
