@@ -486,6 +486,33 @@ static void random_errors_leave_the_supervisor_consistent(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
+/// The event reports that a network was shut down: for a new failure, or if an order was given. A network of
+/// one member has nothing to shut down.
+static void a_network_is_reported_as_shut_down_once_for_each_failure_or_order(void)
+{
+    static const char shut_down[] = "G 5.1 000300100010";
+    fixture_event(FIXTURE_LONE, 4U, BROKEN); // Without links.
+    fixture_step();
+    TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // A new failure; HAND needs no order.
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has(shut_down));
+    TEST_ASSERT_FALSE(fixture_has("17 TC 129.8"));
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // The same failure, and no order.
+    fixture_step();
+    TEST_ASSERT_FALSE(fixture_has(shut_down));
+    fixture_place(FIXTURE_HAND, STATE_OPERATIONAL);
+    fixture_forget();
+    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // The same failure, and an order.
+    fixture_step();
+    TEST_ASSERT_TRUE(fixture_has(shut_down));
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
+}
+
 /// An order that is not answered stands for one second: until then no further event repeats it.
 static void an_order_without_an_answer_is_repeated_after_a_second(void)
 {
@@ -536,5 +563,6 @@ int main(void)
     RUN_TEST(a_subsystem_that_reports_is_not_silent);
     RUN_TEST(random_errors_leave_the_supervisor_consistent);
     RUN_TEST(an_order_without_an_answer_is_repeated_after_a_second);
+    RUN_TEST(a_network_is_reported_as_shut_down_once_for_each_failure_or_order);
     return UNITY_END();
 }
