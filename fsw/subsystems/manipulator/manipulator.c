@@ -50,8 +50,8 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
     manipulator_t* const manipulator               = self;
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(manipulator->generic);
     const descriptor_device_t* const first         = &descriptor->devices[configuration->first_device];
-    manipulator->is_torque_mode =
-        (drives_mode(descriptor, first) == CIA402_MODE_CST); // Equal for all, see fits.
+    // All devices have the mode of the first, see fits.
+    manipulator->is_torque_mode = (drives_mode(descriptor, first) == CIA402_MODE_CST);
     manipulator_arm_control_init(&manipulator->control);
     manipulator->control.zero_nm[0] = manipulator->tare.offset_nm[0];
     manipulator->control.zero_nm[1] = manipulator->tare.offset_nm[1];
