@@ -50,6 +50,11 @@ pus_failure_t pus_failure(const uint16_t code, const uint32_t detail)
     return (pus_failure_t){.code = code, .instruction = 0U, .detail = detail};
 }
 
+pus_failure_t pus_no_failure(void)
+{
+    return pus_failure(PUS_FAILURE_NONE, 0U);
+}
+
 void pus_failure_write(octet_writer_t* const writer, const pus_failure_t* const failure)
 {
     octet_write_u16(writer, failure->code);
@@ -109,7 +114,7 @@ static pus_failure_t check_header(const packet_header_t* const header, const uin
     if (version != PUS_VERSION) {
         return pus_failure(PUS_FAILURE_PUS_VERSION, version);
     }
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 status_t packet_check(const uint8_t* const octets, const size_t size, const packet_form_t* const form,

@@ -91,6 +91,7 @@ pus_token_t pus_token_of(const pus_tc_t* tc);
 
 /// Failure notice of the whole request.
 pus_failure_t pus_failure(uint16_t code, uint32_t detail);
+pus_failure_t pus_no_failure(void);
 void pus_failure_write(octet_writer_t* writer, const pus_failure_t* failure);
 pus_failure_t pus_failure_read(octet_reader_t* reader);
 

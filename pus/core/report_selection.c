@@ -484,7 +484,6 @@ static void write_entry(page_t* const page, const pus_selection_list_t list,
     const uint32_t process       = key_of_process(list, APID_OF(entry->key));
     if (page->process != process) {
         page->process = process;
-        page->service = NO_KEY;
         count_one(writer, page->processes_at);
         octet_write_u16(writer, APID_OF(entry->key));
         page->ids_at = begin_count(writer);

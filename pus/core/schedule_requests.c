@@ -104,7 +104,7 @@ static pus_failure_t check(const pus_schedule_t* const schedule, activity_draft_
     if (draft->tag < earliest) {
         return pus_failure(PUS_FAILURE_PAST, 0U);
     }
-    return (schedule->free != NO_SLOT) ? pus_failure(PUS_FAILURE_NONE, 0U)
+    return (schedule->free != NO_SLOT) ? pus_no_failure()
                                        : pus_failure(PUS_FAILURE_TABLE_FULL, schedule->config.activity_count);
 }
 
@@ -122,7 +122,7 @@ static pus_failure_t insert(pus_schedule_t* const schedule, const activity_draft
     }
     schedule->serial++;
     schedule->counters.inserted++;
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 static void insert_one(pus_schedule_t* const schedule, pus_request_t* const request,
@@ -269,7 +269,7 @@ static pus_failure_t shift(pus_schedule_t* const schedule, const choice_t* const
         }
         schedule_retag(schedule, slot, tag);
     }
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 pus_reply_t pus_schedule_shift_ids(void* const object, pus_request_t* const request)

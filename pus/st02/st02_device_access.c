@@ -137,7 +137,7 @@ static pus_failure_t judge(const pus_device_access_t* const access, const pus_de
     const status_t status = is_malformed ? STATUS_OUT_OF_RANGE : port->check(port->context, action);
     switch (status) {
     case STATUS_OK:
-        return pus_failure(PUS_FAILURE_NONE, 0U);
+        return pus_no_failure();
     case STATUS_NOT_FOUND:
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, name_of(action));
     case STATUS_FORBIDDEN:
@@ -205,7 +205,7 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
         return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
     }
     operation->refused = 0U;
-    operation->failure = pus_failure(PUS_FAILURE_NONE, 0U);
+    operation->failure = pus_no_failure();
     operation->token   = request->token;
     operation->size    = request->reader.size;
     (void)memset(operation->left_out, 0, sizeof operation->left_out);

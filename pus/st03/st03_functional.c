@@ -123,7 +123,7 @@ static pus_failure_t add_member(pus_hk_functional_t* const definition, const pus
     }
     definition->members[definition->count] = *member;
     definition->count++;
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 static pus_failure_t modify_member(pus_hk_functional_t* const definition, const pus_hk_member_t* const member)
@@ -133,7 +133,7 @@ static pus_failure_t modify_member(pus_hk_functional_t* const definition, const 
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, member->id);
     }
     *own = *member;
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 static pus_failure_t remove_member(pus_hk_functional_t* const definition, const pus_hk_member_t* const member)
@@ -144,7 +144,7 @@ static pus_failure_t remove_member(pus_hk_functional_t* const definition, const 
     }
     definition->count--;
     *own = definition->members[definition->count];
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 /// Change the scratch definition by the entries of a request. If all entries are good, the scratch definition

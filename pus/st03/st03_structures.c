@@ -149,7 +149,7 @@ void hk_candidate_begin(pus_hk_t* const hk, const bool is_diagnostic, const uint
     hk->candidate.id            = id;
     hk->candidate.is_diagnostic = is_diagnostic;
     hk->candidate.interval      = interval;
-    hk->verdict                 = pus_failure(PUS_FAILURE_NONE, 0U);
+    hk->verdict                 = pus_no_failure();
     *out_place                  = free_structure(hk);
     if (hk_structure_of(hk, is_diagnostic, id) != NULL) {
         (void)fail(hk, PUS_FAILURE_EXISTS, id);
@@ -165,5 +165,5 @@ void hk_candidate_begin(pus_hk_t* const hk, const bool is_diagnostic, const uint
 void hk_candidate_extend(pus_hk_t* const hk, const pus_hk_structure_t* const structure)
 {
     hk->candidate = *structure;
-    hk->verdict   = pus_failure(PUS_FAILURE_NONE, 0U);
+    hk->verdict   = pus_no_failure();
 }

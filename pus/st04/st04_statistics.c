@@ -362,12 +362,12 @@ static pus_failure_t delete_statistic(pus_statistics_t* const self, pus_statisti
     }
     statistic->in_use = false;
     pus_due_remove(&self->due, (uint16_t)(statistic - self->config.statistics));
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 static pus_reply_t delete_all(pus_statistics_t* const self)
 {
-    pus_failure_t failure = pus_failure(PUS_FAILURE_NONE, 0U);
+    pus_failure_t failure = pus_no_failure();
     for (uint16_t i = 0U; (i < self->config.capacity) && (failure.code == PUS_FAILURE_NONE); i++) {
         if (self->config.statistics[i].in_use) {
             failure = delete_statistic(self, &self->config.statistics[i]);

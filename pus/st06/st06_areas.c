@@ -6,7 +6,7 @@
 
 static pus_failure_t none(void)
 {
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 pus_failure_t memory_fail(pus_memory_service_t* const service, const uint16_t code, const uint32_t detail)

@@ -49,7 +49,7 @@ static pus_reply_t load(void* const self, pus_request_t* const request, const bo
 {
     pus_memory_service_t* const service = self;
     octet_reader_t* const reader        = &request->reader;
-    pus_failure_t first                 = pus_failure(PUS_FAILURE_NONE, 0U);
+    pus_failure_t first                 = pus_no_failure();
     memory_target_t target;
     pus_failure_t failure = memory_target(service, reader, is_object, &target);
     if (failure.code != PUS_FAILURE_NONE) {

@@ -25,7 +25,7 @@ enum { // Phases of an area that is loaded by reference.
 
 static pus_failure_t none(void)
 {
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 // Operations.

@@ -115,15 +115,14 @@ static pus_failure_t find(const pus_monitoring_t* const self, const monitoring_o
     const status_t status = (origin == MONITORING_FROM_RECORD)
                                 ? STATUS_OK
                                 : pus_scalar_find(&self->config.parameters, scalar->id, scalar);
-    return (status == STATUS_OK) ? pus_failure(PUS_FAILURE_NONE, 0U)
-                                 : pus_failure(pus_scalar_failure(status), scalar->id);
+    return (status == STATUS_OK) ? pus_no_failure() : pus_failure(pus_scalar_failure(status), scalar->id);
 }
 
 pus_failure_t monitoring_check_validity(const pus_monitoring_t* const self, const monitoring_origin_t origin,
                                         pus_validity_t* const validity, const uint32_t offset)
 {
     if (validity->scalar.id == 0U) {
-        return pus_failure(PUS_FAILURE_NONE, 0U);
+        return pus_no_failure();
     }
     if ((validity->expected & ~validity->mask) != 0U) {
         return pus_failure(PUS_FAILURE_OUT_OF_RANGE, offset);
@@ -136,7 +135,7 @@ pus_failure_t monitoring_check_event(const pus_monitoring_t* const self, const u
 {
     const pus_event_port_t* const events = &self->config.events;
     if (event_id == 0U) {
-        return pus_failure(PUS_FAILURE_NONE, 0U);
+        return pus_no_failure();
     }
     if (!events->is_known(events->context, event_id)) {
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, event_id);

@@ -5,7 +5,7 @@
 
 static pus_failure_t none(void)
 {
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 static pus_fmon_t* fmon_of(const pus_monitoring_t* const self, const uint16_t id)

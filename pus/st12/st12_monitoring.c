@@ -267,7 +267,7 @@ static pus_failure_t enable(pus_monitoring_t* const self, const uint16_t id)
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, id);
     }
     if (pmon->is_enabled) {
-        return pus_failure(PUS_FAILURE_NONE, 0U); // It is being checked in its rhythm.
+        return pus_no_failure(); // It is being checked in its rhythm.
     }
     const pus_failure_t failure = set_enabled(self, pmon, true);
     monitoring_schedule(self, pmon);

@@ -157,7 +157,7 @@ void st15_retrieve(pus_storage_t* const storage)
 static void end_copy(pus_storage_t* const storage, const status_t status, const uint64_t now_ns)
 {
     pus_store_copy_t* const copy = &storage->copy;
-    pus_failure_t failure        = pus_failure(PUS_FAILURE_NONE, 0U);
+    pus_failure_t failure        = pus_no_failure();
     if (status == STATUS_FULL) {
         failure = pus_failure(PUS_FAILURE_TABLE_FULL, copy->copied);
     } else if (status != STATUS_OK) {

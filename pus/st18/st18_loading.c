@@ -96,7 +96,7 @@ static status_t erase_parts(const pus_procedures_t* const self, const pus_proced
 static pus_failure_t save(pus_procedures_t* const self, const pus_procedure_t* const procedure)
 {
     if (self->config.persistence == NULL) {
-        return pus_failure(PUS_FAILURE_NONE, 0U);
+        return pus_no_failure();
     }
     uint32_t part   = 0U;
     status_t status = STATUS_OK;
@@ -224,7 +224,7 @@ static pus_failure_t failure_of_file(const status_t status)
 {
     switch (status) {
     case STATUS_OK:
-        return pus_failure(PUS_FAILURE_NONE, 0U);
+        return pus_no_failure();
     case STATUS_NOT_FOUND:
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, 0U);
     case STATUS_INVALID:
@@ -259,7 +259,7 @@ pus_failure_t procedures_load_file(pus_procedures_t* const self, const uint8_t* 
 
 pus_failure_t procedures_unload(pus_procedures_t* const self, pus_procedure_t* const procedure)
 {
-    pus_failure_t failure = pus_failure(PUS_FAILURE_NONE, 0U);
+    pus_failure_t failure = pus_no_failure();
     if (self->config.persistence != NULL) {
         failure = outcome(self, erase_parts(self, procedure, parts_of(procedure->size)));
     }

@@ -48,7 +48,7 @@ static pus_reply_t reply_of(pus_procedures_t* const self, const pus_failure_t fa
 
 static pus_failure_t none(void)
 {
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 static const uint8_t* read_id(pus_request_t* const request)

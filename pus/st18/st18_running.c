@@ -130,7 +130,7 @@ static void complete(pus_procedures_t* const self, pus_procedure_t* const proced
 {
     self->counters.ended++;
     procedures_report(self, procedure, PUS_OBSERVE_PROCEDURE, PUS_OBSERVED_ENDED, 0U);
-    release(self, procedure, pus_failure(PUS_FAILURE_NONE, 0U));
+    release(self, procedure, pus_no_failure());
 }
 
 static void fail(pus_procedures_t* const self, pus_procedure_t* const procedure, const pus_call_t* const call)

@@ -107,7 +107,7 @@ static void settle(event_action_t* const self, pus_request_t* const request, con
 
 static pus_failure_t no_failure(void)
 {
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 static pus_failure_t io_failure(const status_t status)

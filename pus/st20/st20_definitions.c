@@ -154,7 +154,7 @@ static pus_failure_t settle(const pus_parameter_definitions_t* const definitions
         return pus_failure(PUS_FAILURE_IO, (uint32_t)status);
     }
     put(definitions, place, wanted);
-    return pus_failure(PUS_FAILURE_NONE, 0U);
+    return pus_no_failure();
 }
 
 /// Reason to refuse a definition because of its id, PTC or PFC.
@@ -173,8 +173,7 @@ static pus_failure_t judge_id(const pus_parameter_definitions_t* const definitio
     }
     const bool is_type =
         (layout < (uint32_t)VALUE_SCALARS) && (codes[layout].ptc == ptc) && (codes[layout].pfc == pfc);
-    return is_type ? pus_failure(PUS_FAILURE_NONE, 0U)
-                   : pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)place);
+    return is_type ? pus_no_failure() : pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)place);
 }
 
 pus_failure_t pus_parameter_define(pus_parameter_definitions_t* const definitions,

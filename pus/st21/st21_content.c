@@ -105,7 +105,7 @@ static pus_failure_t check(sequences_t* const self, const sequence_t* const sequ
             return pus_failure(PUS_FAILURE_OUT_OF_RANGE, offset + (uint32_t)size);
         }
     }
-    return (reader.left == 0U) ? pus_failure(PUS_FAILURE_NONE, 0U)
+    return (reader.left == 0U) ? pus_no_failure()
                                : pus_failure(PUS_FAILURE_OUT_OF_RANGE, sequence->content.size - reader.left);
 }
 

@@ -414,7 +414,7 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
     } else if (is_whole) {
         files->counters.copied++;
         copy->is_begun = false; // It is the target now.
-        end_copy(files, copy, pus_failure(PUS_FAILURE_NONE, 0U), files->config.process, now_ns);
+        end_copy(files, copy, pus_no_failure(), files->config.process, now_ns);
         (void)st23_commit(files); // If this fails, the record has no effect.
     } else {
         // The copy is not complete.

@@ -174,6 +174,10 @@ static void patterns_are_read(void)
     TEST_ASSERT_FALSE(pus_file_pattern_read(&reader, pattern));
     reader = text("a/b", 3U);
     TEST_ASSERT_FALSE(pus_file_pattern_read(&reader, pattern));
+    reader = text("/a", 2U);
+    TEST_ASSERT_FALSE(pus_file_pattern_read(&reader, pattern));
+    reader = text("\x1f", 1U);
+    TEST_ASSERT_FALSE(pus_file_pattern_read(&reader, pattern));
     reader = text("a\0", 2U);
     TEST_ASSERT_FALSE(pus_file_pattern_read(&reader, pattern));
     reader = octet_reader((const uint8_t*)"\0\5abc", 5U);

@@ -303,6 +303,22 @@ static void a_resized_store_is_recovered(void)
     expect_content(29U, 33U, LARGE); // Blocks that were given up before do not reappear.
 }
 
+/// An earlier configuration has filled the medium with more blocks than this one has room for.
+static void blocks_beyond_the_capacity_are_not_read(void)
+{
+    pus_store_block_t beyond;
+    pus_packet_store_change(&store, CAPACITY, true);
+    fill(1U, 28U, LARGE);
+    memset(blocks, 0xA5, sizeof(blocks));
+    memcpy(&beyond, &blocks[CAPACITY - 1U], sizeof(beyond));
+    const pus_packet_store_config_t config = {
+        .medium = recorded_medium(0U), .blocks = blocks, .block_capacity = CAPACITY - 1U, .buffer = buffer};
+    pus_packet_store_init(&store, &config);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_open(&store, GENERATION, CAPACITY - 1U, true, 0U));
+    TEST_ASSERT_EQUAL_MEMORY(&beyond, &blocks[CAPACITY - 1U], sizeof(beyond));
+    TEST_ASSERT_TRUE(pus_packet_store_blocks_used(&store) <= (CAPACITY - 1U));
+}
+
 /// Change one octet of the medium.
 static void spoil(const size_t place)
 {
@@ -466,6 +482,7 @@ int main(void)
     RUN_TEST(a_store_is_recovered);
     RUN_TEST(deleted_packets_stay_deleted_after_reopening);
     RUN_TEST(a_resized_store_is_recovered);
+    RUN_TEST(blocks_beyond_the_capacity_are_not_read);
     RUN_TEST(damage_loses_the_rest_of_its_block);
     RUN_TEST(a_damaged_header_ends_the_chain);
     RUN_TEST(a_failing_medium_does_not_affect_other_media);

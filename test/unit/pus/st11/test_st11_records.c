@@ -63,6 +63,25 @@ static void acknowledged_changes_survive_a_power_cut(void)
     TEST_ASSERT_EQUAL_UINT64(0U, released.lost_count);
 }
 
+/// Identifiers of sub-schedules and groups are octets: all of 0 to 255 are kept.
+static void the_first_and_the_last_sub_schedule_and_group_are_kept(void)
+{
+    static const uint8_t ids[] = {0U, 255U};
+    st11_fixture_start_with_records();
+    for (unsigned i = 0U; i < 2U; i++) {
+        st11_fixture_create_group(ids[i], 0U);
+        st11_fixture_insert(ids[i], ids[i], 9U * S, (uint16_t)i);
+    }
+    st11_fixture_command_ids(20U, 2U, ids);
+    st11_fixture_restart();
+    const pus_schedule_t* const schedule = &st11_fixture.schedule.schedule;
+    for (unsigned i = 0U; i < 2U; i++) {
+        TEST_ASSERT_EQUAL_UINT8(3U, schedule->sub_schedules.flags[ids[i]]);
+        TEST_ASSERT_EQUAL_UINT8(1U, schedule->groups.flags[ids[i]]);
+    }
+    EXPECT_SCHEDULE(0, 1);
+}
+
 static void an_activity_under_release_at_a_restart_is_reported_and_not_released_again(void)
 {
     st11_fixture_start_with_records();
@@ -262,6 +281,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(acknowledged_changes_survive_a_power_cut);
+    RUN_TEST(the_first_and_the_last_sub_schedule_and_group_are_kept);
     RUN_TEST(an_activity_under_release_at_a_restart_is_reported_and_not_released_again);
     RUN_TEST(a_loss_without_a_callback_is_counted);
     RUN_TEST(a_step_commits_once_before_and_once_after_it_releases);

@@ -198,6 +198,15 @@ static void each_instruction_is_refused_alone(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 0x100000U);
 }
 
+/// The list of controlled processes ends with its number, whatever follows in memory.
+static void only_controlled_processes_are_selected(void)
+{
+    start(CAPACITY, 2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(1, 1, 0, 20, 0));
+    EXPECT_MESSAGES(1, 1, 1, 4);
+    expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 0x140000U);
+}
+
 static void the_table_accepts_no_more_than_its_capacity(void)
 {
     PERFORMED(14, 1, 0, 16, 3, 0, 1, 0, 2, 0, 3); // 9 + 3 of 12.
@@ -399,6 +408,7 @@ int main(void)
     RUN_TEST(structures_are_subsampled);
     RUN_TEST(events_are_blocked);
     RUN_TEST(each_instruction_is_refused_alone);
+    RUN_TEST(only_controlled_processes_are_selected);
     RUN_TEST(the_table_accepts_no_more_than_its_capacity);
     RUN_TEST(requests_are_strict);
     RUN_TEST(large_contents_are_split);

@@ -87,6 +87,23 @@ static void creation_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, stores_send_request(20U));
 }
 
+static void names_are_printable_characters_without_blanks(void)
+{
+    for (unsigned letter = 1U; letter < 256U; letter++) {
+        for (unsigned place = 0U; place < 2U; place++) { // First or last character.
+            char name[PUS_NAME_SIZE + 1U]      = "abcdefgh";
+            name[place * (PUS_NAME_SIZE - 1U)] = (char)letter;
+            stores_create(name, SIZE(2U), 0U, 0U);
+            if ((letter > (unsigned)' ') && (letter <= (unsigned)'~')) {
+                expect_stores_performed(20U);
+                stores_request_store(21U, name);
+            } else {
+                expect_stores_refused(20U, PUS_FAILURE_OUT_OF_RANGE, 1U, 15U);
+            }
+        }
+    }
+}
+
 static void unknown_stores_are_refused_alone(void)
 {
     static const uint8_t lists[]   = {1U, 2U, 16U, 17U, 21U};
@@ -439,6 +456,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_created_store_is_idle_and_takes_nothing);
     RUN_TEST(creation_is_refused);
+    RUN_TEST(names_are_printable_characters_without_blanks);
     RUN_TEST(unknown_stores_are_refused_alone);
     RUN_TEST(summaries_of_some_and_of_all);
     RUN_TEST(a_full_store_reports_that_it_is_full);

@@ -160,6 +160,9 @@ static void code_takes_as_few_records_as_possible(void)
         TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(13U, names[i], FILE_NAME, FILE_NAME_SIZE));
         TEST_ASSERT_EQUAL_UINT(records_of_each[i], records.puts - puts);
     }
+    size_t size = 0U;
+    TEST_ASSERT_NOT_NULL(records_find(PUS_SERVICE_PROCEDURES, (4U * 2U) + 1U, &size));
+    TEST_ASSERT_EQUAL_UINT64(PUS_NAME_SIZE + 4U + 1U, size); // The second record of the third procedure.
 }
 
 static void code_outlasts_a_power_cut(void)
