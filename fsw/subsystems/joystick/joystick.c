@@ -16,8 +16,6 @@ void joystick_init(joystick_t* const joystick, subsystem_t* const generic,
     FSW_ASSERT((joystick != NULL) && (generic != NULL) && (resolver != NULL));
     *joystick = (joystick_t){.generic = generic};
     drives_init(&joystick->drives, generic, resolver, joystick_abandon);
-    joystick_stick_control_init(&joystick->control);
-    joystick_force_display_clear(&joystick->display);
 }
 
 static status_t software_init(void* const self)

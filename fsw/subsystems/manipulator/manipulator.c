@@ -17,8 +17,6 @@ void manipulator_init(manipulator_t* const manipulator, subsystem_t* const gener
     FSW_ASSERT((manipulator != NULL) && (generic != NULL) && (resolver != NULL));
     *manipulator = (manipulator_t){.generic = generic};
     drives_init(&manipulator->drives, generic, resolver, manipulator_abandon);
-    manipulator_arm_control_init(&manipulator->control);
-    manipulator_arm_tare_init(&manipulator->tare);
 }
 
 manipulator_arm_setup_t manipulator_setup(const manipulator_t* const manipulator)

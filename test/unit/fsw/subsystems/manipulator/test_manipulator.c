@@ -150,8 +150,11 @@ static void the_sensors_are_tared_on_the_brake(void)
     TEST_ASSERT_EQUAL_UINT64(700000000U, rig_generic.now_ns - begun_ns);
     EXPECT_WITHIN(0.2, 0.02, rig_manipulator.parameters.torque_offset[0]);
     EXPECT_WITHIN(-0.15, 0.02, rig_manipulator.parameters.torque_offset[1]);
-    TEST_ASSERT_EQUAL_UINT64(MANIPULATOR_EVENT_TARE_DONE_OCTETS,
-                             double_last_event(&rig_generic, MANIPULATOR_EVENT_TARE_DONE)->size);
+    const double_event_t* const event = double_last_event(&rig_generic, MANIPULATOR_EVENT_TARE_DONE);
+    octet_reader_t reader             = octet_reader(event->octets, event->size);
+    EXPECT_WITHIN(0.2, 0.02, octet_read_f64(&reader));
+    EXPECT_WITHIN(-0.15, 0.02, octet_read_f64(&reader));
+    TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
     rig_idle(200U);
     EXPECT_WITHIN(0.0, 0.02, rig_values()->external_torque[0]);
     EXPECT_WITHIN(0.0, 0.02, rig_values()->external_torque[1]);
@@ -194,7 +197,7 @@ static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
 static void a_sensor_zero_is_kept_while_the_hardware_is_initialised(void)
 {
     rig_hand_at(0.0, 0.0);
-    rig_show(GRAVITY1 + 0.2, GRAVITY2);
+    rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
     rig_generic.state = STATE_SAFE_OPERATIONAL;
     (void)rig_run_action(rig_callbacks->disengage);
@@ -209,6 +212,10 @@ static void a_sensor_zero_is_kept_while_the_hardware_is_initialised(void)
     EXPECT_WITHIN(0.2, 0.02, rig_manipulator.parameters.torque_offset[0]);
     rig_generic.state = STATE_OPERATIONAL;
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
+    const double zero[2] = {rig_manipulator.control.zero_nm[0], rig_manipulator.control.zero_nm[1]};
+    TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_configure)); // Also when it is configured again.
+    EXPECT_WITHIN(zero[0], 0.0, rig_manipulator.control.zero_nm[0]);
+    EXPECT_WITHIN(zero[1], 0.0, rig_manipulator.control.zero_nm[1]);
 }
 
 static void a_command_takes_over_the_tare_that_began_by_itself(void)
