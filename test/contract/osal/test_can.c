@@ -93,7 +93,7 @@ static void test_error_and_remote_frames_pass_through(void)
     assert_same(&remote, &out);
 }
 
-static void test_lengths_no_frame_has_are_refused(void)
+static void test_lengths_that_no_frame_can_have_are_refused(void)
 {
     static const uint8_t fd_lengths[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64};
     osal_can_frame_t out;
@@ -295,7 +295,7 @@ static bool has_kernel_can(void)
     return descriptor >= 0;
 }
 
-static void test_socketcan_is_refused_cleanly_where_it_is_not(void)
+static void test_a_kernel_without_socketcan_is_reported(void)
 {
     osal_can_t kernel;
     osal_can_frame_t out;
@@ -317,7 +317,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_both_directions_keep_order_and_content);
     RUN_TEST(test_error_and_remote_frames_pass_through);
-    RUN_TEST(test_lengths_no_frame_has_are_refused);
+    RUN_TEST(test_lengths_that_no_frame_can_have_are_refused);
     RUN_TEST(test_full_ring_refuses_counts_and_loses_nothing_it_took);
     RUN_TEST(test_node_that_opens_has_received_nothing_and_what_it_sent_stays);
     RUN_TEST(test_names_and_addresses);
@@ -326,6 +326,6 @@ int main(void)
     RUN_TEST(test_removed_bus_stays_usable_for_open_ends);
     RUN_TEST(test_memory_of_another_kind_is_no_bus);
     RUN_TEST(test_two_processes_exchange_every_frame_in_order);
-    RUN_TEST(test_socketcan_is_refused_cleanly_where_it_is_not);
+    RUN_TEST(test_a_kernel_without_socketcan_is_reported);
     return UNITY_END();
 }

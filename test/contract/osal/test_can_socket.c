@@ -110,7 +110,7 @@ static void test_a_claim_is_held_by_one(void)
     osal_can_interface_release(&two);
 }
 
-static void test_an_interface_that_is_not_there(void)
+static void test_a_missing_interface_is_reported(void)
 {
     osal_can_interface_t seen;
     osal_can_t can;
@@ -448,7 +448,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_names_that_no_interface_has);
     RUN_TEST(test_a_claim_is_held_by_one);
-    RUN_TEST(test_an_interface_that_is_not_there);
+    RUN_TEST(test_a_missing_interface_is_reported);
     has_vcan = can_make_vcan();
     if (has_vcan) {
         RUN_TEST(test_interfaces_have_the_attributes_of_their_creation);

@@ -128,7 +128,7 @@ static void test_lines_of_several_processes_do_not_mix(void)
 }
 
 /// A full pipe without a reader: the caller continues.
-static void test_reader_that_sleeps_does_not_stop_the_caller(void)
+static void test_a_slow_reader_does_not_stop_the_caller(void)
 {
     const pid_t child = fork();
     if (child == 0) {
@@ -175,7 +175,7 @@ static void fail_there(int number)
     fsw_assertion_failed(places[place].file, places[place].line);
 }
 
-static void test_any_place_is_said_in_full(void)
+static void test_a_failed_assertion_prints_its_file_and_line(void)
 {
     for (place = 0U; place < (sizeof(places) / sizeof(places[0])); place++) {
         const int how = listen_to(STDERR_FILENO, 1, fail_there);
@@ -185,7 +185,7 @@ static void test_any_place_is_said_in_full(void)
     }
 }
 
-static void test_failed_assertion_is_one_line_and_the_end(void)
+static void test_a_failed_assertion_prints_one_line_and_ends_the_program(void)
 {
     const int how = listen_to(STDERR_FILENO, 1, fail);
     TEST_ASSERT_TRUE(WIFSIGNALED(how));
@@ -202,8 +202,8 @@ int main(void)
     RUN_TEST(test_lines_and_parts_of_lines);
     RUN_TEST(test_name_version_and_usage_are_said_when_asked_for);
     RUN_TEST(test_lines_of_several_processes_do_not_mix);
-    RUN_TEST(test_reader_that_sleeps_does_not_stop_the_caller);
-    RUN_TEST(test_failed_assertion_is_one_line_and_the_end);
-    RUN_TEST(test_any_place_is_said_in_full);
+    RUN_TEST(test_a_slow_reader_does_not_stop_the_caller);
+    RUN_TEST(test_a_failed_assertion_prints_one_line_and_ends_the_program);
+    RUN_TEST(test_a_failed_assertion_prints_its_file_and_line);
     return UNITY_END();
 }

@@ -94,7 +94,7 @@ static void test_a_partner_that_leaves_is_reported_and_may_come_back(void)
     osal_device_close(&writer);
 }
 
-static void test_a_partner_that_does_not_read_fills_it(void)
+static void test_a_fifo_whose_partner_does_not_read_is_full(void)
 {
     static uint8_t octets[65536];
     size_t size     = 0U;
@@ -171,7 +171,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_octets_pass_through_a_fifo);
     RUN_TEST(test_a_partner_that_leaves_is_reported_and_may_come_back);
-    RUN_TEST(test_a_partner_that_does_not_read_fills_it);
+    RUN_TEST(test_a_fifo_whose_partner_does_not_read_is_full);
     RUN_TEST(test_a_file_grows_at_its_end);
     RUN_TEST(test_a_device_that_takes_no_more_is_full);
     RUN_TEST(test_opening_is_refused_for_a_reason);

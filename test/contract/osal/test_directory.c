@@ -95,7 +95,7 @@ static void test_files_are_made_written_read_and_removed(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_read(&root, "file", 0U, content, 1U, &size));
 }
 
-static void test_room_that_is_not_there_is_refused(void)
+static void test_more_room_than_the_disk_has_is_refused(void)
 {
     TEST_ASSERT_EQUAL(STATUS_FULL, osal_directory_make_file(&root, "file", 1ULL << 60U));
     TEST_ASSERT_EQUAL(STATUS_FULL, osal_directory_make_file(&root, "file", UINT64_MAX));
@@ -256,7 +256,7 @@ static void test_hostile_paths_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove_file(&root, longest));
 }
 
-static void test_links_and_special_files_are_not_there(void)
+static void test_links_and_special_files_are_treated_as_absent(void)
 {
     osal_file_t file;
     char content[16];
@@ -285,7 +285,7 @@ static void test_links_and_special_files_are_not_there(void)
     TEST_ASSERT_EQUAL_MEMORY("secret", content, 6U);
 }
 
-static void test_a_root_that_is_not_there(void)
+static void test_a_missing_root_folder_is_reported(void)
 {
     osal_directory_t other;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_open(&other, real("no")));
@@ -322,14 +322,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_files_are_made_written_read_and_removed);
-    RUN_TEST(test_room_that_is_not_there_is_refused);
+    RUN_TEST(test_more_room_than_the_disk_has_is_refused);
     RUN_TEST(test_folders_are_made_and_removed_when_empty);
     RUN_TEST(test_renaming_replaces_nothing);
     RUN_TEST(test_names_come_in_order_and_in_parts);
     RUN_TEST(test_long_folders_are_listed_whole);
     RUN_TEST(test_hostile_paths_are_refused);
-    RUN_TEST(test_links_and_special_files_are_not_there);
-    RUN_TEST(test_a_root_that_is_not_there);
+    RUN_TEST(test_links_and_special_files_are_treated_as_absent);
+    RUN_TEST(test_a_missing_root_folder_is_reported);
     RUN_TEST(test_no_privilege_is_denied);
     return UNITY_END();
 }

@@ -46,7 +46,7 @@ static void test_signal_before_the_wait_is_kept_and_two_are_one(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&event, 1U));
 }
 
-static void test_zeros_are_an_event(void)
+static void test_memory_of_zeros_is_a_valid_event(void)
 {
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_event_wait(&shared->there, 0U));
     osal_event_signal(&shared->there);
@@ -98,7 +98,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_signal_before_the_wait_is_kept_and_two_are_one);
-    RUN_TEST(test_zeros_are_an_event);
+    RUN_TEST(test_memory_of_zeros_is_a_valid_event);
     RUN_TEST(test_wait_is_never_early_though_signals_interrupt_it);
     RUN_TEST(test_two_processes_take_turns_without_losing_one);
     return UNITY_END();

@@ -51,7 +51,7 @@ static void assert_content(const char* expected)
     TEST_ASSERT_EQUAL_MEMORY(expected, content, size);
 }
 
-static void test_create_empties_append_adds(void)
+static void test_create_empties_a_file_and_append_adds_to_it(void)
 {
     struct stat about;
     put("first", osal_file_append); // Made if missing.
@@ -309,7 +309,7 @@ static void test_no_privilege_is_denied(void)
     TEST_ASSERT_EQUAL(0, how);
 }
 
-static void test_room_that_is_reserved_is_there(void)
+static void test_reserved_room_can_be_written_to(void)
 {
     osal_file_t file;
     uint64_t size = 0U;
@@ -351,7 +351,7 @@ static void test_file_without_a_name_is_known(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_create_empties_append_adds);
+    RUN_TEST(test_create_empties_a_file_and_append_adds_to_it);
     RUN_TEST(test_read_in_parts_up_to_the_end);
     RUN_TEST(test_load_bounds);
     RUN_TEST(test_secrets);
@@ -363,7 +363,7 @@ int main(void)
     RUN_TEST(test_full_disk_is_a_status);
     RUN_TEST(test_short_and_interrupted_writes_are_completed);
     RUN_TEST(test_folders_with_parents);
-    RUN_TEST(test_room_that_is_reserved_is_there);
+    RUN_TEST(test_reserved_room_can_be_written_to);
     RUN_TEST(test_file_without_a_name_is_known);
     RUN_TEST(test_no_privilege_is_denied);
     return UNITY_END();

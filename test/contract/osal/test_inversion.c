@@ -124,7 +124,7 @@ static void test_the_holder_of_a_lock_inherits_the_priority_of_the_waiter(void)
     TEST_ASSERT_EQUAL_UINT32(2U, scene.middle_place);
 }
 
-static void test_without_inheritance_the_scene_shows_the_inversion(void)
+static void test_without_priority_inheritance_the_inversion_occurs(void)
 {
     begin(true);
     play();
@@ -136,6 +136,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_holder_of_a_lock_inherits_the_priority_of_the_waiter);
-    RUN_TEST(test_without_inheritance_the_scene_shows_the_inversion);
+    RUN_TEST(test_without_priority_inheritance_the_inversion_occurs);
     return UNITY_END();
 }

@@ -173,7 +173,7 @@ static void test_a_suspended_participant_ends_as_any_other(void)
     (void)next_is(SECOND, 1000U); // Not suspended any more.
 }
 
-static void test_a_life_hangs_from_its_beginning_on(void)
+static void test_a_participant_can_be_suspended_only_after_its_life_has_begun(void)
 {
     (void)next_is(FIRST, 0U);
     TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, osal_lockstep_begin_ns(scheduler, SECOND));
@@ -233,7 +233,7 @@ static void run_slot(uint64_t now_ns, unsigned without)
 }
 
 /// A place that is taken is not given again: the life in it continues unaffected.
-static void test_a_place_that_is_taken_is_refused(void)
+static void test_an_expected_life_does_not_replace_a_present_one(void)
 {
     take_all_places();
     run_slot(0U, PLACES);
@@ -545,9 +545,9 @@ int main(void)
     RUN_TEST(test_a_start_is_taken_back_at_once);
     RUN_TEST(test_grants_due_during_a_suspension_follow_it);
     RUN_TEST(test_a_suspended_participant_ends_as_any_other);
-    RUN_TEST(test_a_life_hangs_from_its_beginning_on);
+    RUN_TEST(test_a_participant_can_be_suspended_only_after_its_life_has_begun);
     RUN_TEST(test_the_holder_is_reported);
-    RUN_TEST(test_a_place_that_is_taken_is_refused);
+    RUN_TEST(test_an_expected_life_does_not_replace_a_present_one);
     RUN_TEST(test_one_place_too_many_is_a_coding_error);
     RUN_TEST(test_a_place_that_was_freed_is_taken_again);
     RUN_TEST(test_all_places_may_fail_to_begin_at_once);

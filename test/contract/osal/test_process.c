@@ -505,7 +505,7 @@ static void test_caught_stop_signal_ends_a_wait_and_not_the_program(void)
     }
 }
 
-static void test_interrupt_can_be_left_to_the_parent(void)
+static void test_a_child_can_leave_the_interrupt_to_its_parent(void)
 {
     osal_process_t process = start_ready("ignore");
     TEST_ASSERT_EQUAL(7, result_of(&process).code);
@@ -562,7 +562,7 @@ int main(int count, char** arguments)
     RUN_TEST(test_watch_needs_a_process);
     RUN_TEST(test_wait_any_finds_the_one_that_ended);
     RUN_TEST(test_caught_stop_signal_ends_a_wait_and_not_the_program);
-    RUN_TEST(test_interrupt_can_be_left_to_the_parent);
+    RUN_TEST(test_a_child_can_leave_the_interrupt_to_its_parent);
     RUN_TEST(test_other_signals_do_not_shorten_a_wait);
     RUN_TEST(test_a_child_has_the_environment_that_its_starter_set);
     return UNITY_END();

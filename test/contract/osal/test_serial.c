@@ -122,7 +122,7 @@ static void test_a_line_that_hangs_up_is_closed_and_comes_back(void)
     expect((const uint8_t*)"x", 1U);
 }
 
-static void test_a_far_end_that_sleeps_fills_the_line(void)
+static void test_a_line_whose_peer_does_not_read_is_full(void)
 {
     static uint8_t octets[65536];
     size_t size     = 0U;
@@ -149,7 +149,7 @@ int main(void)
     RUN_TEST(test_bit_rates_of_the_contract);
     RUN_TEST(test_octets_received_before_opening_are_discarded);
     RUN_TEST(test_a_line_that_hangs_up_is_closed_and_comes_back);
-    RUN_TEST(test_a_far_end_that_sleeps_fills_the_line);
+    RUN_TEST(test_a_line_whose_peer_does_not_read_is_full);
     RUN_TEST(test_a_path_that_is_no_serial_line_is_refused);
     return UNITY_END();
 }

@@ -140,7 +140,7 @@ static void samples_that_have_no_room_do_not_come_back(void)
     TEST_ASSERT_EQUAL(1000U, size);
 }
 
-static void identities_differ_and_stay(void)
+static void identities_differ_and_do_not_change(void)
 {
     uint64_t one   = 0U;
     uint64_t other = 0U;
@@ -203,7 +203,7 @@ int main(void)
     RUN_TEST(a_name_without_a_socket_is_reported);
     RUN_TEST(messages_that_a_slow_receiver_has_no_room_for_are_returned);
     RUN_TEST(samples_that_have_no_room_do_not_come_back);
-    RUN_TEST(identities_differ_and_stay);
+    RUN_TEST(identities_differ_and_do_not_change);
     RUN_TEST(an_adopted_socket_continues);
     RUN_TEST(names_that_come_and_go_are_reported);
     return UNITY_END();

@@ -52,7 +52,7 @@ static void the_warning_rises_at_three_quarters_and_falls_below_two_thirds(void)
     TEST_ASSERT_FALSE(quota_poll_warning(&quota));
 }
 
-static void no_quota_refuses_nothing(void)
+static void without_a_quota_nothing_is_refused(void)
 {
     for (unsigned i = 0U; i < 10U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, quota_take(NULL));
@@ -81,7 +81,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_quota_grants_no_more_than_its_limit);
-    RUN_TEST(no_quota_refuses_nothing);
+    RUN_TEST(without_a_quota_nothing_is_refused);
     RUN_TEST(the_warning_rises_at_three_quarters_and_falls_below_two_thirds);
     RUN_TEST(coding_errors_are_assertions);
     return UNITY_END();

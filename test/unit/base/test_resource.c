@@ -87,6 +87,10 @@ static void refuses_sizes_that_make_no_sense(void)
     const resource_size_t none[]     = {{64U, 0U, 0U}};
     const resource_size_t reserved[] = {{64U, 2U, 2U}};
     TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, falling, 2U));
+    const resource_size_t empty[]    = {{0U, 2U, 0U}};
+    const resource_size_t smallest[] = {{1U, 2U, 0U}};
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, empty, 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, smallest, 1U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, none, 1U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, reserved, 1U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, sizes, 0U));

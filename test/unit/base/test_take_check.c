@@ -48,7 +48,7 @@ static void a_write_after_the_release_is_found(void)
     TEST_ASSERT_TRUE(assertion_fails(write_after_release));
 }
 
-static void blocks_in_use_are_the_users(void)
+static void blocks_in_use_may_be_written(void)
 {
     make_pool();
     for (unsigned i = 0U; i < (3U * BLOCKS); i++) {
@@ -106,7 +106,7 @@ static void the_first_takes_of_each_object_are_numbered(void)
     TEST_ASSERT_EQUAL_UINT32(10U, take_check_count());
 }
 
-static void more_askers_than_places_all_have_numbers(void)
+static void more_objects_than_are_remembered_are_numbered(void)
 {
     static const uint8_t askers[200];
     take_check_refuse(0U);
@@ -120,10 +120,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_write_after_the_release_is_found);
-    RUN_TEST(blocks_in_use_are_the_users);
+    RUN_TEST(blocks_in_use_may_be_written);
     RUN_TEST(the_take_of_a_number_is_refused_and_counted);
     RUN_TEST(the_first_takes_of_each_object_are_numbered);
-    RUN_TEST(more_askers_than_places_all_have_numbers);
+    RUN_TEST(more_objects_than_are_remembered_are_numbered);
     return UNITY_END();
 }
 

@@ -266,7 +266,7 @@ static void each_grant_begins_the_time_of_its_holder(void** state)
     assert_false(launcher.is_undetermined);
 }
 
-static void a_dead_child_holds_nothing(void** state)
+static void a_child_that_has_ended_is_not_the_holder(void** state)
 {
     (void)state;
     child(ARM)->is_alive = false;
@@ -462,7 +462,7 @@ int main(void)
         TEST(a_supervisor_that_hangs_is_killed),
         TEST(the_simulator_is_never_taken_for_hanging),
         TEST(each_grant_begins_the_time_of_its_holder),
-        TEST(a_dead_child_holds_nothing),
+        TEST(a_child_that_has_ended_is_not_the_holder),
         TEST(a_process_that_does_not_join_is_killed_after_ten_seconds),
         TEST(the_time_to_join_ends_with_the_wait_and_does_not_begin_before_the_run),
         TEST(in_real_time_the_begin_of_a_life_is_postponed),

@@ -13,7 +13,7 @@ void tearDown(void)
 {
 }
 
-static void three_times_a_minute(void)
+static void three_returns_a_minute_are_granted_after_rising_delays(void)
 {
     return_budget_t budget = {{0U}, 0U};
     uint64_t delay_ns      = 0U;
@@ -42,7 +42,7 @@ static void deaths_are_forgotten_after_a_minute(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(three_times_a_minute);
+    RUN_TEST(three_returns_a_minute_are_granted_after_rising_delays);
     RUN_TEST(deaths_are_forgotten_after_a_minute);
     return UNITY_END();
 }

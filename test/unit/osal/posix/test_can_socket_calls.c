@@ -260,7 +260,7 @@ static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
     }
 }
 
-static void a_smaller_queue_will_do(void** state)
+static void a_smaller_queue_is_used_if_the_wanted_one_is_refused(void** state)
 {
     (void)state;
     expect_opening(QUESTIONS + OPTIONS, EPERM);
@@ -447,7 +447,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(an_interface_is_opened_as_the_contract_says, set_up),
         cmocka_unit_test_setup(a_socket_that_does_not_open_is_reported_and_closed, set_up),
-        cmocka_unit_test_setup(a_smaller_queue_will_do, set_up),
+        cmocka_unit_test_setup(a_smaller_queue_is_used_if_the_wanted_one_is_refused, set_up),
         cmocka_unit_test_setup(an_interface_that_is_down_or_no_can_interface_is_reported, set_up),
         cmocka_unit_test_setup(filters_with_the_kernel_s_own_bit_are_left_out, set_up),
         cmocka_unit_test_setup(frames_are_sent_with_the_size_of_their_kind, set_up),

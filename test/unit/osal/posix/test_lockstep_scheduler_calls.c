@@ -87,7 +87,7 @@ static void lock_and_unlock(void)
     osal_lockstep_succeed(&memory.scheduler, 0U, 5U);
 }
 
-static void a_holder_that_is_only_slow_lives(void** state)
+static void a_holder_that_runs_or_waits_is_not_killed(void** state)
 {
     (void)state;
     expect_timeout(HOLDER, 'R');
@@ -106,7 +106,7 @@ static void a_holder_that_is_seen_stopped_twice_is_killed(void** state)
 }
 
 /// A terminal may stop and continue all processes of a run.
-static void a_holder_that_continues_in_between_lives(void** state)
+static void a_holder_that_continues_in_between_is_not_killed(void** state)
 {
     (void)state;
     expect_timeout(HOLDER, 'T');
@@ -150,9 +150,9 @@ static void without_a_robust_lock_there_is_no_scheduler(void** state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(a_holder_that_is_only_slow_lives),
+        TEST(a_holder_that_runs_or_waits_is_not_killed),
         TEST(a_holder_that_is_seen_stopped_twice_is_killed),
-        TEST(a_holder_that_continues_in_between_lives),
+        TEST(a_holder_that_continues_in_between_is_not_killed),
         TEST(a_process_without_a_place_in_the_run_is_never_killed),
         TEST(the_patience_is_that_of_the_contract_until_it_is_set),
         TEST(without_a_robust_lock_there_is_no_scheduler),

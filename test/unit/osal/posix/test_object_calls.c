@@ -325,7 +325,7 @@ static void names_that_cannot_be_removed_or_listed_are_reported(void** state)
 
 // ---- Message queues ----
 
-static void queues_that_cannot_be_had_are_reported(void** state)
+static void queues_that_cannot_be_opened_are_reported(void** state)
 {
     static const told_t errors[] = {
         {EEXIST, STATUS_EXISTS},       {ENOENT, STATUS_NOT_FOUND},   {EACCES, STATUS_DENIED},
@@ -384,7 +384,7 @@ static void each_error_of_a_queue_has_its_status(void** state)
 
 // ---- Locks and tasks ----
 
-static void a_lock_that_lacks_anything_is_none(void** state)
+static void a_lock_without_all_its_attributes_is_refused(void** state)
 {
     osal_mutex_t mutex;
     (void)state;
@@ -477,9 +477,9 @@ int main(void)
         cmocka_unit_test(memory_that_cannot_be_made_leaves_nothing),
         cmocka_unit_test(memory_that_cannot_be_opened_is_reported),
         cmocka_unit_test(names_that_cannot_be_removed_or_listed_are_reported),
-        cmocka_unit_test(queues_that_cannot_be_had_are_reported),
+        cmocka_unit_test(queues_that_cannot_be_opened_are_reported),
         cmocka_unit_test(each_error_of_a_queue_has_its_status),
-        cmocka_unit_test(a_lock_that_lacks_anything_is_none),
+        cmocka_unit_test(a_lock_without_all_its_attributes_is_refused),
         cmocka_unit_test(a_task_starts_without_a_priority_that_is_not_permitted),
         cmocka_unit_test(a_task_that_does_not_start_is_reported),
         cmocka_unit_test(a_priority_that_is_not_permitted_is_reported),

@@ -197,7 +197,7 @@ static void a_named_descriptor_that_is_not_open_is_an_error(void** state)
 }
 
 /// What the parent ignores does not pass on to the child.
-static void a_child_obeys_the_signals_that_its_parent_ignores(void** state)
+static void signals_that_the_parent_ignores_end_the_child(void** state)
 {
     static const struct {
         int number;
@@ -309,7 +309,7 @@ int main(void)
         TEST(a_start_without_resources_leaves_nothing_behind),
         TEST(a_child_keeps_named_descriptors_only_also_with_an_old_kernel),
         TEST(a_named_descriptor_that_is_not_open_is_an_error),
-        TEST(a_child_obeys_the_signals_that_its_parent_ignores),
+        TEST(signals_that_the_parent_ignores_end_the_child),
         TEST(a_process_is_looked_at_also_with_closed_standard_input),
         TEST(a_signal_that_is_not_sent_is_reported),
         TEST(an_interrupted_look_for_the_end_is_repeated),

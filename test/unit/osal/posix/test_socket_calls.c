@@ -423,7 +423,7 @@ static void wait_in_vain(const int looks)
 
 /// Polling costs time: after an unsuccessful one it is skipped once, then three times, then seven times, and
 /// so on.
-static void a_wait_looks_the_less_the_less_often_it_finds_anything(void** state)
+static void a_wait_polls_less_often_after_unsuccessful_polls(void** state)
 {
     (void)state;
     passing_ns = OSAL_SOCKET_LOOK_NS; // One poll takes all the time for polling.
@@ -523,7 +523,7 @@ static void each_kind_of_socket_has_its_options(void** state)
     expect_options(1U, at_once);
 }
 
-static void a_pair_is_two_ends_or_none(void** state)
+static void a_pair_has_two_ends_or_is_not_opened(void** state)
 {
     osal_socket_t ends[2];
     (void)state;
@@ -550,10 +550,10 @@ int main(void)
         cmocka_unit_test_setup(each_end_of_a_stream_has_its_status, set_up),
         cmocka_unit_test_setup(a_datagram_is_distinguished_from_errors_of_earlier_ones, set_up),
         cmocka_unit_test_setup(a_deferred_datagram_is_taken_out_by_the_next_call, set_up),
-        cmocka_unit_test_setup(a_wait_looks_the_less_the_less_often_it_finds_anything, set_up),
+        cmocka_unit_test_setup(a_wait_polls_less_often_after_unsuccessful_polls, set_up),
         cmocka_unit_test_setup(a_wait_continues_after_a_signal_and_ends_with_an_error, set_up),
         cmocka_unit_test_setup(each_kind_of_socket_has_its_options, set_up),
-        cmocka_unit_test_setup(a_pair_is_two_ends_or_none, set_up),
+        cmocka_unit_test_setup(a_pair_has_two_ends_or_is_not_opened, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
