@@ -48,6 +48,18 @@ static status_t send(const uint16_t apid, pus_token_t* const out_token)
     return pus_tc_send(&requester, &writer, out_token);
 }
 
+static void a_request_that_was_sent_is_neither_extended_nor_sent_again(void)
+{
+    pus_token_t token;
+    octet_writer_t writer = pus_tc_begin(&requester, 16U, 129U, 1U, 0x9U);
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tc_send(&requester, &writer, &token));
+    const size_t size = writer.position;
+    octet_write_u8(&writer, 3U);
+    TEST_ASSERT_TRUE(writer.failed);
+    TEST_ASSERT_EQUAL_UINT64(size, writer.position);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tc_send(&requester, &writer, &token));
+}
+
 static void a_request_is_a_whole_packet_and_its_token_names_it(void)
 {
     pus_token_t token;
@@ -135,6 +147,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_request_is_a_whole_packet_and_its_token_names_it);
+    RUN_TEST(a_request_that_was_sent_is_neither_extended_nor_sent_again);
     RUN_TEST(each_addressee_has_its_own_count_and_refusal_leaves_no_gap);
     RUN_TEST(too_many_addressees_are_refused);
     RUN_TEST(too_much_data_and_a_second_send_are_refused);

@@ -277,6 +277,7 @@ static void applied_definitions_switch_their_structures(void)
     u16(41U);
     request(37U);
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 8);
+    expect_failure(3U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U);
     bench_clear();
     run(8U);
     EXPECT_MESSAGES(3, 26, 3, 26);
