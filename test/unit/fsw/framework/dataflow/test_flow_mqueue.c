@@ -136,6 +136,7 @@ static void records_travel_in_the_flows_order(void)
         TEST_ASSERT_EQUAL_HEX8_ARRAY(sample_wire[order], octets, size);
         TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_send(&sender, octets, size + 1U));
         TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, flow_mqueue_receive_record(&receiver, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL_UINT32(order + 1U, receiver.counters.unfit);
         TEST_ASSERT_EQUAL_UINT16(9U, seen.number);
         TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_send(&sender, octets, size));
         TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_receive_record(&receiver, &sample_layout, &seen));

@@ -145,6 +145,7 @@ static void records_travel_in_the_flows_order(void)
         TEST_ASSERT_TRUE(is_sample(&seen));
         seen.number = 9U;
         TEST_ASSERT_EQUAL(STATUS_INVALID, flow_shm_read_record(&reader, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL_UINT32(order + 1U, reader.counters.unfit);
         TEST_ASSERT_EQUAL_UINT16(9U, seen.number);
     }
     TEST_ASSERT_EQUAL_UINT32(2U, reader.counters.unfit);

@@ -150,6 +150,7 @@ static void records_travel_in_the_flows_order(void)
         TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&left, octets, size - 1U));
         TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&right.socket, 5000U));
         TEST_ASSERT_EQUAL(STATUS_TRUNCATED, flow_udp_receive_record(&right, &sample_layout, &seen));
+        TEST_ASSERT_EQUAL_UINT32(order + 1U, right.counters.unfit);
         TEST_ASSERT_EQUAL_UINT16(9U, seen.number);
         TEST_ASSERT_EQUAL(STATUS_OK, flow_udp_send(&left, octets, size));
         TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&right.socket, 5000U));
