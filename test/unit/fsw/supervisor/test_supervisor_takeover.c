@@ -140,9 +140,25 @@ static void members_are_known_again(void)
     TEST_ASSERT_TRUE(is->registry[1].is_interface_mismatched);
 }
 
+static void reports_that_wait_for_the_ground_wait_again(void)
+{
+    fixture.members[FIXTURE_GROUND].is_deaf = true;
+    for (unsigned i = 0U; i < 200U; i++) {
+        fixture_report(FIXTURE_HAND, PUS_SERVICE_HOUSEKEEPING, 25U, "abc", 3U);
+        fixture_run(1U);
+    }
+    take_over();
+    for (size_t i = 0U; i < PUS_CLASSES; i++) {
+        TEST_ASSERT_EQUAL(was.ground_backlog.lines[i].span, is->ground_backlog.lines[i].span);
+        TEST_ASSERT_EQUAL_UINT32(was.ground_backlog.lines[i].octets, is->ground_backlog.lines[i].octets);
+    }
+    TEST_ASSERT_TRUE(is->ground_backlog.lines[PUS_CLASS_BULK].span > 0U);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(reports_that_wait_for_the_ground_wait_again);
     RUN_TEST(the_tables_of_links_are_there_again);
     RUN_TEST(requests_plans_and_counters_are_there_again);
     RUN_TEST(members_are_known_again);

@@ -173,9 +173,31 @@ static void reports_that_wait_for_the_ground_are_counted_in_octets(void)
     TEST_ASSERT_EQUAL_UINT32(refused, ground->block_refused);
 }
 
+/// The last phase is one that can be reported. A state is at rest only in a phase at rest.
+static void each_reported_phase_is_known(void)
+{
+    const registry_entry_t* const lone = &fixture.supervisor.registry[2];
+    const uint32_t malformed           = fixture.supervisor.counters.tm_malformed;
+    TEST_ASSERT_EQUAL(LONE, lone->mission->apid);
+    fixture.members[FIXTURE_LONE].state = STATE_ERROR_OPERATIONAL;
+    fixture.members[FIXTURE_LONE].phase = PHASE_UNSECURED;
+    fixture_run(60U);
+    TEST_ASSERT_EQUAL(PHASE_UNSECURED, lone->phase);
+    TEST_ASSERT_EQUAL_UINT32(malformed, fixture.supervisor.counters.tm_malformed);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, lone->rested);
+    fixture.members[FIXTURE_LONE].state = STATE_OPERATIONAL;
+    fixture_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, lone->state);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, lone->rested);
+    fixture.members[FIXTURE_LONE].phase = PHASE_IDLE;
+    fixture_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, lone->rested);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(each_reported_phase_is_known);
     RUN_TEST(the_status_counts_members_links_networks_requests_and_records);
     RUN_TEST(packets_are_counted_by_what_became_of_them);
     RUN_TEST(figures_of_its_parts_are_published);
