@@ -26,7 +26,7 @@
 ##   make coverage   branches that C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises the marks
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes
-##                   that the C tests detect
+##                   that the C tests detect                 FLY=1 also flies those that they do not detect
 ##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)
 ##   make pus-coverage   fly the conformance suite of the packet services and write docs/pus-coverage.md
 ##   make fuzz       run every fuzz target in turn on its kept corpus          ONLY=<part of a name>  SECONDS=20
@@ -50,7 +50,7 @@ SHELL         := /bin/sh
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
-OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COUNT COVERAGE FORM FUZZ HTTP JOBS JOYSTICK_IF KEY LINKS \
+OPTIONS := ALL ANALYZE APID BUS CANS CC CHECK CMD COUNT COVERAGE FLY FORM FUZZ HTTP JOBS JOYSTICK_IF KEY LINKS \
            MEMORY MISSION NAME NODES ONLY OUT PLACE PORT REMOTE_ENDIAN ROBOT_IF S390X SANITIZE SCENARIO SECONDS \
            SEED SIM_JOYSTICK_IF SIM_ROBOT_IF STORAGE TIME TOOLS TRANSPORT TSAN UPDATE V
 ifeq ($(MAKELEVEL),0)

@@ -76,6 +76,6 @@ UNSPELLED := ./build ./runs ./.git ./.ruff_cache ./.pytest_cache ./test/fuzz/cor
 check-links:
 	@$(PYTHON) test/lint/check_links.py
 check-mutants:
-	+@$(MAKE) --no-print-directory mutants ONLY= COUNT=300 CHECK=1
+	+@$(MAKE) --no-print-directory mutants ONLY= COUNT=300 FLY=1 CHECK=1
 check-fuzz: build/setup/check
 	+@$(MAKE) --no-print-directory fuzz SECONDS=300

@@ -121,10 +121,10 @@ test-hil: build/setup/vm $(if $(NEEDS_REMOTE_ENDIAN),build/setup/s390x) all
 	@$(if $(HIL_TESTS),,$(error no test in test/hil has '$(ONLY)' in its path))HIL_PLACE='$(PLACE)' \
 	    $(VENV) test/support/run_tests.py --jobs $(JOBS) --under test/hil --only '$(ONLY)'
 
-mutants: build/setup/unit
+mutants: build/setup/unit $(if $(FLY),build/setup/test all)
 	+@$(MAKE) --no-print-directory -j$(JOBS) ONLY= tests
 	@$(PYTHON) test/mutants/run_mutants.py --jobs $(JOBS) --only '$(ONLY)' \
-	    $(call option,count,COUNT) $(call option,seed,SEED) $(if $(CHECK),--check)
+	    $(call option,count,COUNT) $(call option,seed,SEED) $(if $(FLY),--fly) $(if $(CHECK),--check)
 
 pus-coverage: build/setup/test all
 	@UPDATE_COVERAGE=1 $(VENV) -m pytest -q -p no:cacheprovider --timeout=600 --rootdir=. test/conformance/pus

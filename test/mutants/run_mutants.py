@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Change one place of the flight sources at a time and check whether a C unit test detects it (`make mutants`).
+"""Change one place of the flight sources at a time and check whether a test detects it (`make mutants`).
 
 Places are drawn by a seed over all lines of base/, pus/, fsw/, osal/ and launcher/: a comparison, a bound, a sign, a logical
 operator, a condition, a returned value, or a statement that is left out. Each mutant is built in a copy under build/mutants, and
 those test programs run that link the changed file, until one fails: first those named like it, then those that call its functions,
 then the nearest. They run in name spaces of their own (processes, /tmp, /dev/shm), since a mutant may kill or remove what it does
-not own. A mutant that does not build, or that gives the same object code, is replaced by another one. Sources that no C test links
-are tested in flight only; they are not drawn but listed.
+not own. If all pass, and with --fly, the tests in FLIGHTS run with the programs of the copy. A mutant that does not build, or
+that gives the same object code, is replaced by another one. Sources that no C test links are not drawn but listed.
 
 Prints the survivors and the score of each folder. equivalent.txt holds mutants that no test can tell from the original, each with
 its reason; they do not count. --check: exit code 1 below 95 % in all or 90 % in a folder with ten mutants or more.
@@ -33,10 +33,18 @@ FOLDERS = ("base", "pus", "fsw", "osal", "launcher")
 # Programs, the command line tool and the bindings of services to the supervisor are tried in flight only.
 LEFT_OUT = re.compile(r"_main\.c$|_program\.c$|^pus/tool/|^fsw/supervisor/services/")
 COPIED = ("Makefile", "base", "descriptors", "fsw", "gse", "launcher", "mk", "osal", "pus", "sim", "test")
-BUILT = ("flags", "obj", "lib", "generated", "setup")
+BUILT = ("flags", "obj", "lib", "bin", "generated", "setup")
+# Flights that take seconds: packet services, states and control, faults, restarts, and for launcher/ its messages.
+FLIGHTS = ("test/mission/test_mission_causes.py", "test/mission/test_mission_unplug.py", "test/mission/test_mission_packets.py",
+           "test/mission/test_mission_can_faults.py", "test/mission/test_mission_plans.py", "test/mission/test_mission_restarts.py",
+           "test/mission/test_mission_telepresence.py", "test/conformance/pus",
+           "--ignore=test/conformance/pus/test_power_cuts.py", "--ignore=test/conformance/pus/test_z_coverage.py",
+           "--deselect=test/conformance/pus/test_operations.py::test_every_example_works_as_it_stands")
+LAUNCHER_FLIGHTS = ("test/mission/test_mission_launcher.py",)
 NEAREST = 40  # Test programs tried for a mutant.
 FEW = 10  # With fewer mutants a folder has no bound.
 SECONDS = 60  # Of one test program.
+FLIGHT_SECONDS = 300  # Of one test in flight.
 # Time limit: this many times the time without a mutant, and ten seconds; it ends a mutant that runs without
 # end.
 PATIENCE = 20
@@ -161,30 +169,42 @@ def alone():
     enter = ["unshare", "--pid", "--ipc", "--fork", "--kill-child", "--mount", "--mount-proc"]
     if os.getuid() != 0:
         enter[1:1] = ["--user", "--map-root-user"]
-    return [*enter, "sh", "-c", 'mount -t tmpfs none /tmp && mount -t tmpfs none /dev/shm && exec "$0"']
+    return [*enter, "sh", "-c", 'mount -t tmpfs none /tmp && mount -t tmpfs none /dev/shm && exec "$0" "$@"']
 
 
-def passes(name, seconds):
-    """True if a test program of the copy ends with success in that time."""
-    limits = {resource.RLIMIT_CPU: SECONDS, resource.RLIMIT_FSIZE: 1 << 30, resource.RLIMIT_CORE: 0}
+def passes(command, seconds, processor_seconds=SECONDS):
+    """True if a command in the copy ends with success in that time."""
+    limits = {resource.RLIMIT_CPU: processor_seconds, resource.RLIMIT_FSIZE: 1 << 30, resource.RLIMIT_CORE: 0}
 
     def limit():
         for which, most in limits.items():
             resource.setrlimit(which, (most, most))
 
     try:
-        run = subprocess.run([*alone(), f"build/{name}"], cwd=TREE, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        run = subprocess.run([*alone(), *command], cwd=TREE, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                              stderr=subprocess.DEVNULL, timeout=seconds, preexec_fn=limit, check=False)
         return run.returncode == 0
     except subprocess.TimeoutExpired:
         return False
 
 
+def program_passes(name, seconds):
+    """The same for a test program."""
+    return passes([f"build/{name}"], seconds)
+
+
+def flight_passes(folder):
+    """True if the flights of the copy pass: of a mutant in that folder."""
+    tests = (*LAUNCHER_FLIGHTS, *FLIGHTS) if folder == "launcher" else FLIGHTS
+    return passes(["build/venv/bin/python", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS}",
+                   "--rootdir=.", *tests], 10 * FLIGHT_SECONDS, 10 * FLIGHT_SECONDS)
+
+
 class Run:
     """The copy, and the results of its tests."""
 
-    def __init__(self, jobs):
-        self.jobs, self.tests, self.seconds = jobs, Tests(), {}
+    def __init__(self, jobs, flies):
+        self.jobs, self.flies, self.tests, self.seconds = jobs, flies, Tests(), {}
         shutil.rmtree(TREE, ignore_errors=True)
         (TREE / "build").mkdir(parents=True)
         for name in COPIED:
@@ -193,6 +213,8 @@ class Run:
             subprocess.run(["cp", "-a", ROOT / "build" / name, TREE / "build" / name], check=True)
         for name in ("third_party", "venv"):
             (TREE / "build" / name).symlink_to(ROOT / "build" / name)
+        if flies and not (make(["all"], jobs) and flight_passes("launcher")):
+            sys.exit("mutants: the flights in FLIGHTS fail without a mutant; mend them first")
 
     def try_all(self, names):
         """The first program that fails, built `jobs` at a time; None if all pass."""
@@ -200,7 +222,7 @@ class Run:
             for begin in range(0, len(names), 2 * self.jobs):
                 some = [name for name in names[begin:begin + 2 * self.jobs] if self.seconds_of(name)]
                 make([f"build/{name}" for name in some], self.jobs)
-                for name, good in zip(some, pool.map(passes, some, map(self.seconds_of, some))):
+                for name, good in zip(some, pool.map(program_passes, some, map(self.seconds_of, some))):
                     if not good:
                         return name
         return None
@@ -212,7 +234,7 @@ class Run:
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / "build" / name, copy)
             began = time.monotonic()
-            is_sound = passes(name, SECONDS)
+            is_sound = program_passes(name, SECONDS)
             self.seconds[name] = min(SECONDS, 10 + PATIENCE * (time.monotonic() - began)) if is_sound else None
             copy.unlink()
         return self.seconds[name]
@@ -226,7 +248,10 @@ class Run:
         try:
             if not make([target], self.jobs) or code(TREE / target) == code(ROOT / target):
                 return False
-            return self.try_all(self.tests.of(mutant.path))
+            killer = self.try_all(self.tests.of(mutant.path))
+            if killer is None and self.flies and not (make(["all"], self.jobs) and flight_passes(mutant.folder)):
+                killer = "a flight"
+            return killer
         finally:
             shutil.copy(ROOT / mutant.path, source)
             shutil.copy(ROOT / target, TREE / target)
@@ -245,10 +270,11 @@ def main():
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--fly", action="store_true", help="fly what passes the C tests: two minutes each")
     parser.add_argument("--check", action="store_true", help="exit code 1 if too many survive")
     arguments = parser.parse_args()
     equivalent = read_equivalent()
-    run = Run(arguments.jobs)
+    run = Run(arguments.jobs, arguments.fly)
     killed, tried, survivors = collections.Counter(), collections.Counter(), []
     mutants = drawn(arguments.only, arguments.seed)
     flown = sorted(path for path in {mutant.path for mutant in mutants} if not run.tests.of(path))
