@@ -172,7 +172,7 @@ def alone():
     return [*enter, "sh", "-c", 'mount -t tmpfs none /tmp && mount -t tmpfs none /dev/shm && exec "$0" "$@"']
 
 
-def passes(command, seconds, processor_seconds=SECONDS):
+def passes(command, seconds, processor_seconds=SECONDS, output=subprocess.DEVNULL):
     """True if a command in the copy ends with success in that time."""
     limits = {resource.RLIMIT_CPU: processor_seconds, resource.RLIMIT_FSIZE: 1 << 30, resource.RLIMIT_CORE: 0}
 
@@ -181,8 +181,8 @@ def passes(command, seconds, processor_seconds=SECONDS):
             resource.setrlimit(which, (most, most))
 
     try:
-        run = subprocess.run([*alone(), *command], cwd=TREE, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                             stderr=subprocess.DEVNULL, timeout=seconds, preexec_fn=limit, check=False)
+        run = subprocess.run([*alone(), *command], cwd=TREE, stdin=subprocess.DEVNULL, stdout=output,
+                             stderr=subprocess.STDOUT, timeout=seconds, preexec_fn=limit, check=False)
         return run.returncode == 0
     except subprocess.TimeoutExpired:
         return False
@@ -194,10 +194,11 @@ def program_passes(name, seconds):
 
 
 def flight_passes(folder):
-    """True if the flights of the copy pass: of a mutant in that folder."""
+    """True if the flights of the copy pass: of a mutant in that folder. What they print is in build/flights.txt of the copy."""
     tests = (*LAUNCHER_FLIGHTS, *FLIGHTS) if folder == "launcher" else FLIGHTS
-    return passes(["build/venv/bin/python", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS}",
-                   "--rootdir=.", *tests], 10 * FLIGHT_SECONDS, 10 * FLIGHT_SECONDS)
+    with open(TREE / "build" / "flights.txt", "wb") as output:
+        return passes(["build/venv/bin/python", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
+                       f"--timeout={FLIGHT_SECONDS}", "--rootdir=.", *tests], 10 * FLIGHT_SECONDS, 10 * FLIGHT_SECONDS, output)
 
 
 class Run:
@@ -214,7 +215,7 @@ class Run:
         for name in ("third_party", "venv"):
             (TREE / "build" / name).symlink_to(ROOT / "build" / name)
         if flies and not (make(["all"], jobs) and flight_passes("launcher")):
-            sys.exit("mutants: the flights in FLIGHTS fail without a mutant; mend them first")
+            sys.exit(f"mutants: flights fail without a mutant, mend them first: {TREE / 'build' / 'flights.txt'}")
 
     def try_all(self, names):
         """The first program that fails, built `jobs` at a time; None if all pass."""
