@@ -200,6 +200,24 @@ static void no_loop_runs_without_an_active_configuration(void)
     TEST_ASSERT_FALSE(fixture_has("* control")); // Without a configuration there is nothing to control.
 }
 
+static void the_health_contains_each_counter_once(void)
+{
+    subsystem_t* const subsystem = &fixture.subsystem;
+    subsystem_health_t health;
+    subsystem->dispatcher.counters.rejected = 1U;
+    subsystem->dispatcher.counters.refused  = 2U;
+    subsystem->dispatcher.counters.ignored  = 4U;
+    subsystem->dictionary.refusals          = (parameter_refusals_t){
+                 .unknown = 1U, .read_only = 2U, .out_of_range = 4U, .malformed = 8U, .no_room = 16U};
+    subsystem->process.counters.lost      = 1U;
+    subsystem->process.counters.oversized = 2U;
+    subsystem->loop_reports_lost          = 4U;
+    subsystem_health(subsystem, &health);
+    TEST_ASSERT_EQUAL_UINT32(7U, health.requests_refused);
+    TEST_ASSERT_EQUAL_UINT32(31U, health.parameters_refused);
+    TEST_ASSERT_EQUAL_UINT32(7U, health.reports_lost);
+}
+
 static bool has_hardware(state_t state)
 {
     return (state >= STATE_HARDWARE_INIT) && (state <= STATE_HARDWARE_DEINIT);
@@ -372,6 +390,7 @@ int main(void)
     RUN_TEST(the_steps_of_a_cycle_have_a_fixed_order);
     RUN_TEST(no_loop_runs_without_an_active_configuration);
     RUN_TEST(a_cycle_emits_if_there_is_hardware_at_its_begin_or_its_end);
+    RUN_TEST(the_health_contains_each_counter_once);
     RUN_TEST(an_action_runs_once_a_cycle);
     RUN_TEST(callbacks_receive_the_time);
     RUN_TEST(the_cycle_follows_the_configuration);
