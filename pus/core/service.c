@@ -100,7 +100,7 @@ octet_writer_t pus_answer_begin(const pus_request_t* const request, const uint8_
 octet_writer_t pus_list_begin(const pus_request_t* const request, const uint8_t subtype)
 {
     octet_writer_t writer = pus_answer_begin(request, subtype);
-    octet_write_u16(&writer, 0U);
+    (void)octet_write_space(&writer, sizeof(uint16_t));
     return writer;
 }
 

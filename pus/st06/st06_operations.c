@@ -152,7 +152,7 @@ static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* co
     uint32_t room       = PUS_MEMORY_SLICE;
     uint32_t ended      = 0U;
     uint16_t entries    = 0U;
-    octet_write_u16(&writer, 0U);
+    (void)octet_write_space(&writer, sizeof entries);
     while ((room > 0U) && seek(operation)) {
         const area_t area     = area_of(operation, operation->index);
         const uint32_t piece  = smaller(room, area.length - operation->done);
