@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Two failures, in any order, one after the other: no running plan suppresses the built-in reaction.
-#include "fsw/supervisor/supervisor.h"
+#include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
@@ -285,6 +285,36 @@ static void an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descr
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
 }
 
+/// An event of the supervisor is noted once in a step; without a place it is counted.
+static void own_events_are_noted_once_and_counted_without_a_place(void)
+{
+    supervisor_t* const supervisor          = &fixture.supervisor;
+    const uint8_t octets[3]                 = {0U, (uint8_t)SUPERVISOR_EVENT_LOG_FAILED, 0U};
+    const pus_tm_t tm                       = {.apid    = SUPERVISOR_APID,
+                                               .service = PUS_SERVICE_EVENTS,
+                                               .subtype = 4U,
+                                               .data    = octets,
+                                               .size    = sizeof octets};
+    const pus_event_occurrence_t occurrence = {
+        .apid = SUPERVISOR_APID, .event = SUPERVISOR_EVENT_LOG_FAILED, .severity = PUS_SEVERITY_HIGH};
+    TEST_ASSERT_EQUAL(0U, supervisor->own_event_count);
+    supervisor_error_own_event(supervisor, &tm, &occurrence);
+    supervisor_error_own_event(supervisor, &tm, &occurrence);
+    TEST_ASSERT_EQUAL(1U, supervisor->own_event_count);
+    TEST_ASSERT_EQUAL_UINT32(0U, supervisor->reactions.missed);
+    for (uint16_t k = 0U; k < SUPERVISOR_OWN_EVENTS; k++) {
+        supervisor->own_events[k].event_id = (uint16_t)(1000U + k);
+    }
+    supervisor->own_event_count = SUPERVISOR_OWN_EVENTS - 1U;
+    supervisor_error_own_event(supervisor, &tm, &occurrence); // The last place.
+    TEST_ASSERT_EQUAL(SUPERVISOR_OWN_EVENTS, supervisor->own_event_count);
+    supervisor->own_events[SUPERVISOR_OWN_EVENTS - 1U].event_id = 2000U;
+    supervisor_error_own_event(supervisor, &tm, &occurrence);
+    TEST_ASSERT_EQUAL(SUPERVISOR_OWN_EVENTS, supervisor->own_event_count);
+    TEST_ASSERT_EQUAL_UINT32(1U, supervisor->reactions.missed);
+    supervisor->own_event_count = 0U;
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -298,5 +328,6 @@ int main(void)
     RUN_TEST(the_supervisors_own_errors_have_plans);
     RUN_TEST(a_disabled_report_does_not_disable_the_recovery_plan);
     RUN_TEST(an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descriptor);
+    RUN_TEST(own_events_are_noted_once_and_counted_without_a_place);
     return UNITY_END();
 }
