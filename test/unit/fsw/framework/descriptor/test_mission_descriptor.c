@@ -173,6 +173,7 @@ static const damage_t damages[] = {
     {"tc='8,1'", "tc='8,a'", 11U, "service and subtype like 8,1"},
     {"tc='8,1'", "tc='8,'", 11U, "service and subtype like 8,1"},
     {"tc='8,1'", "tc='8888,1'", 11U, "service and subtype like 8,1"},
+    {"tc='8,1'", "tc='0008,1'", 11U, "service and subtype like 8,1"},
     {"tc='8,1'", "tc='8,**'", 11U, "service and subtype like 8,1, or 11,*"},
     {"tc='8,1'", "tc='88888,1'", 11U, "service and subtype like 8,1, or 11,*"},
     {"tc='8,1'", "tc='8'", 11U, "service and subtype like 8,1, or 11,*"},
