@@ -13,7 +13,6 @@ void manipulator_arm_control_init(manipulator_arm_control_t* const control)
 {
     FSW_ASSERT(control != NULL);
     *control = (manipulator_arm_control_t){.is_started = false};
-    manipulator_arm_observer_reset(&control->observer);
 }
 
 void manipulator_arm_control_sense(manipulator_arm_control_t* const control,

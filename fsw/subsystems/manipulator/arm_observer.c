@@ -5,12 +5,6 @@
 
 #include <stddef.h>
 
-void manipulator_arm_observer_reset(manipulator_arm_observer_t* const observer)
-{
-    FSW_ASSERT(observer != NULL);
-    *observer = (manipulator_arm_observer_t){.is_started = false};
-}
-
 void manipulator_arm_observer_step(manipulator_arm_observer_t* const observer,
                                    const manipulator_model_t* const model,
                                    const manipulator_arm_observer_gains_t* const gains,

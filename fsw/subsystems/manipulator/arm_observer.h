@@ -28,9 +28,8 @@ typedef struct {
     double period_s;
 } manipulator_arm_observer_gains_t;
 
-/// Restart with the next step.
-void manipulator_arm_observer_reset(manipulator_arm_observer_t* observer);
-/// One cycle: link angle, and joint torque free of the sensor's offset.
+/// One cycle: link angle, and joint torque free of the sensor's offset. Before the first cycle the observer
+/// is all zero.
 void manipulator_arm_observer_step(manipulator_arm_observer_t* observer, const manipulator_model_t* model,
                                    const manipulator_arm_observer_gains_t* gains,
                                    const double link_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS]);
