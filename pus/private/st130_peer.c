@@ -43,7 +43,7 @@ status_t pus_link_transition_read(octet_reader_t* const reader, pus_link_transit
 status_t pus_link_statuses_read(octet_reader_t* const reader, uint16_t* const out_count)
 {
     const uint16_t count = octet_read_u16(reader);
-    const bool is_good   = !reader->failed && (octet_reader_left(reader) == (count * STATUS_SIZE));
+    const bool is_good   = !reader->failed && (octet_reader_left(reader) == ((size_t)count * STATUS_SIZE));
     *out_count           = is_good ? count : 0U;
     return is_good ? STATUS_OK : STATUS_INVALID;
 }

@@ -345,7 +345,7 @@ static void interfaces_that_cannot_be_made_are_named_with_the_commands(void** st
     expect_make("vcan-robot", true, STATUS_DENIED);
     assert_refused(
         "not permitted here; as root, once: ip link add vcan-robot mtu 72 type vcan; ip link set "
-        "vcan-robot up; ip link add fsw-robot mtu 72 type vcan; ip link set fsw-robot up; and so for "
+        "vcan-robot up; ip link add fsw-robot mtu 72 type vcan; ip link set fsw-robot up; and the same for "
         "each bus");
     expect_claim("vcan-robot", STATUS_OK);
     expect_make("vcan-robot", true, STATUS_UNSUPPORTED);
