@@ -49,7 +49,7 @@ typedef struct { // Storage of the image in addition to that of its components.
 typedef struct {
     const char* run;
     const char* scenario;
-    const char* bench_devices;
+    const char* world;
     const char* cosimulation;
     uint64_t seed;
 } image_options_t;
@@ -233,7 +233,7 @@ static const char* open_simulator(image_t* const self, const image_options_t* co
     simulator_config_t config = {.process_fault   = process_faults_act,
                                  .process_context = &self->process_faults,
                                  .scenario_path   = options->scenario,
-                                 .bench_path      = options->bench_devices,
+                                 .world_path      = options->world,
                                  .output_path     = self->run->folder,
                                  .seed            = options->seed};
     for (uint16_t i = 0U; (i < self->mission.bus_count) && (i < SIMULATOR_BUSES_MAX); i++) {
@@ -368,8 +368,8 @@ static bool parse(const int argument_count, char* const arguments[], image_optio
             options->run = value;
         } else if (strcmp(arguments[i], "--scenario") == 0) {
             options->scenario = value;
-        } else if (strcmp(arguments[i], "--bench-devices") == 0) {
-            options->bench_devices = value;
+        } else if (strcmp(arguments[i], "--world") == 0) {
+            options->world = value;
         } else if (strcmp(arguments[i], "--cosimulation") == 0) {
             options->cosimulation = value;
         } else if (strcmp(arguments[i], "--seed") == 0) {
@@ -378,7 +378,7 @@ static bool parse(const int argument_count, char* const arguments[], image_optio
             return false;
         }
     }
-    return (options->run != NULL) && ((argument_count % 2) == 1);
+    return (options->run != NULL) && (options->world != NULL) && ((argument_count % 2) == 1);
 }
 
 // ---- Refusals on demand, in test builds ----
@@ -412,7 +412,7 @@ static void print_takes(void)
 int main(const int argument_count, char* arguments[])
 {
     static const char usage[] =
-        "usage: --run NAME [--scenario FILE] [--bench-devices FILE] [--seed N] [--cosimulation PATH] "
+        "usage: --run NAME [--scenario FILE] --world FILE [--seed N] [--cosimulation PATH] "
         "(started by `hirosco run`)";
     image_options_t options = {.seed = 1U};
     if (osal_console_introduce(argument_count, arguments, "image", usage)) {

@@ -85,9 +85,8 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     char cosimulation[LAUNCH_PATH_MAX];
     char scenario_path[LAUNCH_PATH_MAX];
     bool has_operator;
-    char bench_path[LAUNCH_PATH_MAX]; // Further devices on the buses.
-    bool has_bench_devices;
-    uint64_t first_wall_ns; // When simulated time first advanced.
+    char world_path[LAUNCH_PATH_MAX]; // What the simulator simulates.
+    uint64_t first_wall_ns;           // When simulated time first advanced.
     uint64_t first_simulated_ns;
     uint64_t last_wall_ns;
     uint64_t last_simulated_ns;

@@ -80,9 +80,7 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
 /// Arguments of simulator and image about the simulated world.
 static void add_world(arguments_t* const arguments, const launcher_t* const launcher)
 {
-    if (launcher->has_bench_devices) {
-        arguments_add_option(arguments, "--bench-devices", launcher->bench_path);
-    }
+    arguments_add_option(arguments, "--world", launcher->world_path);
     if (launcher->has_operator) {
         arguments_add_option(arguments, "--scenario", launcher->scenario_path);
     }

@@ -112,6 +112,20 @@ static bool find_scenario(launcher_t* const launcher)
            launcher_fail(launcher, "no such scenario: ", launcher->scenario_path);
 }
 
+/// The world of the mission; real devices have their own.
+static bool find_world(launcher_t* const launcher)
+{
+    (void)text_join(launcher->world_path, sizeof launcher->world_path,
+                    (const char* const[]){"descriptors/worlds/", launcher->options.mission, ".xml", NULL});
+    return !launch_has_simulator(&launcher->options) || osal_file_exists(launcher->world_path) ||
+           launcher_fail(launcher, "no world for the simulator: ", launcher->world_path);
+}
+
+static bool find_inputs(launcher_t* const launcher)
+{
+    return find_scenario(launcher) && find_world(launcher);
+}
+
 /// Without folders and ending.
 static void add_scenario_name(text_t* const text, const char* const scenario)
 {
@@ -435,14 +449,6 @@ static bool write_ground_files(launcher_t* const launcher)
             launcher_fail(launcher, "no room for run.json in ", launcher->run->folder));
 }
 
-/// Further devices on the buses, if the mission has a file of them.
-static void find_bench_devices(launcher_t* const launcher)
-{
-    (void)text_join(launcher->bench_path, sizeof launcher->bench_path,
-                    (const char* const[]){"sim/bench_devices/", launcher->options.mission, ".txt", NULL});
-    launcher->has_bench_devices = osal_file_exists(launcher->bench_path);
-}
-
 /// Name the co-simulation port in the folder of the run's shared memory: a container with its own /dev/shm
 /// and process numbers from 1 then has its own ports, and what a killed launcher left is removed with the
 /// rest.
@@ -486,13 +492,12 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
         read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_remote_endian(launcher) &&
-        launcher_check_system(launcher) && find_scenario(launcher) && launcher_ready_interfaces(launcher) &&
+        launcher_check_system(launcher) && find_inputs(launcher) && launcher_ready_interfaces(launcher) &&
         make_folder(launcher, folder, sizeof folder) && make_run_state(launcher, mission_path, folder) &&
         make_scheduler(launcher) && make_checkpoint(launcher) && launcher_make_buses(launcher) &&
         launcher_make_nodes(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
         write_ground_files(launcher);
     if (is_ready) {
-        find_bench_devices(launcher);
         name_cosimulation(launcher);
         launcher->run->origin_ns = osal_clock_monotonic_ns() + 300000000U; // All processes are up by then.
     }

@@ -12,7 +12,7 @@ group = -Wl,--start-group $(filter %.a,$1) -Wl,--end-group
 program_name = $B/bin/$(subst _,-,$(patsubst %_main.c,%,$(notdir $1)))
 libraries_of = $(if $(findstring image,$1),$(LIBRARIES),$(if $(filter sim/%,$1),$(SIM_LIBRARIES),$(FLIGHT_LIBRARIES)))
 externals_of = $(if $(findstring image,$1)$(filter sim/%,$1),-lode -llcm) $(if $(findstring sqlite,$1),-lsqlite3) \
-               $(if $(filter sim/%,$1),,-lexpat $(LUA) $(NETTLE)) -lpthread -lm
+               -lexpat $(if $(filter sim/%,$1),,$(LUA) $(NETTLE)) -lpthread -lm
 
 define program_rule
 $(call program_name,$1): $(call objects,$1) $(call libraries_of,$1)

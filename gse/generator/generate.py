@@ -58,6 +58,9 @@ def generate(path, out, described, messages, failures):
     """Files of one mission; `described` keeps the path of each subsystem's descriptor, `failures` names by number."""
     loaded = mission_descriptor.load(path)
     validate(path, "mission.xsd")
+    world = path.parent.parent / "worlds" / path.name
+    if world.exists():  # Without it the mission flies with real devices only.
+        validate(world, "world.xsd")
     if loaded.name != path.stem:
         loaded.element.wrong("name", f"{path.stem}, as the file is named")
     for listed, subsystem in loaded.subsystems:

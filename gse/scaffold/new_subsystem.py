@@ -190,6 +190,10 @@ def begin(name, apid, mission):
     expect(not there, "NAME", name, f"a name that is new; there is already {''.join(there[:1])}{more}")
     check_names_of_c(name)
     files[mission_path] = text
+    if is_new:
+        world = ROOT / "descriptors" / "worlds"
+        text = (world / f"{BASE_MISSION}.xml").read_text(encoding="utf-8")
+        files[world / mission_path.name] = re.sub(r'(<World name=")[^"]*"', rf'\g<1>{mission_name}"', text, count=1)
     write_all(files, mission_path, is_new)
     format_sources(files)
     made = "\n".join(f"  {relative(path)}" + ("" if is_new or path != mission_path else "  (lines inserted)") for path in files)

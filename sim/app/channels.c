@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-unsigned channels_find(const segment_t* const segments, const unsigned count, const char* const name)
+static unsigned find_segment(const segment_t* const segments, const unsigned count, const char* const name)
 {
     unsigned index = 0U;
     while ((index < count) && (strcmp(segments[index].name, name) != 0)) {
@@ -22,8 +22,8 @@ status_t channels_pair(const segment_t* const segments, const unsigned count,
         if (bus->redundant_to == NULL) {
             continue;
         }
-        const unsigned a = channels_find(segments, count, bus->redundant_to);
-        const unsigned b = channels_find(segments, count, bus->name);
+        const unsigned a = find_segment(segments, count, bus->redundant_to);
+        const unsigned b = find_segment(segments, count, bus->name);
         if ((a == count) || (b == count) || (a == b) || (out_channel_b[a] != NULL)) {
             (void)snprintf(error, SIMULATOR_ERROR_MAX,
                            "simulator: bus %s cannot be the redundant channel of %s: expected another bus of "

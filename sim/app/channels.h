@@ -11,8 +11,6 @@
 /// first. STATUS_OK; else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).
 MUST_USE status_t channels_pair(const segment_t* segments, unsigned count, const simulator_config_t* config,
                                 bus_t** out_channel_b, char error[SIMULATOR_ERROR_MAX]);
-/// Index of a bus; `count` if there is none of that name.
-unsigned channels_find(const segment_t* segments, unsigned count, const char* name);
 /// Connect a node to channel B of its bus; null: the bus has none. STATUS_OK; else `error` is filled:
 /// STATUS_EXHAUSTED.
 MUST_USE status_t channels_connect(node_t* node, bus_t* channel_b, const char* bus_name,

@@ -9,8 +9,12 @@
 #define NS_PER_US 1000.0
 #define SYNC_ID 0x80U // CiA 301.
 
-static const char* const bus_words[NODE_CHANNELS][FAULT_BUSES] = {{"robot", "joystick"},
-                                                                  {"robot-b", "joystick-b"}};
+#define WORDS_MAX 200U ///< Octets of a list of names in a message.
+
+typedef struct {
+    faults_t* faults;
+    const fault_world_t* world;
+} loader_t;
 
 /// Arguments of a fault in their order: B bus, b bus or channel B of it, n node, m node or none, p
 /// probability, u us, s on or off, c code, j joint, t Nm, k degC, f frames, q frames of a queue, r way to
@@ -81,50 +85,30 @@ bool fault_is_onset(const fault_t* const fault)
     return fault->value != 0.0;
 }
 
-typedef struct {
-    const char* name;
-    unsigned bus;
-    unsigned id;
-    fault_node_t node;
-} node_word_t;
+/// Add a name to a list in a message; one that does not fit is left out.
+static void list(char words[WORDS_MAX], const char* const name)
+{
+    const size_t used = strlen(words);
+    (void)snprintf(&words[used], WORDS_MAX - used, " %s", name);
+}
 
-static const node_word_t node_words[] = {{"JOINT1", 0U, 0x11U, FAULT_NODE_JOINT1},
-                                         {"JOINT2", 0U, 0x12U, FAULT_NODE_JOINT2},
-                                         {"STICK", 1U, 0x21U, FAULT_NODE_STICK}};
-
-#define NODE_WORDS (sizeof node_words / sizeof node_words[0])
-
-/// A node by its name or id. It must be on the fault's bus.
-static bool parse_node(const char* const word, const unsigned bus, fault_node_t* const out_node)
+/// A device by its name or id. It must be on the fault's bus.
+static bool parse_device(const fault_world_t* const world, const char* const word, const unsigned bus,
+                         unsigned* const out_device)
 {
     char* end              = NULL;
     const unsigned long id = strtoul(word, &end, 0);
     const bool is_number   = (end != word) && (*end == '\0');
     if ((strcmp(word, "FLIGHT") == 0) || (is_number && (id == 1U))) {
-        *out_node = FAULT_NODE_FLIGHT;
+        *out_device = FAULT_DEVICE_FLIGHT;
         return true;
     }
-    for (size_t i = 0U; i < NODE_WORDS; i++) {
-        const bool is_meant =
-            (strcmp(word, node_words[i].name) == 0) || (is_number && (id == node_words[i].id));
-        if (is_meant && (node_words[i].bus == bus)) {
-            *out_node = node_words[i].node;
+    for (unsigned i = 0U; i < world->device_count; i++) {
+        const fault_device_t* device = &world->device[i];
+        if ((device->bus == bus) &&
+            ((strcmp(word, device->name) == 0) || (is_number && (id == device->id)))) {
+            *out_device = i;
             return true;
-        }
-    }
-    return false;
-}
-
-/// A bus by its name, or channel B of one where that is allowed.
-static bool parse_bus(const char* const word, const bool may_be_b, fault_t* const fault)
-{
-    for (unsigned channel = 0U; channel < (may_be_b ? NODE_CHANNELS : 1U); channel++) {
-        for (unsigned i = 0U; i < FAULT_BUSES; i++) {
-            if (strcmp(word, bus_words[channel][i]) == 0) {
-                fault->bus     = i;
-                fault->channel = channel;
-                return true;
-            }
         }
     }
     return false;
@@ -186,37 +170,79 @@ static status_t take_code(const scenario_line_t* const line, const size_t index,
     return is_code ? STATUS_OK : scenario_error(line, word, "an emergency code 0x0001..0xFFFF", error);
 }
 
-static status_t take_bus(const scenario_line_t* const line, const size_t index, const bool with_redundant,
-                         fault_t* const fault, char error[SCENARIO_ERROR_MAX])
+/// A bus by its name, or channel B of one where that is allowed.
+static status_t take_bus(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
+                         const bool may_be_b, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
-    const char* word     = line->word[index];
-    const char* expected = with_redundant ? "robot, joystick, robot-b or joystick-b" : "robot or joystick";
-    return parse_bus(word, with_redundant, fault) ? STATUS_OK : scenario_error(line, word, expected, error);
+    const char* word         = line->word[index];
+    char expected[WORDS_MAX] = "a bus of the run:";
+    for (unsigned channel = 0U; channel < (may_be_b ? NODE_CHANNELS : 1U); channel++) {
+        for (unsigned i = 0U; i < FAULT_BUSES_MAX; i++) {
+            const char* name = loader->world->channel[i][channel].name;
+            if ((name != NULL) && (strcmp(word, name) == 0)) {
+                fault->bus     = i;
+                fault->channel = channel;
+                return STATUS_OK;
+            }
+            if (name != NULL) {
+                list(expected, name);
+            }
+        }
+    }
+    return scenario_error(line, word, expected, error);
 }
 
-/// A joint of the robot bus, or any node of the bus named in the argument before it.
-static status_t take_node(const scenario_line_t* const line, const size_t index, const bool is_joint,
+/// A device of the bus named in the argument before it, or flight.
+static status_t take_node(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
                           fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
-    const char* word = line->word[index];
-    const char* expected =
-        is_joint ? "JOINT1 or JOINT2" : "JOINT1, JOINT2 (robot), STICK (joystick), FLIGHT or their id";
-    const bool is_node = parse_node(word, is_joint ? 0U : fault->bus, &fault->node) &&
-                         !(is_joint && (fault->node == FAULT_NODE_FLIGHT));
-    return is_node ? STATUS_OK : scenario_error(line, word, expected, error);
+    const fault_world_t* world = loader->world;
+    char expected[WORDS_MAX]   = "a device of this bus, or its id:";
+    if (parse_device(world, line->word[index], fault->bus, &fault->device)) {
+        return STATUS_OK;
+    }
+    for (size_t i = 0U; i < world->device_count; i++) {
+        if (world->device[i].bus == fault->bus) {
+            list(expected, world->device[i].name);
+        }
+    }
+    list(expected, "FLIGHT");
+    return scenario_error(line, line->word[index], expected, error);
 }
 
-static status_t take_argument(const scenario_line_t* const line, const size_t index, const char kind,
-                              fault_t* const fault, char error[SCENARIO_ERROR_MAX])
+/// A drive, on any bus, by its name.
+static status_t take_drive(const loader_t* const loader, const scenario_line_t* const line,
+                           const size_t index, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
+{
+    const fault_world_t* world = loader->world;
+    char expected[WORDS_MAX]   = "a drive:";
+    for (unsigned i = 0U; i < world->device_count; i++) {
+        const fault_device_t* device = &world->device[i];
+        if ((device->drive != NULL) && (strcmp(line->word[index], device->name) == 0)) {
+            fault->bus    = device->bus;
+            fault->device = i;
+            return STATUS_OK;
+        }
+        if (device->drive != NULL) {
+            list(expected, device->name);
+        }
+    }
+    return scenario_error(line, line->word[index], expected, error);
+}
+
+static status_t take_argument(const loader_t* const loader, const scenario_line_t* const line,
+                              const size_t index, const char kind, fault_t* const fault,
+                              char error[SCENARIO_ERROR_MAX])
 {
     switch (kind) {
     case 'B':
     case 'b':
-        return take_bus(line, index, kind == 'b', fault, error);
+        return take_bus(loader, line, index, kind == 'b', fault, error);
     case 'm':
     case 'n':
+        return take_node(loader, line, index, fault, error);
     case 'j':
-        return take_node(line, index, kind == 'j', fault, error);
+        return take_drive(loader, line, index, fault, error);
     case 'r':
         return take_restart(line, index, fault, error);
     case 's':
@@ -249,8 +275,9 @@ static void name_target(const scenario_line_t* const line, const char* const arg
 static status_t take_line(void* const context, const scenario_line_t* const line,
                           char error[SCENARIO_ERROR_MAX])
 {
-    faults_t* faults = context;
-    size_t kind      = 0U;
+    const loader_t* loader = context;
+    faults_t* faults       = loader->faults;
+    size_t kind            = 0U;
     while ((kind < FAULT_KIND_COUNT) && (strcmp(line->word[0], grammar[kind].word) != 0)) {
         kind++;
     }
@@ -260,8 +287,8 @@ static status_t take_line(void* const context, const scenario_line_t* const line
     if (faults->count == FAULTS_MAX) {
         return scenario_error(line, line->word[0], "at most 256 faults", error);
     }
-    fault_t* fault        = &faults->fault[faults->count];
-    *fault                = (fault_t){.time_ns = line->time_ns, .kind = (fault_kind_t)kind};
+    fault_t* fault = &faults->fault[faults->count];
+    *fault = (fault_t){.time_ns = line->time_ns, .kind = (fault_kind_t)kind, .device = FAULT_DEVICE_ALL};
     const char* arguments = grammar[kind].arguments;
     const size_t most     = strlen(arguments);
     const size_t least    = (arguments[most - 1U] == 'm') ? (most - 1U) : most;
@@ -271,21 +298,23 @@ static status_t take_line(void* const context, const scenario_line_t* const line
     }
     status_t status = STATUS_OK;
     for (size_t i = 0U; (i < given) && (status == STATUS_OK); i++) {
-        status = take_argument(line, i + 1U, arguments[i], fault, error);
+        status = take_argument(loader, line, i + 1U, arguments[i], fault, error);
     }
     name_target(line, arguments, fault);
     faults->count += (status == STATUS_OK) ? 1U : 0U;
     return status;
 }
 
-status_t faults_load(faults_t* const faults, const char* const scenario_path, char error[SCENARIO_ERROR_MAX])
+status_t faults_load(faults_t* const faults, const fault_world_t* const world,
+                     const char* const scenario_path, char error[SCENARIO_ERROR_MAX])
 {
-    faults->count = 0U;
-    faults->next  = 0U;
+    loader_t loader = {.faults = faults, .world = world};
+    faults->count   = 0U;
+    faults->next    = 0U;
     if (scenario_path == NULL) {
         return STATUS_OK;
     }
-    return scenario_read(scenario_path, "fault", take_line, faults, error);
+    return scenario_read(scenario_path, "fault", take_line, &loader, error);
 }
 
 uint64_t faults_next_ns(const faults_t* const faults)
@@ -293,21 +322,9 @@ uint64_t faults_next_ns(const faults_t* const faults)
     return (faults->next < faults->count) ? faults->fault[faults->next].time_ns : UINT64_MAX;
 }
 
-/// Node of a device, or null for flight's controller.
-static node_t* device_node(const fault_world_t* const world, const fault_node_t node)
+static node_t* node_of(const fault_device_t* const device)
 {
-    switch (node) {
-    case FAULT_NODE_JOINT1:
-        return drive_node(world->drive[0]);
-    case FAULT_NODE_JOINT2:
-        return drive_node(world->drive[1]);
-    case FAULT_NODE_STICK:
-        return joystick_node(world->joystick);
-    case FAULT_NODE_ALL:
-    case FAULT_NODE_FLIGHT:
-        break;
-    }
-    return NULL;
+    return (device->drive != NULL) ? drive_node(device->drive) : joystick_node(device->joystick);
 }
 
 static void switch_flight(const fault_channel_t* const channel, const bool connects)
@@ -342,16 +359,15 @@ static void switch_node(const fault_world_t* const world, const fault_t* const f
 {
     const bool connects    = (fault->kind == FAULT_PLUG) || (fault->kind == FAULT_MEND);
     const bool is_one_only = (fault->kind == FAULT_CUT) || (fault->kind == FAULT_MEND);
-    for (unsigned i = 0U; (fault->node == FAULT_NODE_FLIGHT) && (i < NODE_CHANNELS); i++) {
+    for (unsigned i = 0U; (fault->device == FAULT_DEVICE_FLIGHT) && (i < NODE_CHANNELS); i++) {
         if (!is_one_only || (i == fault->channel)) {
             switch_flight(&world->channel[fault->bus][i], connects);
         }
     }
-    for (size_t i = 0U; i < NODE_WORDS; i++) {
-        const bool is_meant = (fault->node == node_words[i].node) ||
-                              ((fault->node == FAULT_NODE_ALL) && (node_words[i].bus == fault->bus));
-        if (is_meant) {
-            switch_device(device_node(world, node_words[i].node), fault);
+    for (unsigned i = 0U; i < world->device_count; i++) {
+        const fault_device_t* device = &world->device[i];
+        if ((fault->device == i) || ((fault->device == FAULT_DEVICE_ALL) && (device->bus == fault->bus))) {
+            switch_device(node_of(device), fault);
         }
     }
 }
@@ -359,18 +375,22 @@ static void switch_node(const fault_world_t* const world, const fault_t* const f
 /// Index on its bus of the node a fault names; BUS_NODES_MAX: absent.
 static unsigned bus_node(const fault_world_t* const world, const fault_t* const fault)
 {
-    const node_t* node = device_node(world, fault->node);
-    return (node != NULL) ? node_bus_index(node, fault->channel)
-                          : world->channel[fault->bus][fault->channel].flight_node;
+    return (fault->device < world->device_count)
+               ? node_bus_index(node_of(&world->device[fault->device]), fault->channel)
+               : world->channel[fault->bus][fault->channel].flight_node;
 }
 
 static void set_error(const fault_world_t* const world, const fault_t* const fault)
 {
     const bool is_on = fault->value != 0.0;
-    if (fault->node == FAULT_NODE_STICK) {
-        joystick_set_error(world->joystick, fault->code, is_on, fault->time_ns);
-    } else if ((fault->node == FAULT_NODE_JOINT1) || (fault->node == FAULT_NODE_JOINT2)) {
-        drive_set_error(world->drive[fault->node - FAULT_NODE_JOINT1], fault->code, is_on, fault->time_ns);
+    if (fault->device >= world->device_count) {
+        return; // Of flight's controller.
+    }
+    const fault_device_t* device = &world->device[fault->device];
+    if (device->drive != NULL) {
+        drive_set_error(device->drive, fault->code, is_on, fault->time_ns);
+    } else {
+        joystick_set_error(device->joystick, fault->code, is_on, fault->time_ns);
     }
 }
 
@@ -437,19 +457,19 @@ static void apply_to_wire(const fault_world_t* const world, const fault_t* const
 
 static void reset_node(const fault_world_t* const world, const fault_t* const fault)
 {
-    if (device_node(world, fault->node) != NULL) {
-        node_power_on(device_node(world, fault->node));
+    if (fault->device < world->device_count) {
+        node_power_on(node_of(&world->device[fault->device]));
     }
 }
 
 static void offset_torque(const fault_world_t* const world, const fault_t* const fault)
 {
-    drive_set_torque_offset(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value);
+    drive_set_torque_offset(world->device[fault->device].drive, fault->value);
 }
 
 static void set_temperature(const fault_world_t* const world, const fault_t* const fault)
 {
-    drive_set_temperature(world->drive[fault->node - FAULT_NODE_JOINT1], fault->value, fault->time_ns);
+    drive_set_temperature(world->device[fault->device].drive, fault->value, fault->time_ns);
 }
 
 static void act_on_process(const fault_world_t* const world, const fault_t* const fault)

@@ -15,8 +15,10 @@
 #include <stdint.h>
 
 #define FAULTS_MAX 256U
-#define FAULT_BUSES 2U
-#define FAULT_DRIVES 2U
+#define FAULT_BUSES_MAX 8U
+#define FAULT_DEVICES_MAX 48U
+#define FAULT_DEVICE_ALL FAULT_DEVICES_MAX ///< All devices of the bus.
+#define FAULT_DEVICE_FLIGHT (FAULT_DEVICES_MAX + 1U)
 #define FAULT_TARGET_MAX 48U
 
 typedef enum {
@@ -46,14 +48,6 @@ typedef enum {
 } fault_kind_t;
 
 typedef enum {
-    FAULT_NODE_ALL, ///< All devices of the bus.
-    FAULT_NODE_JOINT1,
-    FAULT_NODE_JOINT2,
-    FAULT_NODE_STICK,
-    FAULT_NODE_FLIGHT
-} fault_node_t;
-
-typedef enum {
     FAULT_RESTART_AUTO,
     FAULT_RESTART_ORDER,
     FAULT_RESTART_NOW
@@ -62,11 +56,11 @@ typedef enum {
 typedef struct {
     uint64_t time_ns;
     fault_kind_t kind;
-    unsigned bus;     ///< 0 robot, 1 joystick.
+    unsigned bus;     ///< Index in fault_world_t.
     unsigned channel; ///< NODE_CHANNEL_A, _B.
-    fault_node_t node;
-    double value;  ///< Probability, us, Nm, degC, frames; 1 or 0 for on or off; fault_restart_t.
-    uint16_t code; ///< EMCY code.
+    unsigned device;  ///< Index in fault_world_t, FAULT_DEVICE_ALL or _FLIGHT.
+    double value;     ///< Probability, us, Nm, degC, frames; 1 or 0 for on or off; fault_restart_t.
+    uint16_t code;    ///< EMCY code.
     char target[FAULT_TARGET_MAX];
 } fault_t;
 
@@ -77,22 +71,33 @@ typedef struct { // Read-only for others.
 } faults_t;
 
 typedef struct {
+    const char* name;     ///< Null: no line can name it.
     bus_t* bus;           ///< Null: the bus has no such channel.
     unsigned flight_node; ///< BUS_NODES_MAX: there is none.
 } fault_channel_t;
 
+typedef struct {
+    const char* name;
+    unsigned bus;
+    unsigned id;
+    drive_t* drive;       ///< Null: it is none.
+    joystick_t* joystick; ///< Null: it is none.
+} fault_device_t;
+
 /// The world that faults change.
 typedef struct {
-    fault_channel_t channel[FAULT_BUSES][NODE_CHANNELS];
-    drive_t* drive[FAULT_DRIVES];
-    joystick_t* joystick;
+    fault_channel_t channel[FAULT_BUSES_MAX][NODE_CHANNELS];
+    fault_device_t device[FAULT_DEVICES_MAX];
+    size_t device_count;
     /// FAULT_KILL, FAULT_HANG or FAULT_RESUME of a process. Null: the world has none.
     void (*process)(void* context, fault_kind_t kind, const char* process);
     void* process_context;
 } fault_world_t;
 
-/// Read the fault lines of a scenario. Returns STATUS_OK, or a status of scenario_read with `error` filled.
-MUST_USE status_t faults_load(faults_t* faults, const char* scenario_path, char error[SCENARIO_ERROR_MAX]);
+/// Read the fault lines of a scenario, whose buses and devices are those of the world. Returns STATUS_OK,
+/// or a status of scenario_read with `error` filled.
+MUST_USE status_t faults_load(faults_t* faults, const fault_world_t* world, const char* scenario_path,
+                              char error[SCENARIO_ERROR_MAX]);
 /// Time of the next fault not yet applied; UINT64_MAX if there is none.
 uint64_t faults_next_ns(const faults_t* faults);
 /// Apply the next fault; the buses have run to its time. Returns it.

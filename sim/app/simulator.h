@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulator of a mission: plant, devices, buses, operator's hand, faults of the scenario, logs.
+/// The simulator of a mission: the world of a file with its plant, devices, buses and operator's hand;
+/// faults of the scenario; logs.
 ///
 /// One step covers the time since the last step: it takes what flight has queued on its controllers, lets the
 /// buses run, applies the scenario's faults at their exact times, then moves the plant. A caller drives it by
@@ -31,14 +32,14 @@ typedef struct {
 } simulator_bus_t;
 
 typedef struct {
-    const char* scenario_path; ///< Null: no hand, no faults.
+    const char* world_path;    ///< The world (sim/world/world.h).
+    const char* scenario_path; ///< Null: no motion of the hand, no faults.
     const char* output_path;   ///< Folder for logs and truth, exists; null: nothing is written.
     const char* devices_path;  ///< Folder of the EDS files; null: "descriptors/devices".
-    const char* bench_path;    ///< Devices in addition to the arm and the joystick; null: none.
     /// Scenario faults of processes (kill, hang, resume). Null: there are none.
     void (*process_fault)(void* context, fault_kind_t kind, const char* process);
     void* process_context;
-    simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< Robot and joystick are always there.
+    simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< Those of the world are always there.
     size_t bus_count;
     uint64_t seed;
     bool classic_bus;         ///< All buses 1 Mbit/s classic.
@@ -49,10 +50,7 @@ typedef struct {
 } simulator_config_t;
 
 typedef struct {
-    uint64_t robot_frames;
-    uint64_t joystick_frames;
-    uint64_t robot_busy_ns;
-    uint64_t joystick_busy_ns;
+    uint64_t busy_ns[SIMULATOR_BUSES_MAX]; ///< Of each bus: those of the world first, in its order.
     uint64_t refused; ///< Frames of flight that found the controller's queue full or the node cut off.
     uint64_t tool_dropped;
     uint64_t tools_lost;  ///< Tools in lock-step that were not done with a step in 20 s.
@@ -67,7 +65,7 @@ typedef struct simulator simulator_t;
 MUST_USE status_t simulator_open(const simulator_config_t* config, simulator_t** out_simulator,
                                  char error[SIMULATOR_ERROR_MAX]);
 
-/// Simulate [last step, now_ns). Returns the time of the next step wanted: the next whole 0.5 ms.
+/// Simulate [last step, now_ns). Returns the time of the next step wanted: the next whole step.
 uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns);
 
 /// With tools_in_step: wait (wall-clock, at most timeout_ms) until the tool has sent frames for the next
@@ -78,6 +76,8 @@ bool simulator_may_step(simulator_t* simulator, uint32_t timeout_ms);
 /// not complete.
 status_t simulator_close(simulator_t* simulator);
 
+/// Name of a bus, as in simulator_statistics_t; null behind the last.
+const char* simulator_bus_name(const simulator_t* simulator, unsigned index);
 /// Port of the socketcand server; 0 when there is none.
 uint16_t simulator_tool_port(const simulator_t* simulator);
 void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* out_statistics);

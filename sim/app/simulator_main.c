@@ -79,8 +79,8 @@ static const char usage_text[] =
     "    --classic             1 Mbit/s classic CAN instead of FD 1/5 on all buses\n"
     "    --classic-bus NAME    the same on that bus\n"
     "  the world\n"
+    "    --world FILE          robots, devices and what is around them; needed\n"
     "    --scenario FILE       hand and faults (default: none)\n"
-    "    --bench-devices FILE      further devices (default: none)\n"
     "    --seed N              of noise and faults (default 1)\n"
     "    --devices DIR         EDS files (default descriptors/devices)\n"
     "    --out DIR             write can-*.log, can-*.pcap, truth.lcm there\n"
@@ -106,8 +106,8 @@ enum {
     OPTION_REDUNDANT,
     OPTION_CLASSIC,
     OPTION_CLASSIC_BUS,
+    OPTION_WORLD,
     OPTION_SCENARIO,
-    OPTION_BENCH_DEVICES,
     OPTION_SEED,
     OPTION_DEVICES,
     OPTION_OUT,
@@ -135,7 +135,7 @@ static const struct option long_options[] = {
     {"classic", no_argument, NULL, OPTION_CLASSIC},
     {"classic-bus", required_argument, NULL, OPTION_CLASSIC_BUS},
     {"scenario", required_argument, NULL, OPTION_SCENARIO},
-    {"bench-devices", required_argument, NULL, OPTION_BENCH_DEVICES},
+    {"world", required_argument, NULL, OPTION_WORLD},
     {"seed", required_argument, NULL, OPTION_SEED},
     {"devices", required_argument, NULL, OPTION_DEVICES},
     {"out", required_argument, NULL, OPTION_OUT},
@@ -313,8 +313,8 @@ static bool take_option(options_t* const options, const int option, char* const 
     case OPTION_SCENARIO:
         options->simulator.scenario_path = text;
         return true;
-    case OPTION_BENCH_DEVICES:
-        options->simulator.bench_path = text;
+    case OPTION_WORLD:
+        options->simulator.world_path = text;
         return true;
     case OPTION_SEED:
         return argument_count("seed", text, UINT64_MAX, &options->simulator.seed);
@@ -333,6 +333,10 @@ static bool take_option(options_t* const options, const int option, char* const 
 
 static bool check_options(options_t* const options)
 {
+    if (options->simulator.world_path == NULL) {
+        osal_console_complain("simulator: give --world FILE, e.g. one of descriptors/worlds/ (see --help)");
+        return false;
+    }
     if (options->is_free) {
         options->pace = options->is_stepped ? PACE_NONE : PACE_REAL;
         if (options->scheduler_name != NULL) {
@@ -494,12 +498,17 @@ static void run(simulator_t* const simulator, const options_t* const options, os
 
 static void announce(const simulator_t* const simulator)
 {
-    char line[128];
-    if (simulator_tool_port(simulator) != 0U) {
-        (void)snprintf(line, sizeof line, "simulator: socketcand on 127.0.0.1:%u, buses robot and joystick",
-                       (unsigned)simulator_tool_port(simulator));
-        osal_console_say(line);
+    char line[256];
+    if (simulator_tool_port(simulator) == 0U) {
+        return;
     }
+    (void)snprintf(line, sizeof line, "simulator: socketcand on 127.0.0.1:%u, buses",
+                   (unsigned)simulator_tool_port(simulator));
+    for (unsigned i = 0U; simulator_bus_name(simulator, i) != NULL; i++) {
+        const size_t used = strlen(line);
+        (void)snprintf(&line[used], sizeof line - used, " %s", simulator_bus_name(simulator, i));
+    }
+    osal_console_say(line);
 }
 
 static void complain_of_tools(const simulator_t* const simulator)

@@ -1,23 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/app/supply.h"
 
+#include <string.h>
+
 static void hear(void* const context, const osal_can_frame_t* const frame)
 {
     power_unit_hear(context, frame);
 }
 
-void supply_open(power_unit_t* const unit, segment_t* const segments, const unsigned segment_count,
-                 const unsigned arm, const bus_t* const channel_b, drive_t* const* const drives,
-                 const unsigned drive_count)
+void supply_open(power_unit_t* const unit, const world_power_unit_t* const place, segment_t* const segments,
+                 const unsigned segment_count, const bus_t* const channel_b, const devices_t* const devices)
 {
-    power_unit_init(unit, SUPPLY_NODE);
+    power_unit_init(unit, (uint8_t)place->device.node);
     for (unsigned i = 0U; i < segment_count; i++) {
-        if ((i == arm) || ((channel_b != NULL) && (segments[i].bus == channel_b))) {
+        if ((i == place->device.bus) || ((channel_b != NULL) && (segments[i].bus == channel_b))) {
             segments[i].listen   = hear;
             segments[i].listener = unit;
         }
     }
-    for (unsigned i = 0U; i < drive_count; i++) {
-        power_unit_add(unit, drive_node(drives[i]));
+    for (size_t i = 0U; i < place->supply_count; i++) {
+        for (size_t k = 0U; k < devices_count(devices); k++) {
+            if (strcmp(device_place(devices, k)->name, place->supply[i]) == 0) {
+                power_unit_add(unit, device_node(devices, k));
+            }
+        }
     }
 }

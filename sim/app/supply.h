@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The power unit of the arm: node SUPPLY_NODE, on both channels of its bus.
+/// The power unit of a world: on both channels of its bus, without a node there.
 #ifndef SIM_APP_SUPPLY_H
 #define SIM_APP_SUPPLY_H
 
+#include "sim/app/devices.h"
 #include "sim/app/segment.h"
-#include "sim/devices/drive.h"
 #include "sim/devices/power_unit.h"
 
-#define SUPPLY_NODE 0x1FU
-
-/// Let it listen on segment `arm` and on that of `channel_b` (null: there is none), and supply the drives in
+/// Let it listen on its segment and on that of `channel_b` (null: there is none), and supply its devices in
 /// their order. The unit must not be moved afterwards.
-void supply_open(power_unit_t* unit, segment_t* segments, unsigned segment_count, unsigned arm,
-                 const bus_t* channel_b, drive_t* const* drives, unsigned drive_count);
+void supply_open(power_unit_t* unit, const world_power_unit_t* place, segment_t* segments,
+                 unsigned segment_count, const bus_t* channel_b, const devices_t* devices);
 
 #endif // SIM_APP_SUPPLY_H

@@ -281,6 +281,15 @@ static status_t take_line(void* const context, const scenario_line_t* const line
     return status;
 }
 
+hand_parameters_t hand_parameters_of(const world_hand_t* const hand)
+{
+    return (hand_parameters_t){.grip_stiffness_nm_rad = hand->stiffness,
+                               .grip_damping_nms_rad  = hand->damping,
+                               .position_scale        = hand->position_scale,
+                               .force_scale           = hand->force_scale,
+                               .arm_stiffness_nm_rad  = hand->joint_stiffness};
+}
+
 static void update_intent(hand_t* hand);
 
 status_t hand_load(const hand_parameters_t* const parameters, const plant_parameters_t* const scene,

@@ -16,6 +16,7 @@
 #include "base/status.h"
 #include "sim/operator/scenario.h"
 #include "sim/plant/plant.h"
+#include "sim/world/world.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -39,6 +40,8 @@ typedef struct {
 } hand_intent_t;
 
 typedef struct hand hand_t;
+
+hand_parameters_t hand_parameters_of(const world_hand_t* hand);
 
 /// A hand that plays the `hand` lines of a scenario; with `path` null it rests. The plant's parameters are
 /// the scene of its model. Both parameter structs are copied. Returns STATUS_OK; else *out_hand is null and

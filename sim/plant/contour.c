@@ -1,26 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/plant/world.h"
-
-#define FLAT_DEPTH_M 0.10 ///< Thickness of the flat part; the finger never sees its underside.
-#define WIDTH_M 0.20      ///< Across the plane; the finger stays in the middle.
+#include "sim/plant/plant_internal.h"
 
 bool contour_create(plant_t* const plant)
 {
     const plant_parameters_t* parameters = &plant->parameters;
     contour_t* contour                   = &plant->contour;
 
-    contour->joints = dJointGroupCreate(0);
-    contour->finger = dCreateSphere(NULL, parameters->tip_radius_m);
-    contour->shape[0] =
-        dCreateBox(NULL, parameters->contour_end_m - parameters->contour_start_m, WIDTH_M, FLAT_DEPTH_M);
-    contour->shape[1] = dCreateCapsule(NULL, parameters->bump_radius_m, WIDTH_M);
+    contour->joints   = dJointGroupCreate(0);
+    contour->finger   = dCreateSphere(NULL, parameters->tip_radius_m);
+    contour->shape[0] = dCreateBox(NULL, parameters->contour_end_m - parameters->contour_start_m,
+                                   parameters->contour_width_m, parameters->contour_depth_m);
+    contour->shape[1] = dCreateCapsule(NULL, parameters->bump_radius_m, parameters->contour_width_m);
     if ((contour->joints == NULL) || (contour->finger == NULL) || (contour->shape[0] == NULL) ||
         (contour->shape[1] == NULL)) {
         return false;
     }
 
     dGeomSetPosition(contour->shape[0], (parameters->contour_start_m + parameters->contour_end_m) / 2.0, 0.0,
-                     parameters->contour_top_m - FLAT_DEPTH_M / 2.0);
+                     parameters->contour_top_m - parameters->contour_depth_m / 2.0);
     dMatrix3 across;
     dRFromAxisAndAngle(across, 1.0, 0.0, 0.0, M_PI / 2.0); // A capsule lies along its z; turn it into y.
     dGeomSetRotation(contour->shape[1], across);

@@ -1,43 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/plant/world.h"
+#include "sim/plant/plant_internal.h"
 
 #include <math.h>
 
 /// Torque that tries to stop a rotor at this speed: Coulomb with the Stribeck rise, and the brake.
-static double dry_friction(const plant_parameters_t* const parameters, const double velocity_rad_s,
-                           const bool brake)
+static double dry_friction(const plant_drive_t* const drive, const double velocity_rad_s, const bool brake)
 {
-    const double ratio  = velocity_rad_s / parameters->stribeck_rad_s;
-    const double excess = (parameters->stiction_nm - parameters->coulomb_nm) / (1.0 + ratio * ratio);
-    return parameters->coulomb_nm + excess + (brake ? parameters->brake_torque_nm : 0.0);
+    const double ratio  = velocity_rad_s / drive->stribeck_rad_s;
+    const double excess = (drive->stiction_nm - drive->coulomb_nm) / (1.0 + ratio * ratio);
+    return drive->coulomb_nm + excess + (brake ? drive->brake_torque_nm : 0.0);
 }
 
-/// Torque of a one-sided spring and damper at +-range around a centre; zero inside.
-static double end_stop(const double offset, const double velocity, const double range, const double stiffness,
-                       const double damping)
+/// Torque of one-sided springs and dampers at both ends of a range; zero inside.
+static double end_stop(const double position, const double velocity, const double lower, const double upper,
+                       const double stiffness, const double damping)
 {
-    const double beyond = fabs(offset) - range;
+    const double beyond = (position > upper) ? (position - upper) : (lower - position);
     if (beyond <= 0.0) {
         return 0.0;
     }
-    const double side = (offset > 0.0) ? 1.0 : -1.0;
+    const double side = (position > upper) ? 1.0 : -1.0;
     const double push = stiffness * beyond + damping * velocity * side;
     return (push > 0.0) ? -side * push : 0.0;
 }
 
-double joint_rotor_step(const plant_parameters_t* const parameters, plant_rotor_t* const rotor,
-                        const double home_rad, const bool brake, const double torque_nm,
-                        const double gear_torque_nm, const double h_s)
+double joint_rotor_step(const plant_drive_t* const drive, plant_rotor_t* const rotor, const bool brake,
+                        const double torque_nm, const double gear_torque_nm, const double h_s)
 {
-    const double inertia = parameters->rotor_inertia_kgm2;
-    const double viscous = parameters->viscous_nms_rad * rotor->velocity_rad_s;
-    const double stop = end_stop(rotor->position_rad - home_rad, rotor->velocity_rad_s, parameters->range_rad,
-                                 parameters->joint_stop_nm_rad, parameters->joint_stop_nms_rad);
+    const double inertia = drive->rotor_inertia_kgm2;
+    const double viscous = drive->viscous_nms_rad * rotor->velocity_rad_s;
+    const double stop    = end_stop(rotor->position_rad, rotor->velocity_rad_s, drive->lower_rad,
+                                    drive->upper_rad, drive->stop_nm_rad, drive->stop_nms_rad);
 
     // Exact dry friction: it reduces the speed as much as it can in this substep, but never reverses it.
     // Stable for any slope, and a rotor at rest keeps its position to the last bit.
     const double free = rotor->velocity_rad_s + h_s * (torque_nm - gear_torque_nm - viscous + stop) / inertia;
-    const double most = h_s * dry_friction(parameters, rotor->velocity_rad_s, brake) / inertia;
+    const double most = h_s * dry_friction(drive, rotor->velocity_rad_s, brake) / inertia;
     const double next = (fabs(free) <= most) ? 0.0 : free - ((free > 0.0) ? most : -most);
 
     rotor->velocity_rad_s = next;
@@ -48,9 +46,10 @@ double joint_rotor_step(const plant_parameters_t* const parameters, plant_rotor_
 void stick_step(const plant_parameters_t* const parameters, const double torque_nm, const double h_s,
                 double* const position_rad, double* const velocity_rad_s)
 {
-    const double stop = end_stop(*position_rad, *velocity_rad_s, parameters->stick_range_rad,
-                                 parameters->stick_stop_nm_rad, parameters->stick_stop_nms_rad);
-    const double sum  = torque_nm + stop - parameters->stick_friction_nms_rad * *velocity_rad_s;
+    const double stop =
+        end_stop(*position_rad, *velocity_rad_s, -parameters->stick_range_rad, parameters->stick_range_rad,
+                 parameters->stick_stop_nm_rad, parameters->stick_stop_nms_rad);
+    const double sum = torque_nm + stop - parameters->stick_friction_nms_rad * *velocity_rad_s;
     *velocity_rad_s += h_s * sum / parameters->stick_inertia_kgm2;
     *position_rad += h_s * *velocity_rad_s;
 }

@@ -13,15 +13,15 @@
 #include <stdbool.h>
 
 typedef struct { // Read-only for others.
-    const plant_parameters_t* parameters;
+    const plant_drive_t* drive;
     plant_rotor_t rotor;
     double contact_rad;      ///< Where the output meets something, in the positive direction.
     double stiffness_nm_rad; ///< Stiffness of the elastic object; 0: none.
     double output_torque_nm; ///< Gear torque on the output, as the drive's torque sensor measures it.
 } motor_bench_t;
 
-/// At rest at angle 0. The parameters outlive the bench.
-void motor_bench_init(motor_bench_t* bench, const plant_parameters_t* parameters, double contact_rad,
+/// At rest at angle 0. The drive outlives the bench.
+void motor_bench_init(motor_bench_t* bench, const plant_drive_t* drive, double contact_rad,
                       double stiffness_nm_rad);
 /// Advance by h_s under the torque of the motor, with the brake on or off.
 void motor_bench_step(motor_bench_t* bench, bool brake, double motor_torque_nm, double h_s);

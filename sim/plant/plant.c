@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/plant/plant.h"
 
-#include "sim/plant/world.h"
+#include "sim/plant/plant_internal.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -191,13 +191,14 @@ static void step_rotors(plant_t* const plant, const plant_input_t* const input, 
         input->drive(input->drive_context, substep, truth->motor, torque);
     }
     for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-        const double speed   = truth->link_velocity_rad_s[i];
-        const double link    = truth->link_position_rad[i] + speed * (double)substep * h_s;
-        const double stretch = truth->motor[i].position_rad - link;
-        const double gear    = parameters->gear_stiffness_nm_rad * stretch +
-                            parameters->gear_damping_nms_rad * (truth->motor[i].velocity_rad_s - speed);
-        const double friction = joint_rotor_step(parameters, &truth->motor[i], parameters->home_rad[i],
-                                                 input->brake_engaged[i], torque[i], gear, h_s);
+        const double speed         = truth->link_velocity_rad_s[i];
+        const double link          = truth->link_position_rad[i] + speed * (double)substep * h_s;
+        const double stretch       = truth->motor[i].position_rad - link;
+        const plant_drive_t* drive = &parameters->drive[i];
+        const double gear          = drive->gear_stiffness_nm_rad * stretch +
+                            drive->gear_damping_nms_rad * (truth->motor[i].velocity_rad_s - speed);
+        const double friction =
+            joint_rotor_step(drive, &truth->motor[i], input->brake_engaged[i], torque[i], gear, h_s);
         truth->motor_torque_nm[i] += torque[i] / PLANT_SUBSTEPS;
         truth->joint_torque_nm[i] += gear / PLANT_SUBSTEPS;
         truth->friction_nm[i] += friction / PLANT_SUBSTEPS;
@@ -230,7 +231,8 @@ static void rotor_reaction(plant_t* const plant, const unsigned joint, const dou
     if (parent == NULL) {
         return;
     }
-    const double spin  = plant->parameters.rotor_inertia_kgm2 / plant->parameters.gear_ratio;
+    const double spin =
+        plant->parameters.drive[joint].rotor_inertia_kgm2 / plant->parameters.drive[joint].gear_ratio;
     const double speed = plant->truth.motor[joint].velocity_rad_s;
     const double gain  = -spin * (speed - before_rad_s) / dt_s;
     const double h     = spin * before_rad_s;

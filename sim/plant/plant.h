@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The physical world of the mission rokviss: a two-joint arm in a vertical plane with a metal finger, a
-/// contour to touch, a cable spring to pull, and the operator's two-axis force-feedback joystick.
+/// The physical world: a two-joint arm in a vertical plane with a finger, a contour to touch, a cable
+/// spring to pull, and the operator's two-axis force-feedback joystick.
 ///
 /// Links, contour and contact live in an ODE world (dWorldStep). Rotors, gear elasticity, friction, brakes
 /// and the joystick are integrated PLANT_SUBSTEPS times per step outside of ODE, because they are stiff.
@@ -22,7 +22,24 @@
 #define PLANT_AXES 2U     ///< Axes of the joystick.
 #define PLANT_SUBSTEPS 4U ///< Rotor steps per plant step: 8 kHz at 0.5 ms.
 
-/// Engineering values of the world; those of the mission are in sim/parameters/rokviss.h.
+/// Motor, gear, brake and end stops of a joint, on the side of the joint.
+typedef struct {
+    double gear_ratio;            ///< N: motor turns per joint turn.
+    double rotor_inertia_kgm2;    ///< J_motor N^2.
+    double gear_stiffness_nm_rad; ///< Harmonic drive and torque sensor in series.
+    double gear_damping_nms_rad;  ///< In parallel to the stiffness.
+    double coulomb_nm;            ///< Friction of the moving rotor.
+    double stiction_nm;           ///< Friction at zero speed, >= coulomb_nm.
+    double stribeck_rad_s;        ///< Speed at which the excess of stiction has halved.
+    double viscous_nms_rad;       ///< Friction growing with speed.
+    double brake_torque_nm;       ///< What the holding brake can take.
+    double lower_rad;             ///< Position of the end stops.
+    double upper_rad;
+    double stop_nm_rad; ///< Stiffness of the end stops, acting on the rotor.
+    double stop_nms_rad;
+} plant_drive_t;
+
+/// Engineering values of the world; sim/plant/parameters.h takes them from its file.
 typedef struct {
     double link_length_m[PLANT_JOINTS];
     double link_mass_kg[PLANT_JOINTS];
@@ -32,41 +49,32 @@ typedef struct {
     double base_mass_kg;                    ///< Only felt when the base is free.
     double base_inertia_kgm2;               ///< About any axis through the centre of mass; at joint 1.
     double home_rad[PLANT_JOINTS];          ///< Pose at creation.
-    double range_rad;                       ///< Mechanical stop at home +- range, each joint.
-    double gear_ratio;                      ///< N: motor turns per joint turn.
-    double rotor_inertia_kgm2;              ///< Referred to the joint: J_motor N^2.
-    double gear_stiffness_nm_rad;           ///< Harmonic drive and torque sensor in series.
-    double gear_damping_nms_rad;            ///< In parallel to the stiffness.
-    double coulomb_nm;                      ///< Friction of the moving rotor.
-    double stiction_nm;                     ///< Friction at zero speed, >= coulomb_nm.
-    double stribeck_rad_s;                  ///< Speed at which the excess of stiction has halved.
-    double viscous_nms_rad;                 ///< Friction growing with speed.
-    double brake_torque_nm;                 ///< What the holding brake can take, on the joint side.
-    double gravity_m_s2;                    ///< Downwards, if switched on at creation.
-    double tip_radius_m;                    ///< Metal finger: a sphere around the tip.
-    double contour_top_m;                   ///< Height of the flat part.
-    double contour_start_m;                 ///< First x of the contour.
-    double contour_end_m;                   ///< Last x of the contour.
-    double bump_x_m;                        ///< Top of the bump.
-    double bump_height_m;                   ///< Above the flat part.
-    double bump_radius_m;                   ///< A cylinder across the plane.
-    double contour_stiffness_n_m;           ///< Normal contact stiffness.
-    double contour_damping_ns_m;            ///< Normal contact damping.
-    double contour_friction;                ///< Coulomb coefficient, finger on contour.
-    double hook_m[2];                       ///< x, z of the spring's hook at rest.
-    double hook_catch_m;                    ///< The finger must pass the hook within this distance in x.
-    double cable_m;                         ///< Rest length of the cable, straight down from the hook.
-    double spring_stiffness_n_m;            ///< Beyond the preload.
-    double spring_preload_n;                ///< Reached over the first spring_preload_m.
-    double spring_preload_m;                ///< Travel that builds up the preload.
-    double spring_limit_n;                  ///< The hook slips off beyond this force.
-    double stick_inertia_kgm2;              ///< Each axis.
-    double stick_friction_nms_rad;          ///< Viscous, each axis.
-    double stick_range_rad;                 ///< End stop at +- range.
-    double stick_stop_nm_rad;               ///< Stiffness of the end stop.
-    double stick_stop_nms_rad;              ///< Damping of the end stop.
-    double joint_stop_nm_rad;               ///< Stiffness of the joint's end stop, acting on the rotor.
-    double joint_stop_nms_rad;              ///< Damping of the joint's end stop.
+    plant_drive_t drive[PLANT_JOINTS];
+    double gravity_m_s2;           ///< Downwards, if switched on at creation.
+    double tip_radius_m;           ///< Metal finger: a sphere around the tip.
+    double contour_top_m;          ///< Height of the flat part.
+    double contour_start_m;        ///< First x of the contour.
+    double contour_end_m;          ///< Last x of the contour.
+    double contour_depth_m;        ///< Thickness of the flat part.
+    double contour_width_m;        ///< Across the plane.
+    double bump_x_m;               ///< Top of the bump.
+    double bump_height_m;          ///< Above the flat part.
+    double bump_radius_m;          ///< A cylinder across the plane.
+    double contour_stiffness_n_m;  ///< Normal contact stiffness.
+    double contour_damping_ns_m;   ///< Normal contact damping.
+    double contour_friction;       ///< Coulomb coefficient, finger on contour.
+    double hook_m[2];              ///< x, z of the spring's hook at rest.
+    double hook_catch_m;           ///< The finger must pass the hook within this distance in x.
+    double cable_m;                ///< Rest length of the cable, straight down from the hook.
+    double spring_stiffness_n_m;   ///< Beyond the preload.
+    double spring_preload_n;       ///< Reached over the first spring_preload_m.
+    double spring_preload_m;       ///< Travel that builds up the preload.
+    double spring_limit_n;         ///< The hook slips off beyond this force.
+    double stick_inertia_kgm2;     ///< Each axis.
+    double stick_friction_nms_rad; ///< Viscous, each axis.
+    double stick_range_rad;        ///< End stop at +- range.
+    double stick_stop_nm_rad;      ///< Stiffness of the end stop.
+    double stick_stop_nms_rad;     ///< Damping of the end stop.
 } plant_parameters_t;
 
 /// Differences between two worlds of the same robot.

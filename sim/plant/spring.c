@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/plant/world.h"
+#include "sim/plant/plant_internal.h"
 
 #include <math.h>
 

@@ -2,7 +2,7 @@
 // The bare plant loop, baseline of the flight image: arm, hand and simple regulators through the free space,
 // contact and spring part of the mission, no bus, no software.
 #include "sim/operator/hand.h"
-#include "sim/parameters/rokviss.h"
+#include "sim/plant/parameters.h"
 #include "sim/plant/plant.h"
 
 #include <stdio.h>
@@ -12,6 +12,7 @@
 #define BEGIN_STEP 12000U // 6 s: the brakes open.
 #define STEPS 128000U     // 64 s: up to the first fault.
 #define REPEATS 3U
+#define STEP_NS 500000U
 
 /// Joint targets of one step, and the gravity torques at home.
 typedef struct {
@@ -47,11 +48,19 @@ static double fly(unsigned* out_contact, unsigned* out_hooked)
     char error[SCENARIO_ERROR_MAX];
     hand_t* hand                  = NULL;
     const plant_options_t options = {.gravity = true};
-    if (hand_load(&rokviss_hand, &rokviss_plant, scenario, &hand, error) != STATUS_OK) {
+    static world_t world;
+    plant_parameters_t parameters;
+    if ((world_read("descriptors/worlds/rokviss.xml", &world, error) != STATUS_OK) ||
+        (plant_parameters_take(&world, &parameters, error) != STATUS_OK)) {
         (void)fprintf(stderr, "%s\n", error);
         exit(1);
     }
-    plant_t* const plant             = plant_create(&rokviss_plant, &options);
+    const hand_parameters_t grip = hand_parameters_of(&world.hand[0]);
+    if (hand_load(&grip, &parameters, scenario, &hand, error) != STATUS_OK) {
+        (void)fprintf(stderr, "%s\n", error);
+        exit(1);
+    }
+    plant_t* const plant             = plant_create(&parameters, &options);
     const plant_truth_t* const truth = plant_truth(plant);
     plant_input_t input              = {
                      .drive = regulate, .drive_context = &regulator, .hand = hand_act, .hand_context = hand};
@@ -59,12 +68,12 @@ static double fly(unsigned* out_contact, unsigned* out_hooked)
     for (unsigned step = 0U; step < STEPS; step++) {
         hand_step(hand, truth->time_ns);
         for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-            regulator.wanted_rad[i] = rokviss_plant.home_rad[i] + 2.0 * truth->stick_position_rad[i];
+            regulator.wanted_rad[i] = parameters.home_rad[i] + 2.0 * truth->stick_position_rad[i];
             input.brake_engaged[i]  = step < BEGIN_STEP;
             input.stick_torque_nm[i] =
                 0.03 * truth->external_torque_nm[i] - 0.9 * truth->stick_velocity_rad_s[i];
         }
-        plant_step(plant, &input, ROKVISS_STEP_NS);
+        plant_step(plant, &input, STEP_NS);
         *out_contact += truth->in_contact ? 1U : 0U;
         *out_hooked += truth->spring_hooked ? 1U : 0U;
     }

@@ -5,13 +5,13 @@
 // Records: kind 0..2 a frame of the master; 3 the bus runs argument x 100 us, then the plant steps; 4
 // unplugged and plugged in.
 #include "sim/devices/drive.h"
-#include "sim/parameters/rokviss.h"
 #include "test/fuzz/can_records.h"
 
 #include <math.h>
 #include <string.h>
 
 #define NODE 0x11U
+#define STEP_NS 500000U
 #define SHEET "descriptors/devices/joint-drive.eds"
 #define BOOT_NS 5000000U
 #define RESET_TRIES 100U
@@ -42,10 +42,13 @@ static void begin(void)
     const bus_callbacks_t callbacks = {.on_frame = hear};
     const drive_config_t drives     = {.seed          = 1U,
                                        .sensor_device = 1U,
-                                       .step_ns       = ROKVISS_STEP_NS,
-                                       .substep_ns    = ROKVISS_STEP_NS / 4U,
-                                       .torque_sensor = rokviss_torque_sensor,
-                                       .encoder       = rokviss_joint_encoder,
+                                       .step_ns       = STEP_NS,
+                                       .substep_ns    = STEP_NS / 4U,
+                                       .torque_sensor = {.noise_rms_nm   = 0.02,
+                                                         .offset_max_nm  = 0.2,
+                                                         .drift_max_nm_s = 2e-4,
+                                                         .range_nm       = 60.0},
+                                       .encoder       = {.counts_per_turn = 65536U, .gear_ratio = 160.0},
                                        .look          = look};
     char error[EDS_ERROR_MAX];
     boots = 0U;

@@ -4,7 +4,7 @@
 #include "sim/app/faults.h"
 #include "sim/operator/hand.h"
 #include "sim/operator/scenario.h"
-#include "sim/parameters/rokviss.h"
+#include "sim/plant/parameters.h"
 #include "test/fuzz/fuzz.h"
 
 #include <math.h>
@@ -46,23 +46,51 @@ static void play(hand_t* const hand)
     }
 }
 
+static plant_parameters_t parameters;
+static hand_parameters_t grip;
+static drive_t* drive; // Named by the scenarios, not used by them here.
+static fault_world_t targets;
+
+static void begin(void)
+{
+    static world_t world;
+    char error[DOCUMENT_ERROR_MAX];
+    char sheet[EDS_ERROR_MAX];
+    const bus_config_t config   = {.nominal_bit_rate = 1000000U, .seed = 1U};
+    const drive_config_t wanted = {.step_ns = 500000U, .substep_ns = 125000U};
+    FUZZ_CHECK(world_read("descriptors/worlds/rokviss.xml", &world, error) == STATUS_OK);
+    FUZZ_CHECK(plant_parameters_take(&world, &parameters, error) == STATUS_OK);
+    grip = hand_parameters_of(&world.hand[0]);
+    FUZZ_CHECK(drive_create(bus_create(&config), "descriptors/devices/joint-drive.eds", 0x11U, &wanted,
+                            &drive, sheet) == STATUS_OK);
+    targets = (fault_world_t){
+        .channel = {{{.name = "robot"}, {.name = "robot-b"}}, {{.name = "joystick"}, {.name = "joystick-b"}}},
+        .device  = {{.name = "JOINT1", .id = 0x11U, .drive = drive},
+                    {.name = "JOINT2", .id = 0x12U, .drive = drive},
+                    {.name = "STICK", .bus = 1U, .id = 0x21U}},
+        .device_count = 3U};
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 {
     static faults_t faults;
     char error[SCENARIO_ERROR_MAX];
-    uint64_t latest_ns     = 0U;
+    uint64_t latest_ns = 0U;
+    if (drive == NULL) {
+        begin();
+    }
     const char* const path = fuzz_file(data, size);
     status_t status        = scenario_read(path, "operator", take, &latest_ns, error);
     check_error(status, path, error);
-    status = faults_load(&faults, path, error);
+    status = faults_load(&faults, &targets, path, error);
     check_error(status, path, error);
     FUZZ_CHECK(faults.count <= FAULTS_MAX);
     for (size_t i = 0U; (status == STATUS_OK) && (i < faults.count); i++) {
-        FUZZ_CHECK((faults.fault[i].kind < FAULT_KIND_COUNT) && (faults.fault[i].bus < FAULT_BUSES));
+        FUZZ_CHECK((faults.fault[i].kind < FAULT_KIND_COUNT) && (faults.fault[i].bus < FAULT_BUSES_MAX));
         FUZZ_CHECK(isfinite(faults.fault[i].value));
     }
     hand_t* hand = NULL;
-    status       = hand_load(&rokviss_hand, &rokviss_plant, path, &hand, error);
+    status       = hand_load(&grip, &parameters, path, &hand, error);
     check_error(status, path, error);
     FUZZ_CHECK((status == STATUS_OK) == (hand != NULL));
     if (status == STATUS_OK) {

@@ -18,7 +18,7 @@ MEMBERS = ("JOYSTICK", "MANIPULATOR", "SHADOW")
 READERS = {"MANIPULATOR": "HAND_POSITION", "SHADOW": "SHADOWED"}
 LISTED = '    <Subsystem name="SHADOW" id="18" executable="shadow" descriptor="../subsystems/shadow.xml" restarts="5"/>\n'
 LINKED = '    <Link name="SHADOWED" from="JOYSTICK.HAND_POSITION" to="SHADOW.HAND_POSITION"/>\n'
-BENCH = "bench 0x11 joint-drive 10 0\nbench 0x12 joint-drive 10 0\n"
+BENCH = '  <Bench name="{}" type="light" bus="bench" node="{}" eds="joint-drive.eds" contact="10" stiffness="0" range="1.5707963267948966"/>\n'
 
 
 def _link_all(source, place, but=()):
@@ -46,6 +46,10 @@ def _descriptors(place):
         text = text.replace(rule, rule + "\n" + rule.replace("HAND_POSITION", "SHADOWED"))
     mission.write_text(text.replace('name="rokviss"', 'name="shadow"', 1), encoding="utf-8")
     mission.rename(mission.with_name("shadow.xml"))
+    world = place / "worlds" / "rokviss.xml"
+    benches = BENCH.format("SHADOW1", "0x11") + BENCH.format("SHADOW2", "0x12")
+    text = world.read_text(encoding="utf-8").replace('name="rokviss"', 'name="shadow"', 1).replace("</World>", benches + "</World>")
+    world.with_name("shadow.xml").write_text(text, encoding="utf-8")
     return shadow
 
 
@@ -68,9 +72,7 @@ def build(place):
     """A copy of the project's folder with this mission in it."""
     place.mkdir(parents=True)
     descriptor = _descriptors(place / "descriptors")
-    _link_all(flying.ROOT / "sim", place / "sim", ("bench_devices",))
-    (place / "sim" / "bench_devices").mkdir()
-    (place / "sim" / "bench_devices" / "shadow.txt").write_text(BENCH, encoding="ascii")
+    (place / "sim").symlink_to(flying.ROOT / "sim")
     shutil.copytree(flying.ROOT / "gse", place / "gse", ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("base", "pus"):
         (place / name).symlink_to(flying.ROOT / name)

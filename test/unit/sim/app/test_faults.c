@@ -9,11 +9,60 @@
 #include <unistd.h>
 
 static faults_t faults;
+static fault_world_t world;
+static bus_t* elsewhere; // Of the devices: flight's controllers stay alone.
 static char error[SCENARIO_ERROR_MAX];
 static char path[] = "/tmp/hirosco-scn-XXXXXX";
 
+/// Two channels of bus robot with flight's controller on each, and two drives; bus joystick without flight
+/// and without a channel B, and a joystick.
+static void open_world(void)
+{
+    static const char* const names[2][2] = {{"robot", "robot-b"}, {"joystick", "joystick-b"}};
+    const bus_config_t config            = {.nominal_bit_rate = 1000000U, .seed = 1U};
+    const bus_callbacks_t silent         = {.context = NULL};
+    const drive_config_t wanted          = {.step_ns = 500000U, .substep_ns = 125000U};
+    char reason[EDS_ERROR_MAX];
+    memset(&world, 0, sizeof world);
+    for (unsigned i = 0U; i < 2U; i++) {
+        world.channel[0][i].name = names[0][i];
+        world.channel[1][i].name = names[1][i];
+        world.channel[0][i].bus  = bus_create(&config);
+        TEST_ASSERT_EQUAL_INT(
+            STATUS_OK, bus_add_node(world.channel[0][i].bus, &silent, &world.channel[0][i].flight_node));
+    }
+    world.channel[1][0].bus         = bus_create(&config);
+    world.channel[1][0].flight_node = BUS_NODES_MAX;
+    world.channel[1][1].flight_node = BUS_NODES_MAX;
+    elsewhere                       = bus_create(&config);
+    world.device[0]                 = (fault_device_t){.name = "JOINT1", .id = 0x11U};
+    world.device[1]                 = (fault_device_t){.name = "JOINT2", .id = 0x12U};
+    world.device[2]                 = (fault_device_t){.name = "STICK", .bus = 1U, .id = 0x21U};
+    world.device_count              = 3U;
+    for (uint8_t i = 0U; i < 2U; i++) {
+        TEST_ASSERT_EQUAL_INT(STATUS_OK,
+                              drive_create(elsewhere, "descriptors/devices/joint-drive.eds",
+                                           (uint8_t)(0x11U + i), &wanted, &world.device[i].drive, reason));
+    }
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, joystick_create(elsewhere, "descriptors/devices/joystick.eds", 0x21U,
+                                                     &(joystick_config_t){.encoder = {.counts_per_turn = 1U}},
+                                                     &world.device[2].joystick, reason));
+}
+
+static void close_world(void)
+{
+    drive_destroy(world.device[0].drive);
+    drive_destroy(world.device[1].drive);
+    joystick_destroy(world.device[2].joystick);
+    bus_destroy(elsewhere);
+    bus_destroy(world.channel[0][0].bus);
+    bus_destroy(world.channel[0][1].bus);
+    bus_destroy(world.channel[1][0].bus);
+}
+
 void setUp(void)
 {
+    open_world();
     memcpy(path, "/tmp/hirosco-scn-XXXXXX", sizeof path);
     const int file = mkstemp(path);
     TEST_ASSERT_TRUE(file >= 0);
@@ -22,6 +71,7 @@ void setUp(void)
 
 void tearDown(void)
 {
+    close_world();
     (void)unlink(path);
 }
 
@@ -31,7 +81,7 @@ static status_t load(const char* text)
     TEST_ASSERT_NOT_NULL(file);
     (void)fputs(text, file);
     (void)fclose(file);
-    return faults_load(&faults, path, error);
+    return faults_load(&faults, &world, path, error);
 }
 
 static void test_every_verb(void)
@@ -58,18 +108,18 @@ static void test_every_verb(void)
     TEST_ASSERT_EQUAL_UINT(14U, faults.count);
     TEST_ASSERT_EQUAL_UINT64(2500000000U, faults_next_ns(&faults));
     TEST_ASSERT_EQUAL_INT(FAULT_UNPLUG, faults.fault[0].kind);
-    TEST_ASSERT_EQUAL_INT(FAULT_NODE_ALL, faults.fault[0].node);
+    TEST_ASSERT_EQUAL_INT(FAULT_DEVICE_ALL, faults.fault[0].device);
     TEST_ASSERT_EQUAL_UINT(1U, faults.fault[0].bus);
     TEST_ASSERT_EQUAL_STRING("joystick", faults.fault[0].target);
     TEST_ASSERT_EQUAL_UINT64(2500125000U, faults.fault[1].time_ns);
     TEST_ASSERT_EQUAL_STRING("robot JOINT1", faults.fault[1].target);
-    TEST_ASSERT_EQUAL_INT(FAULT_NODE_JOINT2, faults.fault[2].node);
+    TEST_ASSERT_EQUAL_INT(1U, faults.fault[2].device);
     TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[2]));
     TEST_ASSERT_TRUE(fault_is_onset(&faults.fault[3]));
     TEST_ASSERT_FALSE(fault_is_onset(&faults.fault[5]));
     TEST_ASSERT_EQUAL_HEX16(0x4310U, faults.fault[10].code);
     TEST_ASSERT_EQUAL_STRING("temperature", fault_word(faults.fault[12].kind));
-    TEST_ASSERT_EQUAL_INT(FAULT_NODE_FLIGHT, faults.fault[13].node);
+    TEST_ASSERT_EQUAL_INT(FAULT_DEVICE_FLIGHT, faults.fault[13].device);
 }
 
 static void expect_error(const char* line, const char* words)
@@ -87,9 +137,9 @@ static void expect_error(const char* line, const char* words)
 static void test_errors_name_file_line_and_expected_value(void)
 {
     expect_error("1 fault unplugg joystick", "unplug, plug");
-    expect_error("1 fault unplug wheel", "robot or joystick");
-    expect_error("1 fault unplug robot JOINT3", "JOINT1");
-    expect_error("1 fault unplug robot STICK", "STICK (joystick)");
+    expect_error("1 fault unplug wheel", "a bus of the run: robot joystick");
+    expect_error("1 fault unplug robot JOINT3", "a device of this bus, or its id: JOINT1 JOINT2 FLIGHT");
+    expect_error("1 fault unplug robot STICK", "JOINT1 JOINT2 FLIGHT");
     expect_error("1 fault unplug", "unplug <bus> [node]");
     expect_error("1 fault unplug robot JOINT1 now", "unplug <bus> [node]");
     expect_error("1 fault loss robot", "loss <bus>");
@@ -98,11 +148,11 @@ static void test_errors_name_file_line_and_expected_value(void)
     expect_error("1 fault stuck robot yes", "on or off");
     expect_error("1 fault error robot 0x11 0x0 on", "emergency code");
     expect_error("1 fault error robot 0x11 0x12345 on", "emergency code");
-    expect_error("1 fault torque-offset STICK 1", "JOINT1 or JOINT2");
-    expect_error("1 fault torque-offset FLIGHT 1", "JOINT1 or JOINT2");
+    expect_error("1 fault torque-offset STICK 1", "a drive: JOINT1 JOINT2");
+    expect_error("1 fault torque-offset FLIGHT 1", "a drive: JOINT1 JOINT2");
     expect_error("1 fault delay robot JOINT1 -5", "delay");
-    expect_error("1 fault unplug robot-b JOINT1", "robot or joystick");
-    expect_error("1 fault cut robot-c", "robot-b or joystick-b");
+    expect_error("1 fault unplug robot-b JOINT1", "a bus of the run: robot joystick");
+    expect_error("1 fault cut robot-c", "robot joystick robot-b joystick-b");
     expect_error("1 fault overflow robot JOINT1 0", "number of frames");
     expect_error("1 fault sync robot JOINT1 33", "number of frames");
     expect_error("1 fault restart robot FLIGHT later", "auto, order or now");
@@ -112,9 +162,9 @@ static void test_errors_name_file_line_and_expected_value(void)
 
 static void test_no_scenario_means_no_faults(void)
 {
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, faults_load(&faults, NULL, error));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, faults_load(&faults, &world, NULL, error));
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, faults_next_ns(&faults));
-    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, faults_load(&faults, "/nowhere.scn", error));
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, faults_load(&faults, &world, "/nowhere.scn", error));
 }
 
 static void test_scenarios_of_the_mission_are_read(void)
@@ -122,31 +172,8 @@ static void test_scenarios_of_the_mission_are_read(void)
     static const char* const scenarios[] = {
         "sim/scenarios/telepresence.scn", "sim/scenarios/commissioning.scn", "sim/scenarios/standalone.scn"};
     for (unsigned i = 0U; i < 3U; i++) {
-        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, faults_load(&faults, scenarios[i], error), error);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, faults_load(&faults, &world, scenarios[i], error), error);
     }
-}
-
-static fault_world_t world;
-
-/// Two channels of bus robot with flight's controller on each; bus joystick without flight and without B.
-static void open_world(void)
-{
-    const bus_config_t config    = {.nominal_bit_rate = 1000000U, .seed = 1U};
-    const bus_callbacks_t silent = {.context = NULL};
-    memset(&world, 0, sizeof world);
-    for (unsigned i = 0U; i < 2U; i++) {
-        world.channel[0][i].bus = bus_create(&config);
-        TEST_ASSERT_EQUAL_INT(
-            STATUS_OK, bus_add_node(world.channel[0][i].bus, &silent, &world.channel[0][i].flight_node));
-    }
-    world.channel[1][0] = (fault_channel_t){bus_create(&config), BUS_NODES_MAX};
-}
-
-static void close_world(void)
-{
-    bus_destroy(world.channel[0][0].bus);
-    bus_destroy(world.channel[0][1].bus);
-    bus_destroy(world.channel[1][0].bus);
 }
 
 static void apply_next(void)
@@ -156,7 +183,6 @@ static void apply_next(void)
 
 static void test_faults_reach_the_bus(void)
 {
-    open_world();
     bus_t* bus = world.channel[0][0].bus;
     TEST_ASSERT_EQUAL_INT(STATUS_OK,
                           load("1 fault unplug robot FLIGHT\n2 fault plug robot FLIGHT\n"
@@ -172,7 +198,6 @@ static void test_faults_reach_the_bus(void)
     TEST_ASSERT_GREATER_THAN_UINT64(0U, bus_statistics(bus)->errors); // It babbles, and no node receives it.
     // No node is there.
     TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target);
-    close_world();
 }
 
 static void count_sync(void* context, const osal_can_frame_t* frame)
@@ -183,7 +208,6 @@ static void count_sync(void* context, const osal_can_frame_t* frame)
 
 static void test_a_node_sends_sync_as_often_as_it_is_reported(void)
 {
-    open_world();
     bus_t* bus                      = world.channel[0][0].bus;
     unsigned count                  = 0U;
     unsigned listener               = 0U;
@@ -200,12 +224,10 @@ static void test_a_node_sends_sync_as_often_as_it_is_reported(void)
     TEST_ASSERT_EQUAL_UINT(33U, count);
     // No node is there.
     TEST_ASSERT_EQUAL_STRING("joystick FLIGHT", faults_apply_next(&faults, &world)->target);
-    close_world();
 }
 
 static void test_a_cut_takes_one_channel(void)
 {
-    open_world();
     TEST_ASSERT_EQUAL_INT(
         STATUS_OK, load("1 fault cut robot-b FLIGHT\n2 fault cut robot FLIGHT\n3 fault mend robot-b FLIGHT\n"
                         "4 fault cut joystick-b FLIGHT\n5 fault stuck joystick-b on\n"
@@ -224,12 +246,10 @@ static void test_a_cut_takes_one_channel(void)
     apply_next();
     apply_next();
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, faults_next_ns(&faults));
-    close_world();
 }
 
 static void test_bus_off_ends_by_order(void)
 {
-    open_world();
     bus_t* bus = world.channel[0][0].bus;
     TEST_ASSERT_EQUAL_INT(STATUS_OK,
                           load("1 fault restart robot FLIGHT order\n2 fault bus-off robot FLIGHT\n"
@@ -247,7 +267,6 @@ static void test_bus_off_ends_by_order(void)
     apply_next();
     apply_next();
     apply_next();
-    close_world();
 }
 
 static const char* killed = "";
@@ -265,7 +284,6 @@ static void test_a_kill_names_its_process(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(
         STATUS_OK, load("1 fault kill supervisor\n2.000001 fault kill packet-archive-sqlite\n"), error);
-    open_world();
     apply_next(); // In a world without processes.
     TEST_ASSERT_EQUAL_STRING("", killed);
     world.process         = note_process;
@@ -277,13 +295,11 @@ static void test_a_kill_names_its_process(void)
     TEST_ASSERT_EQUAL_STRING("kill", fault_word(fault->kind));
     TEST_ASSERT_TRUE(fault_is_onset(fault));
     TEST_ASSERT_EQUAL(FAULT_KILL, process_fault);
-    close_world();
 }
 
 static void test_a_process_hangs_and_continues(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, load("1 fault hang joystick\n2 fault resume joystick\n"), error);
-    open_world();
     world.process         = note_process;
     world.process_context = &process_fault;
     const fault_t* fault  = faults_apply_next(&faults, &world);
@@ -294,7 +310,6 @@ static void test_a_process_hangs_and_continues(void)
     TEST_ASSERT_EQUAL(FAULT_RESUME, process_fault);
     TEST_ASSERT_FALSE(fault_is_onset(fault));
     expect_error("1 fault hang", "hang <process>");
-    close_world();
 }
 
 int main(void)

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #define STEP_NS 500000U
+#define WORLD "descriptors/worlds/rokviss.xml"
 #define ROBOT 0U
 #define JOYSTICK 1U
 #define FD_BRS (OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS)
@@ -61,7 +62,8 @@ static void open_simulator(const char* scenario, uint64_t seed)
     }
     char path[96];
     (void)strcpy(path, file("test.scn"));
-    const simulator_config_t config = {.scenario_path = (scenario != NULL) ? path : NULL,
+    const simulator_config_t config = {.world_path    = WORLD,
+                                       .scenario_path = (scenario != NULL) ? path : NULL,
                                        .output_path   = folder,
                                        .bus           = {{.name = "robot", .address = address[ROBOT]},
                                                          {.name = "joystick", .address = address[JOYSTICK]}},
@@ -344,8 +346,8 @@ static void test_loads_are_those_computed(void)
     }
     simulator_statistics(simulator, &statistics);
     // Worst case 56 % and, with the second TPDO, 45 %.
-    EXPECT_WITHIN(0.52, 0.04, (double)statistics.robot_busy_ns / (double)now_ns);
-    EXPECT_WITHIN(0.41, 0.04, (double)statistics.joystick_busy_ns / (double)now_ns);
+    EXPECT_WITHIN(0.52, 0.04, (double)statistics.busy_ns[ROBOT] / (double)now_ns);
+    EXPECT_WITHIN(0.41, 0.04, (double)statistics.busy_ns[JOYSTICK] / (double)now_ns);
     TEST_ASSERT_EQUAL_UINT64(0U, statistics.refused);
 }
 
@@ -362,21 +364,24 @@ static void expect_open_error(const simulator_config_t* config, status_t status,
 
 static void test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line(void)
 {
-    expect_open_error(
-        &(simulator_config_t){.bus = {{.name = "robot", .address = "shm:nobody-made-this"}}, .bus_count = 1U},
-        STATUS_NOT_FOUND, "bus robot: no controller at 'shm:nobody-made-this'");
-    expect_open_error(&(simulator_config_t){.output_path = "/nowhere"}, STATUS_IO, "'/nowhere'");
-    expect_open_error(&(simulator_config_t){.scenario_path = "/nowhere.scn"}, STATUS_NOT_FOUND,
-                      "/nowhere.scn");
-    expect_open_error(&(simulator_config_t){.devices_path = "/nowhere"}, STATUS_NOT_FOUND,
-                      "/nowhere/joint-drive.eds");
+    expect_open_error(&(simulator_config_t){.world_path = WORLD,
+                                            .bus = {{.name = "robot", .address = "shm:nobody-made-this"}},
+                                            .bus_count = 1U},
+                      STATUS_NOT_FOUND, "bus robot: no controller at 'shm:nobody-made-this'");
+    expect_open_error(&(simulator_config_t){.world_path = WORLD, .output_path = "/nowhere"}, STATUS_IO,
+                      "'/nowhere'");
+    expect_open_error(&(simulator_config_t){.world_path = WORLD, .scenario_path = "/nowhere.scn"},
+                      STATUS_NOT_FOUND, "/nowhere.scn");
+    expect_open_error(&(simulator_config_t){.world_path = WORLD, .devices_path = "/nowhere"},
+                      STATUS_NOT_FOUND, "/nowhere/joint-drive.eds");
     FILE* out = fopen(file("test.scn"), "w");
     TEST_ASSERT_NOT_NULL(out);
     (void)fputs("1 fault explode robot\n", out);
     (void)fclose(out);
     char path[96];
     (void)strcpy(path, file("test.scn"));
-    expect_open_error(&(simulator_config_t){.scenario_path = path}, STATUS_INVALID, "test.scn:1: ");
+    expect_open_error(&(simulator_config_t){.world_path = WORLD, .scenario_path = path}, STATUS_INVALID,
+                      "test.scn:1: ");
 }
 
 static void test_it_catches_up_when_called_late(void)

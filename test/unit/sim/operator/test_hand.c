@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/operator/hand.h"
 #include "sim/operator/scene.h"
-#include "sim/parameters/rokviss.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/operator/script_file.h"
+#include "test/unit/sim/fixtures/rokviss.h"
 #include "unity.h"
 
 #include <math.h>
@@ -30,7 +30,7 @@ static void play(const char* text)
     hand_destroy(hand);
     now_ns = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      hand_load(&rokviss_hand, &rokviss_plant, script_file_write(text), &hand, error));
+                      hand_load(&rokviss()->hand, &rokviss()->plant, script_file_write(text), &hand, error));
 }
 
 static const hand_intent_t* at(double time_s)
@@ -48,7 +48,7 @@ static void expect_lean(const hand_intent_t* intent, double grip_nm_rad)
     for (unsigned i = 0U; i < PLANT_AXES; i++) {
         const double load  = intent->expected_torque_nm[i];
         const double joint = intent->wanted_joint_rad[i] - load / 2667.0;
-        EXPECT_WITHIN((joint - rokviss_plant.home_rad[i]) / 2.0 - 0.03 * load / grip_nm_rad, 1e-12,
+        EXPECT_WITHIN((joint - rokviss()->plant.home_rad[i]) / 2.0 - 0.03 * load / grip_nm_rad, 1e-12,
                       intent->intent_rad[i]);
     }
 }
@@ -61,10 +61,10 @@ static void test_inverse_kinematics_undoes_forward(void)
     for (double x = -0.45; x < 0.46; x += 0.05) {
         for (double z = -0.45; z < 0.46; z += 0.05) {
             const plane_t tip = {x, z};
-            if (scene_reachable(&rokviss_plant, tip)) {
+            if (scene_reachable(&rokviss()->plant, tip)) {
                 double joint[PLANT_JOINTS];
-                scene_joints(&rokviss_plant, tip, joint);
-                const plane_t back = scene_tip(&rokviss_plant, joint);
+                scene_joints(&rokviss()->plant, tip, joint);
+                const plane_t back = scene_tip(&rokviss()->plant, joint);
                 EXPECT_WITHIN(x, 1e-12, back.x);
                 EXPECT_WITHIN(z, 1e-12, back.z);
                 TEST_ASSERT_TRUE(joint[1] < 0.0);
@@ -73,8 +73,8 @@ static void test_inverse_kinematics_undoes_forward(void)
         }
     }
     TEST_ASSERT_GREATER_THAN_UINT(200U, count);
-    TEST_ASSERT_FALSE(scene_reachable(&rokviss_plant, (plane_t){0.47, 0.0}));
-    TEST_ASSERT_FALSE(scene_reachable(&rokviss_plant, (plane_t){0.0, 0.03}));
+    TEST_ASSERT_FALSE(scene_reachable(&rokviss()->plant, (plane_t){0.47, 0.0}));
+    TEST_ASSERT_FALSE(scene_reachable(&rokviss()->plant, (plane_t){0.0, 0.03}));
 }
 
 /// Elastic energy of finger in contour and of the cable.
@@ -96,15 +96,15 @@ static double energy(plane_t tip, bool spring)
 static void expect_gradient(plane_t tip, bool spring, const double torque[PLANT_JOINTS])
 {
     double joint[PLANT_JOINTS];
-    scene_joints(&rokviss_plant, tip, joint);
+    scene_joints(&rokviss()->plant, tip, joint);
     for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
         double up[]        = {joint[0], joint[1]};
         double down[]      = {joint[0], joint[1]};
         const double delta = 1e-6;
         up[i] += delta;
         down[i] -= delta;
-        const double slope =
-            energy(scene_tip(&rokviss_plant, up), spring) - energy(scene_tip(&rokviss_plant, down), spring);
+        const double slope = energy(scene_tip(&rokviss()->plant, up), spring) -
+                             energy(scene_tip(&rokviss()->plant, down), spring);
         EXPECT_WITHIN(-slope / (2.0 * delta), 1e-6, torque[i]);
     }
 }
@@ -116,14 +116,14 @@ static void test_expected_torque_is_the_gradient_of_energy(void)
     const plane_t pulling[] = {{0.327, 0.215}, {0.30, 0.20}, {0.35, 0.18}};
     double torque[PLANT_JOINTS];
     for (unsigned i = 0U; i < 5U; i++) {
-        scene_contact_torque(&rokviss_plant, touching[i], 0.0, torque);
+        scene_contact_torque(&rokviss()->plant, touching[i], 0.0, torque);
         expect_gradient(touching[i], false, torque);
     }
     for (unsigned i = 0U; i < 3U; i++) {
-        scene_spring_torque(&rokviss_plant, pulling[i], torque);
+        scene_spring_torque(&rokviss()->plant, pulling[i], torque);
         expect_gradient(pulling[i], true, torque);
     }
-    scene_spring_torque(&rokviss_plant, (plane_t){0.327, 0.150}, torque);
+    scene_spring_torque(&rokviss()->plant, (plane_t){0.327, 0.150}, torque);
     EXPECT_WITHIN(0.0, 0.0, torque[0]);
 }
 
@@ -133,9 +133,9 @@ static void test_expected_friction_turns_with_the_slide(void)
     double none[PLANT_JOINTS];
     double right[PLANT_JOINTS];
     double left[PLANT_JOINTS];
-    scene_contact_torque(&rokviss_plant, tip, 0.0, none);
-    scene_contact_torque(&rokviss_plant, tip, 1.0, right);
-    scene_contact_torque(&rokviss_plant, tip, -1.0, left);
+    scene_contact_torque(&rokviss()->plant, tip, 0.0, none);
+    scene_contact_torque(&rokviss()->plant, tip, 1.0, right);
+    scene_contact_torque(&rokviss()->plant, tip, -1.0, left);
     // 4.5 N to -x at the sphere's lowest point.
     EXPECT_WITHIN(-4.5 * 0.045, 1e-9, right[0] - none[0]);
     EXPECT_WITHIN(none[1], 1e-12, 0.5 * (left[1] + right[1]));
@@ -143,13 +143,13 @@ static void test_expected_friction_turns_with_the_slide(void)
 
 static void test_press_height_gives_the_force(void)
 {
-    EXPECT_WITHIN(-0.030, 1e-9, scene_press_height(&rokviss_plant, 0.25, 0.0));
-    EXPECT_WITHIN(-0.033, 1e-9, scene_press_height(&rokviss_plant, 0.25, 15.0));
-    EXPECT_WITHIN(-0.023, 1e-9, scene_press_height(&rokviss_plant, 0.325, 0.0));
-    EXPECT_WITHIN(-0.026, 1e-9, scene_press_height(&rokviss_plant, 0.325, 15.0));
-    double before = scene_press_height(&rokviss_plant, 0.27, 15.0);
+    EXPECT_WITHIN(-0.030, 1e-9, scene_press_height(&rokviss()->plant, 0.25, 0.0));
+    EXPECT_WITHIN(-0.033, 1e-9, scene_press_height(&rokviss()->plant, 0.25, 15.0));
+    EXPECT_WITHIN(-0.023, 1e-9, scene_press_height(&rokviss()->plant, 0.325, 0.0));
+    EXPECT_WITHIN(-0.026, 1e-9, scene_press_height(&rokviss()->plant, 0.325, 15.0));
+    double before = scene_press_height(&rokviss()->plant, 0.27, 15.0);
     for (double x = 0.27; x < 0.38; x += 1e-4) { // No steps, not even in the corners of the bump.
-        const double height = scene_press_height(&rokviss_plant, x, 15.0);
+        const double height = scene_press_height(&rokviss()->plant, x, 15.0);
         EXPECT_WITHIN(before, 5e-5, height);
         before = height;
     }
@@ -159,7 +159,7 @@ static void test_press_height_gives_the_force(void)
 
 static void test_no_script_rests_at_home(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&rokviss_hand, &rokviss_plant, NULL, &hand, error));
+    TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&rokviss()->hand, &rokviss()->plant, NULL, &hand, error));
     const hand_intent_t* intent = at(1.0);
     EXPECT_WITHIN(0.0, 1e-12, intent->intent_rad[0]);
     EXPECT_WITHIN(0.0, 1e-12, intent->intent_rad[1]);
@@ -235,7 +235,7 @@ static void test_follow_keeps_the_force_over_the_bump(void)
     for (double t = 4.0; t < 10.0; t += 0.05) {
         const hand_intent_t* intent = at(t);
         const plane_t tip           = {intent->wanted_tip_m[0], intent->wanted_tip_m[1]};
-        EXPECT_WITHIN(scene_press_height(&rokviss_plant, tip.x, 15.0), 1e-9, tip.z);
+        EXPECT_WITHIN(scene_press_height(&rokviss()->plant, tip.x, 15.0), 1e-9, tip.z);
         expect_lean(intent, 3.0);
     }
     const hand_intent_t* intent = at(12.0);
@@ -334,8 +334,8 @@ static void test_playing_twice_gives_the_same(void)
 
 static void test_mission_script_is_accepted_and_stays_within_the_stick(void)
 {
-    TEST_ASSERT_EQUAL(
-        STATUS_OK, hand_load(&rokviss_hand, &rokviss_plant, "sim/scenarios/telepresence.scn", &hand, error));
+    TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&rokviss()->hand, &rokviss()->plant,
+                                           "sim/scenarios/telepresence.scn", &hand, error));
     for (double t = 0.0; t < 95.0; t += 0.01) {
         const hand_intent_t* intent = at(t);
         for (unsigned i = 0U; i < PLANT_AXES; i++) {
@@ -378,7 +378,7 @@ static void test_bad_lines_are_named(void)
     for (size_t i = 0U; i < (sizeof bad / sizeof bad[0]); i++) {
         const char* const path = script_file_write(bad[i].text);
         hand_t* loaded         = NULL;
-        const status_t status  = hand_load(&rokviss_hand, &rokviss_plant, path, &loaded, error);
+        const status_t status  = hand_load(&rokviss()->hand, &rokviss()->plant, path, &loaded, error);
         if (bad[i].message != NULL) {
             TEST_ASSERT_EQUAL(STATUS_INVALID, status);
             TEST_ASSERT_NULL(loaded);
@@ -392,7 +392,7 @@ static void test_bad_lines_are_named(void)
 static void test_missing_script_is_named(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
-                      hand_load(&rokviss_hand, &rokviss_plant, "/nowhere.scn", &hand, error));
+                      hand_load(&rokviss()->hand, &rokviss()->plant, "/nowhere.scn", &hand, error));
     TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere.scn"));
 }
 
@@ -404,8 +404,8 @@ static void test_too_many_lines_are_refused(void)
         strcat(text, "1 hand rest\n");
     }
     hand_t* loaded = NULL;
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED,
-                      hand_load(&rokviss_hand, &rokviss_plant, script_file_write(text), &loaded, error));
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, hand_load(&rokviss()->hand, &rokviss()->plant,
+                                                  script_file_write(text), &loaded, error));
     TEST_ASSERT_NOT_NULL(strstr(error, ":257: found 'rest', expected at most 256 lines for the hand"));
     text[256U * 12U] = '\0';
     play(text);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/unit/sim/plant/plant_state.h"
 
-#include "sim/plant/world.h"
+#include "sim/plant/plant_internal.h"
 
 #include <string.h>
 
@@ -43,8 +43,8 @@ void plant_momentum(const plant_t* const plant, double out_linear[3], double out
         add_body_momentum(plant->base, out_linear, out_angular);
     }
     for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-        const double spin = plant->parameters.rotor_inertia_kgm2 / plant->parameters.gear_ratio *
-                            plant->truth.motor[i].velocity_rad_s;
+        const double spin = plant->parameters.drive[i].rotor_inertia_kgm2 /
+                            plant->parameters.drive[i].gear_ratio * plant->truth.motor[i].velocity_rad_s;
         dVector3 axis;
         dJointGetHingeAxis(plant->hinge[i], axis);
         for (unsigned k = 0U; k < 3U; k++) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Interaction of the robot with its environment: friction, brakes, contour, spring, stops, repeatability.
-#include "sim/parameters/rokviss.h"
 #include "sim/plant/plant.h"
-#include "sim/plant/world.h"
+#include "sim/plant/plant_internal.h"
 #include "test/support/bounds.h"
+#include "test/unit/sim/fixtures/rokviss.h"
 #include "test/unit/sim/plant/plant_state.h"
 #include "unity.h"
 
@@ -51,7 +51,7 @@ static void begin_with(const plant_parameters_t* parameters, bool gravity)
 
 void setUp(void)
 {
-    begin_with(&rokviss_plant, true);
+    begin_with(&rokviss()->plant, true);
 }
 
 void tearDown(void)
@@ -77,8 +77,8 @@ static void push(double first_nm, double second_nm)
 /// Joint angles for a tip, elbow up, by the law of cosines.
 static void aim(double x, double z)
 {
-    const double l1 = rokviss_plant.link_length_m[0];
-    const double l2 = rokviss_plant.link_length_m[1];
+    const double l1 = rokviss()->plant.link_length_m[0];
+    const double l2 = rokviss()->plant.link_length_m[1];
     const double d2 = x * x + z * z;
     const double d  = sqrt(d2);
 
@@ -133,7 +133,7 @@ static void test_tip_follows_from_the_joint_angles(void)
 
 static void test_stiction_holds_below_and_yields_above(void)
 {
-    begin_with(&rokviss_plant, false);
+    begin_with(&rokviss()->plant, false);
     const double start = plant_truth(plant)->motor[0].position_rad;
     push(1.9, -1.9);
     run(2.0);
@@ -149,8 +149,8 @@ static void test_stiction_holds_below_and_yields_above(void)
 
 static void test_moving_rotor_meets_coulomb_and_viscous_friction(void)
 {
-    plant_parameters_t parameters = rokviss_plant;
-    parameters.range_rad          = 100.0;
+    plant_parameters_t parameters = rokviss()->plant;
+    parameters.drive[0].upper_rad = 100.0;
     begin_with(&parameters, false);
     push(2.6, 0.0);
     run(8.0);
@@ -211,7 +211,7 @@ static void test_brake_holds_against_the_spring(void)
 
 static void test_brake_stops_a_moving_joint(void)
 {
-    begin_with(&rokviss_plant, false);
+    begin_with(&rokviss()->plant, false);
     push(10.0, 0.0);
     run(0.05);
     const plant_truth_t* truth = plant_truth(plant);
@@ -227,11 +227,10 @@ static void test_brake_stops_a_moving_joint(void)
 
 static void test_joint_stops_at_its_range(void)
 {
-    begin_with(&rokviss_plant, false);
+    begin_with(&rokviss()->plant, false);
     push(10.0, 0.0);
     run(4.0);
-    EXPECT_WITHIN(rokviss_plant.home_rad[0] + rokviss_plant.range_rad, 2e-3,
-                  plant_truth(plant)->motor[0].position_rad);
+    EXPECT_WITHIN(rokviss()->plant.drive[0].upper_rad, 2e-3, plant_truth(plant)->motor[0].position_rad);
     EXPECT_WITHIN(0.0, 1e-3, plant_truth(plant)->motor[0].velocity_rad_s);
 }
 
@@ -249,7 +248,7 @@ static void test_contact_is_a_spring_of_the_given_stiffness(void)
 {
     const double stiffness[] = {2000.0, 5000.0, 20000.0};
     for (unsigned i = 0U; i < 3U; i++) {
-        plant_parameters_t parameters    = rokviss_plant;
+        plant_parameters_t parameters    = rokviss()->plant;
         parameters.contour_stiffness_n_m = stiffness[i];
         begin_with(&parameters, true);
         press_at(0.25, 0.005);
@@ -307,7 +306,7 @@ static void test_sticking_finger_does_not_creep(void)
 
 static void test_bump_pushes_along_its_own_normal(void)
 {
-    plant_parameters_t parameters = rokviss_plant;
+    plant_parameters_t parameters = rokviss()->plant;
     parameters.contour_friction   = 0.0;
     begin_with(&parameters, true);
     glide(0.3265, 0.0655, 0.345, 0.0, 1.0);
@@ -346,7 +345,7 @@ static double pull_at(spring_t* spring, double x, double z)
 {
     const double tip[3] = {x, 0.0, z};
     double force[3];
-    spring_force(&rokviss_plant, spring, tip, force);
+    spring_force(&rokviss()->plant, spring, tip, force);
     return -force[2];
 }
 
@@ -369,7 +368,7 @@ static void test_spring_pulls_towards_its_anchor(void)
     const double tip[3] = {0.340, 0.0, 0.200};
     double force[3];
     (void)pull_at(&spring, 0.330, 0.155);
-    spring_force(&rokviss_plant, &spring, tip, force);
+    spring_force(&rokviss()->plant, &spring, tip, force);
     EXPECT_WITHIN((0.340 - 0.327) / (0.200 - 0.005), 1e-12, force[0] / force[2]);
     EXPECT_BELOW(0.0, force[0]);
 }
@@ -443,8 +442,8 @@ static void test_stick_stops_at_its_range(void)
     input.stick_torque_nm[1] = -1.5;
     run(1.0);
     const plant_truth_t* truth = plant_truth(plant);
-    EXPECT_WITHIN(rokviss_plant.stick_range_rad + 1.5 / 200.0, 1e-4, truth->stick_position_rad[0]);
-    EXPECT_WITHIN(-rokviss_plant.stick_range_rad - 1.5 / 200.0, 1e-4, truth->stick_position_rad[1]);
+    EXPECT_WITHIN(rokviss()->plant.stick_range_rad + 1.5 / 200.0, 1e-4, truth->stick_position_rad[0]);
+    EXPECT_WITHIN(-rokviss()->plant.stick_range_rad - 1.5 / 200.0, 1e-4, truth->stick_position_rad[1]);
 }
 
 // ---- Repeatability ----
@@ -452,7 +451,7 @@ static void test_stick_stops_at_its_range(void)
 /// A motion with all effects; the checksum of the state at its end.
 static uint64_t eventful_run(void)
 {
-    begin_with(&rokviss_plant, true);
+    begin_with(&rokviss()->plant, true);
     input.hand = push_stick;
     press_at(0.28, 0.003);
     glide(0.28, -0.033, 0.36, -0.033, 1.0);
@@ -473,7 +472,7 @@ static void test_worlds_do_not_disturb_each_other(void)
 {
     const uint64_t alone          = eventful_run();
     const plant_options_t options = {.gravity = true, .seed = 99U};
-    plant_t* const other          = plant_create(&rokviss_plant, &options);
+    plant_t* const other          = plant_create(&rokviss()->plant, &options);
     const plant_input_t idle      = {0};
     for (unsigned i = 0U; i < 500U; i++) {
         plant_step(other, &idle, STEP_NS);
@@ -482,7 +481,7 @@ static void test_worlds_do_not_disturb_each_other(void)
     for (unsigned i = 0U; i < 500U; i++) {
         plant_step(other, &idle, STEP_NS);
     }
-    plant_t* const again = plant_create(&rokviss_plant, &options);
+    plant_t* const again = plant_create(&rokviss()->plant, &options);
     for (unsigned i = 0U; i < 1000U; i++) {
         plant_step(again, &idle, STEP_NS);
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plant against mechanics written down independently: a planar elastic arm integrated by Runge-Kutta, and
 // the momenta of a free-floating robot.
-#include "sim/parameters/rokviss.h"
 #include "sim/plant/plant.h"
 #include "test/support/bounds.h"
+#include "test/unit/sim/fixtures/rokviss.h"
 #include "test/unit/sim/plant/plant_state.h"
 #include "unity.h"
 
@@ -32,14 +32,17 @@ void tearDown(void)
 /// without obstacles.
 static plant_parameters_t hanging_arm(void)
 {
-    plant_parameters_t arm = rokviss_plant;
+    plant_parameters_t arm = rokviss()->plant;
     arm.home_rad[0]        = -HALF_TURN / 2.0;
     arm.home_rad[1]        = 0.0;
-    arm.range_rad          = 100.0;
-    arm.coulomb_nm         = 0.0;
-    arm.stiction_nm        = 0.0;
-    arm.contour_top_m      = -10.0;
-    arm.hook_m[0]          = 10.0;
+    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+        arm.drive[i].lower_rad   = -100.0;
+        arm.drive[i].upper_rad   = 100.0;
+        arm.drive[i].coulomb_nm  = 0.0;
+        arm.drive[i].stiction_nm = 0.0;
+    }
+    arm.contour_top_m = -10.0;
+    arm.hook_m[0]     = 10.0;
     return arm;
 }
 
@@ -82,12 +85,13 @@ static void derivative(const plant_parameters_t* arm, double time_s, const doubl
     double spin[PLANT_JOINTS];
     prescribed(time_s, motor);
     for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-        gear[i] = arm->gear_stiffness_nm_rad * (y[2U + i] - y[i]) +
-                  arm->gear_damping_nms_rad * (y[6U + i] - y[4U + i]);
-        spin[i] = (motor[i] - gear[i] - arm->viscous_nms_rad * y[6U + i]) / arm->rotor_inertia_kgm2;
+        gear[i] = arm->drive[0].gear_stiffness_nm_rad * (y[2U + i] - y[i]) +
+                  arm->drive[0].gear_damping_nms_rad * (y[6U + i] - y[4U + i]);
+        spin[i] = (motor[i] - gear[i] - arm->drive[0].viscous_nms_rad * y[6U + i]) /
+                  arm->drive[0].rotor_inertia_kgm2;
     }
     const double r1 = gear[0] + h * (2.0 * y[4] * y[5] + y[5] * y[5]) - g1 -
-                      arm->rotor_inertia_kgm2 / arm->gear_ratio * spin[1];
+                      arm->drive[0].rotor_inertia_kgm2 / arm->drive[0].gear_ratio * spin[1];
     const double r2  = gear[1] - h * y[4] * y[4] - g2;
     const double det = m11 * m22 - m12 * m12;
     memcpy(dy, &y[4], 4U * sizeof(double));
@@ -179,7 +183,7 @@ static void drive_swinging(void* context, unsigned substep, const plant_rotor_t 
     (void)substep;
     const double time_s = (double)now_ns * 1.0e-9;
     for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
-        const double wanted = rokviss_plant.home_rad[i] + 0.5 * sin((0.7 + 0.4 * i) * time_s);
+        const double wanted = rokviss()->plant.home_rad[i] + 0.5 * sin((0.7 + 0.4 * i) * time_s);
         out_torque_nm[i]    = 400.0 * (wanted - motor[i].position_rad) - 20.0 * motor[i].velocity_rad_s;
     }
 }
@@ -191,7 +195,7 @@ static double length(const double v[3])
 
 static void test_momenta_stay_without_gravity(void)
 {
-    plant_parameters_t robot = rokviss_plant;
+    plant_parameters_t robot = rokviss()->plant;
     robot.base_mass_kg       = 150.0;
     robot.base_inertia_kgm2  = 15.0;
     // Tumbling about all axes, so that the effect of the rotors on their parents counts, and moving away.
@@ -230,7 +234,7 @@ static void test_spinning_rotor_turns_the_base(void)
     // direction.
     const plant_options_t options = {.free_base = true};
     const plant_input_t input     = {.drive = drive_swinging};
-    plant_t* const plant          = plant_create(&rokviss_plant, &options);
+    plant_t* const plant          = plant_create(&rokviss()->plant, &options);
     double linear[3];
     double angular[3];
     for (unsigned step = 0U; step < 4000U; step++) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/parameters/rokviss.h"
 #include "sim/plant/sensor.h"
 #include "test/support/bounds.h"
+#include "test/unit/sim/fixtures/rokviss.h"
 #include "unity.h"
 
 #include <math.h>
@@ -86,7 +86,7 @@ static void test_torque_sensor_has_offset_drift_and_noise(void)
     double offsets = 0.0;
     for (uint64_t seed = 1U; seed <= 20U; seed++) {
         torque_sensor_t sensor;
-        torque_sensor_init(&sensor, &rokviss_torque_sensor, seed, 0x111U);
+        torque_sensor_init(&sensor, &rokviss()->torque_sensor, seed, 0x111U);
         double early = 0.0;
         double late  = 0.0;
         double rms   = 0.0;
@@ -108,7 +108,7 @@ static void test_torque_sensor_has_offset_drift_and_noise(void)
 static void test_torque_sensor_saturates(void)
 {
     torque_sensor_t sensor;
-    torque_sensor_init(&sensor, &rokviss_torque_sensor, 1U, 1U);
+    torque_sensor_init(&sensor, &rokviss()->torque_sensor, 1U, 1U);
     EXPECT_WITHIN(60.0, 0.0, torque_sensor_read(&sensor, 1U, 0U, 75.0));
     EXPECT_WITHIN(-60.0, 0.0, torque_sensor_read(&sensor, 2U, 0U, -1e9));
 }
@@ -119,18 +119,18 @@ static void test_encoder_counts_downwards(void)
     EXPECT_WITHIN(95.87e-6, 1e-8, quantum);
     for (int64_t count = -70000; count <= 70000; count += 1237) {
         TEST_ASSERT_EQUAL_INT64(count,
-                                encoder_count(&rokviss_stick_encoder, ((double)count + 0.01) * quantum));
+                                encoder_count(&rokviss()->stick_encoder, ((double)count + 0.01) * quantum));
         TEST_ASSERT_EQUAL_INT64(count,
-                                encoder_count(&rokviss_stick_encoder, ((double)count + 0.99) * quantum));
+                                encoder_count(&rokviss()->stick_encoder, ((double)count + 0.99) * quantum));
     }
-    TEST_ASSERT_EQUAL_INT64(-1, encoder_count(&rokviss_stick_encoder, -1e-9));
+    TEST_ASSERT_EQUAL_INT64(-1, encoder_count(&rokviss()->stick_encoder, -1e-9));
 }
 
 static void test_encoder_on_the_motor_is_finer_by_the_gear(void)
 {
     for (double position = -3.0; position < 3.0; position += 0.0137) {
-        const double joint = position - encoder_read(&rokviss_joint_encoder, position);
-        const double stick = position - encoder_read(&rokviss_stick_encoder, position);
+        const double joint = position - encoder_read(&rokviss()->joint_encoder, position);
+        const double stick = position - encoder_read(&rokviss()->stick_encoder, position);
         TEST_ASSERT_TRUE((joint >= -1e-12) && (joint < 0.6e-6));
         TEST_ASSERT_TRUE((stick >= -1e-12) && (stick < 95.9e-6));
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Inside of the plant: the parts that share its state. Private to sim/plant.
-#ifndef SIM_PLANT_WORLD_H
-#define SIM_PLANT_WORLD_H
+#ifndef SIM_PLANT_PLANT_INTERNAL_H
+#define SIM_PLANT_PLANT_INTERNAL_H
 
 #include "sim/plant/plant.h"
 
@@ -47,8 +47,8 @@ struct plant {
 
 /// Advance one rotor by h_s against gear torque, friction, brake and end stop; `torque_nm` is the motor's.
 /// Adds nothing up: returns the friction torque of this substep.
-double joint_rotor_step(const plant_parameters_t* parameters, plant_rotor_t* rotor, double home_rad,
-                        bool brake, double torque_nm, double gear_torque_nm, double h_s);
+double joint_rotor_step(const plant_drive_t* drive, plant_rotor_t* rotor, bool brake, double torque_nm,
+                        double gear_torque_nm, double h_s);
 
 /// Advance one axis of the joystick by h_s under the sum of motor and hand torque.
 void stick_step(const plant_parameters_t* parameters, double torque_nm, double h_s, double* position_rad,
@@ -71,4 +71,4 @@ void contour_touch(plant_t* plant, double dt_s);
 /// number.
 unsigned contour_loads(plant_t* plant, plant_load_t out_load[CONTOUR_POINTS]);
 
-#endif // SIM_PLANT_WORLD_H
+#endif // SIM_PLANT_PLANT_INTERNAL_H

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The devices of a world on the buses of a run, each made from its EDS: drives of the robots' joints,
+/// joysticks, and drives on benches (sim/plant/motor_bench.h), in this order.
+///
+/// Ownership  devices_open allocates, devices_close frees. World, plant and buses outlive the devices.
+/// Context    One task.
+#ifndef SIM_APP_DEVICES_H
+#define SIM_APP_DEVICES_H
+
+#include "sim/app/segment.h"
+#include "sim/devices/drive.h"
+#include "sim/devices/joystick.h"
+#include "sim/plant/plant.h"
+#include "sim/truth/truth.h"
+#include "sim/world/world.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define DEVICES_MAX (WORLD_DRIVES_MAX + WORLD_JOYSTICKS_MAX + WORLD_BENCHES_MAX)
+
+typedef struct devices devices_t;
+
+typedef struct {
+    const world_t* world;
+    const char* folder; ///< Of the EDS files.
+    const plant_truth_t* truth;
+    segment_t* segments;     ///< The first are the buses of the world, in its order.
+    bus_t* const* channel_b; ///< Redundant channel of each segment, or null.
+    uint64_t seed;
+    /// Called for every change of state of a device.
+    void (*changed)(void* context, uint64_t now_ns, const truth_drive_t* drive);
+    void* context;
+} devices_config_t;
+
+/// Returns STATUS_OK; else *out_devices is null and `error` is filled: STATUS_EXHAUSTED (memory, nodes of a
+/// bus), statuses of node_create.
+MUST_USE status_t devices_open(const devices_config_t* config, devices_t** out_devices,
+                               char error[SIMULATOR_ERROR_MAX]);
+/// Null is allowed.
+void devices_close(devices_t* devices);
+
+size_t devices_count(const devices_t* devices);
+const world_device_t* device_place(const devices_t* devices, size_t index);
+/// Null: it is a joystick.
+drive_t* device_drive(const devices_t* devices, size_t index);
+/// Null: it is a drive.
+joystick_t* device_joystick(const devices_t* devices, size_t index);
+node_t* device_node(const devices_t* devices, size_t index);
+
+void devices_power_on(devices_t* devices);
+/// Report the state of every device to the listener.
+void devices_report(devices_t* devices, uint64_t now_ns);
+
+/// What brakes and motors do to the plant in the next step.
+void devices_act(const devices_t* devices, plant_input_t* out_input);
+/// plant_input_t.drive; the context is the devices.
+void devices_regulate(void* context, unsigned substep, const plant_rotor_t motor[PLANT_JOINTS],
+                      double out_torque_nm[PLANT_JOINTS]);
+/// The plant has moved from `now_ns` to `end_ns`; benches do so here.
+void devices_end_step(devices_t* devices, uint64_t now_ns, uint64_t end_ns);
+
+#endif // SIM_APP_DEVICES_H

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reader of the XML files of a world: hands each element with its line to a handler, and takes attributes by
+/// a table into a record.
+///
+/// Refused, each with file and line: what is not well-formed, document type declarations (and with them
+/// entities), text between elements, an element deeper than DOCUMENT_DEPTH_MAX, a file of more than
+/// DOCUMENT_OCTETS_MAX octets; an attribute that a table does not have, or that is missing, malformed or
+/// outside its range.
+///
+/// Ownership  Elements and their texts live until the handler returns; records have copies.
+/// Context    One task.
+/// Errors     "file:line: found 'x', expected y" in the buffer given to document_read.
+#ifndef SIM_WORLD_DOCUMENT_H
+#define SIM_WORLD_DOCUMENT_H
+
+#include "base/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define DOCUMENT_ERROR_MAX 320U
+#define DOCUMENT_TEXT_MAX 64U ///< Octets of a name or text, its end included.
+#define DOCUMENT_OCTETS_MAX 1048576U
+#define DOCUMENT_DEPTH_MAX 16U
+#define DOCUMENT_VECTOR_MAX 3U
+
+typedef struct {
+    const char* path;
+    unsigned line;
+    unsigned depth; ///< 1: the document element.
+    const char* name;
+    const char* const* attributes; ///< name, value, .., null.
+    char* error;                   ///< DOCUMENT_ERROR_MAX octets.
+} element_t;
+
+typedef struct {
+    /// *out_is_skipped set: nothing inside of this element is handed over, nor its end.
+    status_t (*start)(void* context, const element_t* element, bool* out_is_skipped);
+    status_t (*end)(void* context, const element_t* element); ///< The element has no attributes here.
+    void* context;
+} document_handler_t;
+
+/// Read a file. A status of the handler other than STATUS_OK ends it and is returned. Else STATUS_OK,
+/// STATUS_NOT_FOUND (file), STATUS_INVALID (content), STATUS_TOO_LARGE, STATUS_EXHAUSTED (memory); on
+/// anything but STATUS_OK `error` is filled.
+MUST_USE status_t document_read(const char* path, const document_handler_t* handler,
+                                char error[DOCUMENT_ERROR_MAX]);
+
+/// Fill the error with "file:line: found 'x', expected y". Returns STATUS_INVALID.
+status_t document_refuse(const char* path, unsigned line, const char* found, const char* expected,
+                         char error[DOCUMENT_ERROR_MAX]);
+status_t element_refuse(const element_t* element, const char* found, const char* expected);
+
+typedef enum {
+    FIELD_NAME,     ///< char[DOCUMENT_TEXT_MAX]: a letter, then letters, digits, '_' and '-'.
+    FIELD_TEXT,     ///< char[DOCUMENT_TEXT_MAX]: any text but an empty one.
+    FIELD_NUMBER,   ///< double.
+    FIELD_VECTOR,   ///< double[3], each in the range.
+    FIELD_UNSIGNED, ///< unsigned, decimal or hexadecimal.
+    FIELD_TIME      ///< double [ns], a whole number of us, ms or s.
+} field_kind_t;
+
+typedef struct {
+    const char* name;
+    field_kind_t kind;
+    size_t offset; ///< In the record.
+    double low;    ///< Of numbers.
+    double high;
+    bool is_optional; ///< Without it the record keeps its value.
+} field_t;
+
+/// Take the attributes of an element into a record. STATUS_OK or STATUS_INVALID.
+MUST_USE status_t element_take(const element_t* element, const field_t* fields, size_t count, void* record);
+/// A number in a range. False: it is none, or outside.
+bool document_number(const char* text, double low, double high, double* out_value);
+/// Value of an attribute, or null.
+const char* element_attribute(const element_t* element, const char* name);
+
+#endif // SIM_WORLD_DOCUMENT_H

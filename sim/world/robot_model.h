@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Reader of robots: a subset of URDF that holds all of a robot's mechanics.
+///
+/// Taken: robot, link, inertial (origin, mass, inertia), collision (origin, geometry: box, sphere, cylinder),
+/// joint of type revolute, continuous, prismatic or fixed (origin, parent, child, axis, limit). Skipped:
+/// visual, material, transmission. Every other element or attribute is refused by file and line: it would
+/// carry physics that the simulator does not have. Friction belongs to drives, so `dynamics` must be zero.
+///
+/// Links that fixed joints connect become one body, in the frame of its topmost link; its inertia is that of
+/// all of them. Each link of the file stays a frame, by its name. Refused as well: a link with two parents, a
+/// loop, more than one root, a mass or principal moment of inertia that is not positive, moments of which two
+/// are less than the third, and a moving body without mass.
+///
+/// Ownership  The caller places robot_model_t; it has no pointers.
+/// Context    One task.
+#ifndef SIM_WORLD_ROBOT_MODEL_H
+#define SIM_WORLD_ROBOT_MODEL_H
+
+#include "base/status.h"
+#include "sim/world/document.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define ROBOT_JOINTS_MAX 12U ///< Those that move.
+#define ROBOT_BODIES_MAX (ROBOT_JOINTS_MAX + 1U)
+#define ROBOT_LINKS_MAX 32U ///< Of the file.
+#define ROBOT_SHAPES_MAX 32U
+
+typedef struct {
+    double at[3][3];
+} matrix_t;
+
+/// A place in a frame: p_outer = rotation * p_inner + position.
+typedef struct {
+    matrix_t rotation;
+    double position_m[3];
+} pose_t;
+
+/// Mass properties in the axes of the body; the inertia is about the centre of mass.
+typedef struct {
+    double mass_kg; ///< 0: none.
+    double com_m[3];
+    matrix_t inertia_kgm2;
+} robot_mass_t;
+
+typedef enum {
+    ROBOT_JOINT_REVOLUTE,
+    ROBOT_JOINT_CONTINUOUS,
+    ROBOT_JOINT_PRISMATIC,
+    ROBOT_JOINT_FIXED ///< Only while the file is read.
+} robot_joint_kind_t;
+
+/// A joint that moves body i + 1, where i is its own index.
+typedef struct {
+    char name[DOCUMENT_TEXT_MAX];
+    unsigned line;
+    robot_joint_kind_t kind;
+    unsigned parent; ///< Body.
+    pose_t origin;   ///< Of the moved body at joint position 0, in the parent.
+    double axis[3];  ///< In the moved body, of length 1.
+    double lower;    ///< [rad] or [m]; not of continuous joints.
+    double upper;
+} robot_joint_t;
+
+/// A link of the file: where its frame is.
+typedef struct {
+    char name[DOCUMENT_TEXT_MAX];
+    unsigned body;
+    pose_t pose; ///< In the body.
+} robot_frame_t;
+
+typedef enum {
+    SHAPE_BOX,
+    SHAPE_SPHERE,
+    SHAPE_CYLINDER ///< Along its z.
+} shape_kind_t;
+
+typedef struct {
+    shape_kind_t kind;
+    unsigned frame; ///< Of a robot: the link that it belongs to.
+    pose_t pose;    ///< In the frame; of a fixture in the world.
+    double size_m[3];
+    double radius_m;
+    double length_m;
+} shape_t;
+
+typedef struct {
+    robot_mass_t body[ROBOT_BODIES_MAX]; ///< 0: the root. Parents precede their children.
+    size_t joint_count;
+    robot_joint_t joint[ROBOT_JOINTS_MAX];
+    size_t frame_count;
+    robot_frame_t frame[ROBOT_LINKS_MAX];
+    size_t shape_count;
+    shape_t shape[ROBOT_SHAPES_MAX];
+} robot_model_t;
+
+/// Statuses of document_read; STATUS_INVALID, too, if the file has more than the model holds.
+MUST_USE status_t robot_model_read(const char* path, robot_model_t* out_model,
+                                   char error[DOCUMENT_ERROR_MAX]);
+
+/// Index of a joint or frame; their count if there is none of that name.
+size_t robot_model_joint(const robot_model_t* model, const char* name);
+size_t robot_model_frame(const robot_model_t* model, const char* name);
+
+/// The pose of roll, pitch and yaw (about fixed x, y, z, in that order) at a position.
+pose_t pose_of(const double position_m[3], const double rpy_rad[3]);
+/// `inner` in the frame in which `outer` is given.
+pose_t pose_compose(const pose_t* outer, const pose_t* inner);
+
+#endif // SIM_WORLD_ROBOT_MODEL_H

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The elements of a URDF file as they stand there, checked one by one. Private to sim/world.
+#ifndef SIM_WORLD_URDF_H
+#define SIM_WORLD_URDF_H
+
+#include "sim/world/robot_model.h"
+
+#define URDF_JOINTS_MAX (ROBOT_LINKS_MAX - 1U)
+#define URDF_ROOT URDF_JOINTS_MAX ///< Joint of a link that has no parent.
+
+typedef struct {
+    double position_m[3];
+    double rpy_rad[3];
+} urdf_origin_t;
+
+typedef struct {
+    char name[DOCUMENT_TEXT_MAX];
+    unsigned line;
+    robot_mass_t mass; ///< In the link's frame.
+    unsigned joint;    ///< That has it as its child; URDF_ROOT: none.
+    bool is_placed;
+} urdf_link_t;
+
+typedef struct {
+    char name[DOCUMENT_TEXT_MAX];
+    char type[DOCUMENT_TEXT_MAX];
+    char parent_name[DOCUMENT_TEXT_MAX];
+    char child_name[DOCUMENT_TEXT_MAX];
+    unsigned line;
+    robot_joint_kind_t kind;
+    urdf_origin_t origin;
+    double axis[3];
+    double lower;
+    double upper;
+    bool has_limit;
+    double unused[4]; ///< Effort and velocity are for controllers; damping and friction are zero.
+    unsigned parent;  ///< Links.
+    unsigned child;
+} urdf_joint_t;
+
+typedef struct {
+    urdf_link_t link[ROBOT_LINKS_MAX];
+    size_t link_count;
+    urdf_joint_t joint[URDF_JOINTS_MAX];
+    size_t joint_count;
+    shape_t shape[ROBOT_SHAPES_MAX];
+    size_t shape_count;
+} urdf_t;
+
+/// Statuses of document_read.
+MUST_USE status_t urdf_read(const char* path, urdf_t* out_urdf, char error[DOCUMENT_ERROR_MAX]);
+
+/// Add to `body` what is rigidly connected to it at a pose. A body that had no mass takes the numbers as
+/// they are.
+void robot_mass_add(robot_mass_t* body, const pose_t* pose, const robot_mass_t* more);
+
+#endif // SIM_WORLD_URDF_H

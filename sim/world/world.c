@@ -1,0 +1,537 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/world/world.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define FAR_M 1e4
+#define TURNS_RAD 1e3
+#define GREAT 1e9 // No stiffness, torque or force of a robot is greater.
+#define NODE_MIN 2.0
+#define NODE_MAX 127.0
+#define LEVELS 3U
+
+typedef struct kind kind_t;
+
+typedef struct {
+    world_t* world;
+    const kind_t* open[LEVELS]; // By depth.
+    unsigned depth;
+} reader_t;
+
+/// An element: where its attributes go, and what is to be done with them.
+struct kind {
+    const char* name;
+    const char* parent; // "": the document.
+    const field_t* fields;
+    size_t field_count;
+    size_t array; // In world_t.
+    size_t stride;
+    size_t count; // In world_t.
+    size_t most;
+    /// After the attributes are in the record. May be null.
+    status_t (*finish)(world_t* world, const element_t* element, void* record);
+    /// In place of all that. Null but for elements without an array in world_t.
+    status_t (*take)(world_t* world, const element_t* element);
+};
+
+#define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
+#define NAME(type, attribute, member)                                                                        \
+    {                                                                                                        \
+        attribute, FIELD_NAME, offsetof(type, member), 0.0, 0.0, false                                       \
+    }
+#define TEXT(type, attribute, member)                                                                        \
+    {                                                                                                        \
+        attribute, FIELD_TEXT, offsetof(type, member), 0.0, 0.0, false                                       \
+    }
+#define NUMBER(type, attribute, member, low, high)                                                           \
+    {                                                                                                        \
+        attribute, FIELD_NUMBER, offsetof(type, member), low, high, false                                    \
+    }
+#define VECTOR(type, attribute, member)                                                                      \
+    {                                                                                                        \
+        attribute, FIELD_VECTOR, offsetof(type, member), -FAR_M, FAR_M, false                                \
+    }
+#define UNSIGNED(type, attribute, member, low, high)                                                         \
+    {                                                                                                        \
+        attribute, FIELD_UNSIGNED, offsetof(type, member), low, high, false                                  \
+    }
+#define ADDRESS(type)                                                                                        \
+    NAME(type, "name", device.name), NAME(type, "bus", device.bus_name),                                     \
+        UNSIGNED(type, "node", device.node, NODE_MIN, NODE_MAX)
+
+// ---- Names ----
+
+/// "robot.thing": index of the robot, and the thing's own name. Null: there is no such robot.
+static const char* find_robot(const world_t* const world, const char* const name, unsigned* const out_robot)
+{
+    const char* dot = strchr(name, '.');
+    for (size_t i = 0U; (dot != NULL) && (i < world->robot_count); i++) {
+        const char* robot = world->robot[i].name;
+        if ((strlen(robot) == (size_t)(dot - name)) && (strncmp(robot, name, strlen(robot)) == 0)) {
+            *out_robot = (unsigned)i;
+            return &dot[1];
+        }
+    }
+    return NULL;
+}
+
+static status_t find_frame(const world_t* const world, const element_t* const element, const char* const name,
+                           unsigned* const out_robot, unsigned* const out_frame)
+{
+    const char* link = find_robot(world, name, out_robot);
+    if (link != NULL) {
+        const robot_model_t* model = &world->robot[*out_robot].model;
+        *out_frame                 = (unsigned)robot_model_frame(model, link);
+        if (*out_frame < model->frame_count) {
+            return STATUS_OK;
+        }
+    }
+    return element_refuse(element, name, "robot.link of a robot above");
+}
+
+static status_t find_type(const world_t* const world, const element_t* const element, const char* const name,
+                          unsigned* const out_type)
+{
+    for (size_t i = 0U; i < world->drive_type_count; i++) {
+        if ((strcmp(world->drive_type[i].name, name) == 0) && world->drive_type[i].has_torque_sensor) {
+            *out_type = (unsigned)i;
+            return STATUS_OK;
+        }
+    }
+    return element_refuse(element, name, "a DriveType above that has a TorqueSensor");
+}
+
+/// The device of index `index`, over all kinds; null behind the last.
+static const world_device_t* device_at(const world_t* const world, size_t index)
+{
+    if (index < world->drive_count) {
+        return &world->drive[index].device;
+    }
+    index -= world->drive_count;
+    if (index < world->joystick_count) {
+        return &world->joystick[index].device;
+    }
+    index -= world->joystick_count;
+    if (index < world->bench_count) {
+        return &world->bench[index].device;
+    }
+    index -= world->bench_count;
+    return (index < world->power_unit_count) ? &world->power_unit[index].device : NULL;
+}
+
+/// Check the name and address of a device, and find its bus; a bus that no device before has is a new one.
+static status_t take_device(world_t* const world, const element_t* const element,
+                            world_device_t* const device)
+{
+    const world_device_t* other = NULL;
+    device->line                = element->line;
+    device->bus                 = 0U;
+    while ((device->bus < world->bus_count) && (strcmp(world->bus[device->bus], device->bus_name) != 0)) {
+        device->bus++;
+    }
+    for (size_t i = 0U; (other = device_at(world, i)) != NULL; i++) {
+        if (other == device) {
+            continue;
+        }
+        if (strcmp(other->name, device->name) == 0) {
+            return element_refuse(element, device->name, "a name that no device above has");
+        }
+        if ((other->bus == device->bus) && (other->node == device->node)) {
+            return element_refuse(element, element_attribute(element, "node"),
+                                  "a node id that no device above has on this bus");
+        }
+    }
+    if (device->bus == world->bus_count) {
+        if (world->bus_count == WORLD_BUSES_MAX) {
+            return element_refuse(element, device->bus_name, "at most 8 buses");
+        }
+        memcpy(world->bus[device->bus], device->bus_name, sizeof world->bus[0]);
+        world->bus_count++;
+    }
+    return STATUS_OK;
+}
+
+// ---- Elements ----
+
+static const field_t world_fields[] = {
+    NAME(world_t, "name", name),
+    {"step", FIELD_TIME, offsetof(world_t, step_ns), 1e5, 1e7, false},
+    {"gravity", FIELD_VECTOR, offsetof(world_t, gravity), -100.0, 100.0, false}};
+
+static status_t take_world(world_t* const world, const element_t* const element)
+{
+    return element_take(element, world_fields, COUNT_OF(world_fields), world);
+}
+
+static const field_t robot_fields[] = {NAME(world_robot_t, "name", name), TEXT(world_robot_t, "urdf", urdf),
+                                       NAME(world_robot_t, "base", base)};
+
+static status_t finish_robot(world_t* const world, const element_t* const element, void* const record)
+{
+    world_robot_t* robot = record;
+    char path[WORLD_PATH_MAX + DOCUMENT_TEXT_MAX];
+    const char* slash = strrchr(world->path, '/');
+    const int folder  = (slash != NULL) ? (int)(slash - world->path) + 1 : 0;
+    robot->line       = element->line;
+    robot->is_free    = strcmp(robot->base, "free") == 0;
+    if (!robot->is_free && (strcmp(robot->base, "fixed") != 0)) {
+        return element_refuse(element, robot->base, "base fixed or free");
+    }
+    for (size_t i = 0U; (i + 1U) < world->robot_count; i++) {
+        if (strcmp(world->robot[i].name, robot->name) == 0) {
+            return element_refuse(element, robot->name, "a name that no robot above has");
+        }
+    }
+    (void)snprintf(path, sizeof path, "%.*s%s", folder, world->path, robot->urdf);
+    const status_t status = robot_model_read(path, &robot->model, element->error);
+    if ((status == STATUS_OK) && robot->is_free && (robot->model.body[0].mass_kg == 0.0)) {
+        return element_refuse(element, robot->name, "a free base that has a mass");
+    }
+    return status;
+}
+
+/// Attributes are joints of the robot.
+static status_t take_start(world_t* const world, const element_t* const element)
+{
+    world_robot_t* robot = &world->robot[world->robot_count - 1U];
+    for (size_t i = 0U; element->attributes[i] != NULL; i += 2U) {
+        const size_t index = robot_model_joint(&robot->model, element->attributes[i]);
+        if (index == robot->model.joint_count) {
+            return element_refuse(element, element->attributes[i], "a joint of this robot that moves");
+        }
+        const robot_joint_t* joint = &robot->model.joint[index];
+        const bool is_bounded      = joint->kind != ROBOT_JOINT_CONTINUOUS;
+        if (!document_number(element->attributes[i + 1U], is_bounded ? joint->lower : -TURNS_RAD,
+                             is_bounded ? joint->upper : TURNS_RAD, &robot->start[index])) {
+            return element_refuse(element, element->attributes[i + 1U],
+                                  "a number inside of the limits of the joint");
+        }
+    }
+    return STATUS_OK;
+}
+
+static const field_t drive_type_fields[] = {
+    NAME(world_drive_type_t, "name", name),
+    NUMBER(world_drive_type_t, "ratio", ratio, 0.01, 1e5),
+    NUMBER(world_drive_type_t, "rotorInertia", rotor_inertia, 1e-9, GREAT),
+    NUMBER(world_drive_type_t, "stiffness", stiffness, 1.0, GREAT),
+    NUMBER(world_drive_type_t, "damping", damping, 0.0, GREAT),
+    NUMBER(world_drive_type_t, "coulomb", coulomb, 0.0, GREAT),
+    NUMBER(world_drive_type_t, "stiction", stiction, 0.0, GREAT),
+    NUMBER(world_drive_type_t, "stribeck", stribeck, 1e-6, GREAT),
+    NUMBER(world_drive_type_t, "viscous", viscous, 0.0, GREAT),
+    NUMBER(world_drive_type_t, "brake", brake, 0.0, GREAT),
+    NUMBER(world_drive_type_t, "stopStiffness", stop_stiffness, 0.0, GREAT),
+    NUMBER(world_drive_type_t, "stopDamping", stop_damping, 0.0, GREAT),
+    UNSIGNED(world_drive_type_t, "encoderCounts", encoder_counts, 1.0, 4294967295.0)};
+
+static status_t finish_drive_type(world_t* const world, const element_t* const element, void* const record)
+{
+    world_drive_type_t* type = record;
+    type->line               = element->line;
+    for (size_t i = 0U; (i + 1U) < world->drive_type_count; i++) {
+        if (strcmp(world->drive_type[i].name, type->name) == 0) {
+            return element_refuse(element, type->name, "a name that no DriveType above has");
+        }
+    }
+    return (type->stiction >= type->coulomb) ? STATUS_OK
+                                             : element_refuse(element, element_attribute(element, "stiction"),
+                                                              "a stiction of at least coulomb");
+}
+
+static status_t take_torque_sensor(world_t* const world, const element_t* const element)
+{
+    static const field_t fields[] = {NUMBER(world_drive_type_t, "noise", torque_noise, 0.0, GREAT),
+                                     NUMBER(world_drive_type_t, "offset", torque_offset, 0.0, GREAT),
+                                     NUMBER(world_drive_type_t, "drift", torque_drift, 0.0, GREAT),
+                                     NUMBER(world_drive_type_t, "range", torque_range, 1e-9, GREAT)};
+    world_drive_type_t* type      = &world->drive_type[world->drive_type_count - 1U];
+    if (type->has_torque_sensor) {
+        return element_refuse(element, element->name, "one TorqueSensor in each DriveType");
+    }
+    type->has_torque_sensor = true;
+    return element_take(element, fields, COUNT_OF(fields), type);
+}
+
+static const field_t drive_fields[] = {ADDRESS(world_drive_t), TEXT(world_drive_t, "eds", device.eds),
+                                       TEXT(world_drive_t, "joint", joint_name),
+                                       NAME(world_drive_t, "type", type_name)};
+
+static status_t finish_drive(world_t* const world, const element_t* const element, void* const record)
+{
+    world_drive_t* drive = record;
+    const char* name     = find_robot(world, drive->joint_name, &drive->robot);
+    if (name != NULL) {
+        drive->joint = (unsigned)robot_model_joint(&world->robot[drive->robot].model, name);
+    }
+    if ((name == NULL) || (drive->joint == world->robot[drive->robot].model.joint_count)) {
+        return element_refuse(element, drive->joint_name, "robot.joint of a robot above");
+    }
+    for (const world_drive_t* other = world->drive; other < drive; other++) {
+        if ((other->robot == drive->robot) && (other->joint == drive->joint)) {
+            return element_refuse(element, drive->joint_name, "a joint that no drive above moves");
+        }
+    }
+    const status_t status = find_type(world, element, drive->type_name, &drive->type);
+    return (status == STATUS_OK) ? take_device(world, element, &drive->device) : status;
+}
+
+static const field_t bench_fields[] = {ADDRESS(world_bench_t),
+                                       TEXT(world_bench_t, "eds", device.eds),
+                                       NAME(world_bench_t, "type", type_name),
+                                       NUMBER(world_bench_t, "contact", contact, -10.0, 10.0),
+                                       NUMBER(world_bench_t, "stiffness", stiffness, 0.0, 1e5),
+                                       NUMBER(world_bench_t, "range", range, 1e-3, TURNS_RAD)};
+
+static status_t finish_bench(world_t* const world, const element_t* const element, void* const record)
+{
+    world_bench_t* bench  = record;
+    const status_t status = find_type(world, element, bench->type_name, &bench->type);
+    return (status == STATUS_OK) ? take_device(world, element, &bench->device) : status;
+}
+
+static const field_t fixture_fields[] = {NAME(world_fixture_t, "name", name),
+                                         VECTOR(world_fixture_t, "at", at)};
+
+static status_t finish_fixture(world_t* const world, const element_t* const element, void* const record)
+{
+    world_fixture_t* fixture = record;
+    fixture->line            = element->line;
+    for (const world_fixture_t* other = world->fixture; other < fixture; other++) {
+        if (strcmp(other->name, fixture->name) == 0) {
+            return element_refuse(element, fixture->name, "a name that no Fixture above has");
+        }
+    }
+    return STATUS_OK;
+}
+
+static status_t take_shape(world_t* const world, const element_t* const element)
+{
+    typedef struct {
+        shape_t shape;
+        double at[3];
+        double rpy[3];
+    } placed_t;
+    static const field_t rpy = {"rpy", FIELD_VECTOR, offsetof(placed_t, rpy), -TURNS_RAD, TURNS_RAD, true};
+    const field_t box[]      = {{"size", FIELD_VECTOR, offsetof(placed_t, shape.size_m), 1e-6, FAR_M, false},
+                                VECTOR(placed_t, "at", at),
+                                rpy};
+    const field_t cylinder[] = {NUMBER(placed_t, "radius", shape.radius_m, 1e-6, FAR_M),
+                                NUMBER(placed_t, "length", shape.length_m, 1e-6, FAR_M),
+                                VECTOR(placed_t, "at", at), rpy};
+    world_fixture_t* fixture = &world->fixture[world->fixture_count - 1U];
+    const bool is_box        = strcmp(element->name, "Box") == 0;
+    placed_t placed          = {.shape = {.kind = is_box ? SHAPE_BOX : SHAPE_CYLINDER}};
+    if (fixture->shape_count == WORLD_FIXTURE_SHAPES_MAX) {
+        return element_refuse(element, "one more shape", "at most 8");
+    }
+    const status_t status =
+        element_take(element, is_box ? box : cylinder, is_box ? COUNT_OF(box) : COUNT_OF(cylinder), &placed);
+    placed.shape.pose                    = pose_of(placed.at, placed.rpy);
+    fixture->shape[fixture->shape_count] = placed.shape;
+    fixture->shape_count++;
+    return status;
+}
+
+static const field_t contact_fields[] = {TEXT(world_contact_t, "a", a), NAME(world_contact_t, "b", b),
+                                         NUMBER(world_contact_t, "stiffness", stiffness, 1e-3, GREAT),
+                                         NUMBER(world_contact_t, "damping", damping, 0.0, GREAT),
+                                         NUMBER(world_contact_t, "friction", friction, 0.0, 10.0)};
+
+static status_t finish_contact(world_t* const world, const element_t* const element, void* const record)
+{
+    world_contact_t* contact = record;
+    contact->line            = element->line;
+    while ((contact->fixture < world->fixture_count) &&
+           (strcmp(world->fixture[contact->fixture].name, contact->b) != 0)) {
+        contact->fixture++;
+    }
+    if (contact->fixture == world->fixture_count) {
+        return element_refuse(element, contact->b, "a Fixture above");
+    }
+    return find_frame(world, element, contact->a, &contact->robot, &contact->frame);
+}
+
+static const field_t spring_fields[] = {TEXT(world_spring_t, "on", on),
+                                        VECTOR(world_spring_t, "hook", hook),
+                                        NUMBER(world_spring_t, "catch", catch, 1e-6, FAR_M),
+                                        NUMBER(world_spring_t, "length", length, 1e-6, FAR_M),
+                                        NUMBER(world_spring_t, "stiffness", stiffness, 0.0, GREAT),
+                                        NUMBER(world_spring_t, "preload", preload, 0.0, GREAT),
+                                        NUMBER(world_spring_t, "travel", travel, 1e-9, FAR_M),
+                                        NUMBER(world_spring_t, "limit", limit, 0.0, GREAT)};
+
+static status_t finish_spring(world_t* const world, const element_t* const element, void* const record)
+{
+    world_spring_t* spring = record;
+    spring->line           = element->line;
+    return find_frame(world, element, spring->on, &spring->robot, &spring->frame);
+}
+
+static const field_t joystick_fields[] = {
+    ADDRESS(world_joystick_t),
+    TEXT(world_joystick_t, "eds", device.eds),
+    UNSIGNED(world_joystick_t, "axes", axes, 1.0, 8.0),
+    NUMBER(world_joystick_t, "inertia", inertia, 1e-9, GREAT),
+    NUMBER(world_joystick_t, "friction", friction, 0.0, GREAT),
+    NUMBER(world_joystick_t, "range", range, 1e-6, TURNS_RAD),
+    NUMBER(world_joystick_t, "stopStiffness", stop_stiffness, 0.0, GREAT),
+    NUMBER(world_joystick_t, "stopDamping", stop_damping, 0.0, GREAT),
+    UNSIGNED(world_joystick_t, "encoderCounts", encoder_counts, 1.0, 4294967295.0)};
+
+static status_t finish_joystick(world_t* const world, const element_t* const element, void* const record)
+{
+    return take_device(world, element, &((world_joystick_t*)record)->device);
+}
+
+static const field_t hand_fields[] = {NAME(world_hand_t, "joystick", joystick_name),
+                                      NUMBER(world_hand_t, "stiffness", stiffness, 1e-3, GREAT),
+                                      NUMBER(world_hand_t, "damping", damping, 0.0, GREAT),
+                                      NUMBER(world_hand_t, "positionScale", position_scale, 1e-3, 1e3),
+                                      NUMBER(world_hand_t, "forceScale", force_scale, 0.0, 1e3),
+                                      NUMBER(world_hand_t, "jointStiffness", joint_stiffness, 1e-3, GREAT)};
+
+static status_t finish_hand(world_t* const world, const element_t* const element, void* const record)
+{
+    world_hand_t* hand = record;
+    hand->line         = element->line;
+    while ((hand->joystick < world->joystick_count) &&
+           (strcmp(world->joystick[hand->joystick].device.name, hand->joystick_name) != 0)) {
+        hand->joystick++;
+    }
+    return (hand->joystick < world->joystick_count)
+               ? STATUS_OK
+               : element_refuse(element, hand->joystick_name, "a Joystick above");
+}
+
+static const field_t power_unit_fields[] = {ADDRESS(world_power_unit_t)};
+
+static status_t finish_power_unit(world_t* const world, const element_t* const element, void* const record)
+{
+    return take_device(world, element, &((world_power_unit_t*)record)->device);
+}
+
+static status_t take_supply(world_t* const world, const element_t* const element)
+{
+    typedef struct {
+        char device[DOCUMENT_TEXT_MAX];
+    } supply_t;
+    static const field_t fields[] = {NAME(supply_t, "device", device)};
+    world_power_unit_t* unit      = &world->power_unit[world->power_unit_count - 1U];
+    supply_t supply;
+    const world_device_t* device = NULL;
+    const status_t status        = element_take(element, fields, COUNT_OF(fields), &supply);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    if (unit->supply_count == WORLD_SUPPLIES_MAX) {
+        return element_refuse(element, supply.device, "at most 4 devices");
+    }
+    for (size_t i = 0U; (device = device_at(world, i)) != NULL; i++) {
+        if ((device->eds[0] != '\0') && (strcmp(device->name, supply.device) == 0)) {
+            memcpy(unit->supply[unit->supply_count], supply.device, sizeof supply.device);
+            unit->supply_count++;
+            return STATUS_OK;
+        }
+    }
+    return element_refuse(element, supply.device, "a device above");
+}
+
+// ---- The file ----
+
+#define RECORDS(element, fields, member, most, finish)                                                       \
+    {                                                                                                        \
+        element, "World", fields, COUNT_OF(fields), offsetof(world_t, member),                               \
+            sizeof(((world_t*)NULL)->member[0]), offsetof(world_t, member##_count), most, finish, NULL       \
+    }
+#define PART(element, parent, take)                                                                          \
+    {                                                                                                        \
+        element, parent, NULL, 0U, 0U, 0U, 0U, 0U, NULL, take                                                \
+    }
+
+static const kind_t kinds[] = {
+    PART("World", "", take_world),
+    RECORDS("Robot", robot_fields, robot, WORLD_ROBOTS_MAX, finish_robot),
+    RECORDS("DriveType", drive_type_fields, drive_type, WORLD_DRIVE_TYPES_MAX, finish_drive_type),
+    RECORDS("Drive", drive_fields, drive, WORLD_DRIVES_MAX, finish_drive),
+    RECORDS("Bench", bench_fields, bench, WORLD_BENCHES_MAX, finish_bench),
+    RECORDS("Fixture", fixture_fields, fixture, WORLD_FIXTURES_MAX, finish_fixture),
+    RECORDS("Contact", contact_fields, contact, WORLD_CONTACTS_MAX, finish_contact),
+    RECORDS("CableSpring", spring_fields, spring, WORLD_SPRINGS_MAX, finish_spring),
+    RECORDS("Joystick", joystick_fields, joystick, WORLD_JOYSTICKS_MAX, finish_joystick),
+    RECORDS("Hand", hand_fields, hand, WORLD_HANDS_MAX, finish_hand),
+    RECORDS("PowerUnit", power_unit_fields, power_unit, WORLD_POWER_UNITS_MAX, finish_power_unit),
+    PART("Start", "Robot", take_start),
+    PART("TorqueSensor", "DriveType", take_torque_sensor),
+    PART("Box", "Fixture", take_shape),
+    PART("Cylinder", "Fixture", take_shape),
+    PART("Supply", "PowerUnit", take_supply)};
+
+static status_t refuse_kind(const element_t* const element, const char* const parent)
+{
+    char expected[200] = "no element inside of this one";
+    size_t used        = 0U;
+    for (size_t i = 0U; (i < COUNT_OF(kinds)) && (used < sizeof expected); i++) {
+        if (strcmp(kinds[i].parent, parent) == 0) {
+            const int more = snprintf(&expected[used], sizeof expected - used, "%s%s",
+                                      (used == 0U) ? "" : " ", kinds[i].name);
+            used += (more > 0) ? (size_t)more : 0U;
+        }
+    }
+    return element_refuse(element, element->name, expected);
+}
+
+static status_t take_element(reader_t* const reader, const element_t* const element, const kind_t* const kind)
+{
+    world_t* world = reader->world;
+    if (kind->take != NULL) {
+        return kind->take(world, element);
+    }
+    size_t* count = (size_t*)(void*)((char*)world + kind->count);
+    if (*count == kind->most) {
+        char expected[40];
+        (void)snprintf(expected, sizeof expected, "at most %u of them", (unsigned)kind->most);
+        return element_refuse(element, element->name, expected);
+    }
+    void* record = (char*)world + kind->array + (*count * kind->stride);
+    (*count)++;
+    const status_t status = element_take(element, kind->fields, kind->field_count, record);
+    return (status == STATUS_OK) ? kind->finish(world, element, record) : status;
+}
+
+static status_t on_start(void* const context, const element_t* const element, bool* const out_is_skipped)
+{
+    reader_t* reader   = context;
+    const char* parent = (reader->depth == 0U) ? "" : reader->open[reader->depth - 1U]->name;
+    (void)out_is_skipped;
+    for (size_t i = 0U; i < COUNT_OF(kinds); i++) {
+        if ((strcmp(kinds[i].name, element->name) == 0) && (strcmp(kinds[i].parent, parent) == 0)) {
+            reader->open[reader->depth] = &kinds[i];
+            reader->depth++;
+            return take_element(reader, element, &kinds[i]);
+        }
+    }
+    return refuse_kind(element, parent);
+}
+
+static status_t on_end(void* const context, const element_t* const element)
+{
+    reader_t* reader = context;
+    (void)element;
+    reader->depth--;
+    return STATUS_OK;
+}
+
+status_t world_read(const char* const path, world_t* const out_world, char error[DOCUMENT_ERROR_MAX])
+{
+    reader_t reader                  = {.world = out_world};
+    const document_handler_t handler = {.start = on_start, .end = on_end, .context = &reader};
+    memset(out_world, 0, sizeof *out_world);
+    if (strlen(path) >= sizeof out_world->path) {
+        (void)snprintf(error, DOCUMENT_ERROR_MAX, "%.100s...: a path of at most 255 octets", path);
+        return STATUS_TOO_LARGE;
+    }
+    memcpy(out_world->path, path, strlen(path) + 1U);
+    return document_read(path, &handler, error);
+}

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// The devices of a world on the buses of a run: their places, what they do to the plant, benches, and
+// missing data sheets.
+#include "sim/app/devices.h"
+#include "sim/app/supply.h"
+#include "test/support/bounds.h"
+#include "test/unit/sim/fixtures/rokviss.h"
+#include "test/unit/sim/fixtures/temporary_file.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define WORLD "descriptors/worlds/rokviss.xml"
+#define STEP_NS 500000U
+
+static world_t world;
+static segment_t segments[3];
+static bus_t* channel_b[3];
+static devices_t* devices;
+static plant_truth_t truth;
+static char error[SIMULATOR_ERROR_MAX];
+static unsigned told[3];
+static unsigned heard[0x800];
+
+static void changed(void* context, uint64_t now_ns, const truth_drive_t* drive)
+{
+    (void)context;
+    (void)now_ns;
+    for (unsigned i = 0U; i < world.bus_count; i++) {
+        told[i] += (strcmp(drive->bus, world.bus[i]) == 0) ? 1U : 0U;
+    }
+}
+
+static void on_frame(void* context, const osal_can_frame_t* frame)
+{
+    (void)context;
+    heard[frame->id % 0x800U]++;
+}
+
+/// The world of the mission with one motor more, on a bench on a bus of its own.
+void setUp(void)
+{
+    char reason[DOCUMENT_ERROR_MAX];
+    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    const char* path = temporary_variant(
+        "w.xml", WORLD, "</World>",
+        "<Bench name=\"MOTOR\" type=\"light\" bus=\"gripper\" node=\"0x31\" eds=\"joint-drive.eds\" "
+        "contact=\"0.6\" stiffness=\"400\" range=\"2\"/>\n</World>");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, reason), reason);
+    memset(heard, 0, sizeof heard);
+    memset(told, 0, sizeof told);
+    memset(&truth, 0, sizeof truth);
+    memset(channel_b, 0, sizeof channel_b);
+    for (unsigned i = 0U; i < 3U; i++) {
+        const segment_config_t config = {.name = world.bus[i], .seed = 1U};
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, segment_open(&segments[i], &config, error));
+    }
+}
+
+void tearDown(void)
+{
+    devices_close(devices);
+    devices = NULL;
+    for (unsigned i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, segment_close(&segments[i]));
+    }
+    temporary_files_remove();
+}
+
+static status_t open_from(const char* folder)
+{
+    const devices_config_t config = {.world     = &world,
+                                     .folder    = folder,
+                                     .truth     = &truth,
+                                     .segments  = segments,
+                                     .channel_b = channel_b,
+                                     .changed   = changed};
+    error[0]                      = '\0';
+    return devices_open(&config, &devices, error);
+}
+
+static void run(unsigned steps)
+{
+    for (unsigned k = 0U; k < steps; k++) {
+        const uint64_t now_ns = bus_now_ns(segments[0].bus);
+        for (unsigned i = 0U; i < 3U; i++) {
+            bus_run_until(segments[i].bus, now_ns + STEP_NS);
+        }
+        devices_end_step(devices, now_ns, now_ns + STEP_NS);
+    }
+}
+
+static void each_device_boots_on_its_bus_and_is_reported(void)
+{
+    unsigned node                   = 0U;
+    const bus_callbacks_t listening = {.on_frame = on_frame};
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(segments[2].bus, &listening, &node));
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_from("descriptors/devices"), error);
+    TEST_ASSERT_EQUAL_UINT(4U, devices_count(devices));
+    TEST_ASSERT_EQUAL_STRING("JOINT2", device_place(devices, 1U)->name);
+    TEST_ASSERT_NULL(device_drive(devices, 2U));
+    TEST_ASSERT_NOT_NULL(device_joystick(devices, 2U));
+    TEST_ASSERT_EQUAL_STRING("MOTOR", device_place(devices, 3U)->name);
+    devices_power_on(devices);
+    run(200U);
+    TEST_ASSERT_TRUE(heard[0x731] > 1U);      // Boot-up and heartbeats.
+    TEST_ASSERT_EQUAL_UINT(0U, heard[0x711]); // That device is on another bus.
+    memset(told, 0, sizeof told);
+    devices_report(devices, 100000000U);
+    TEST_ASSERT_EQUAL_UINT(2U, told[0]);
+    TEST_ASSERT_EQUAL_UINT(2U, told[1]); // Two axes.
+    TEST_ASSERT_EQUAL_UINT(1U, told[2]);
+}
+
+static void without_power_brakes_hold_and_motors_rest(void)
+{
+    plant_input_t input            = {.stick_torque_nm = {1.0, 1.0}};
+    const plant_rotor_t motor[2]   = {{0.1, 0.0}, {0.2, 0.0}};
+    double torque_nm[PLANT_JOINTS] = {1.0, 1.0};
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, open_from("descriptors/devices"));
+    devices_act(devices, &input);
+    devices_regulate(devices, 0U, motor, torque_nm);
+    for (unsigned i = 0U; i < PLANT_JOINTS; i++) {
+        TEST_ASSERT_TRUE(input.brake_engaged[i]);
+        EXPECT_WITHIN(0.0, 0.0, torque_nm[i]);
+        EXPECT_WITHIN(0.0, 0.0, input.stick_torque_nm[i]);
+    }
+}
+
+static void a_missing_data_sheet_is_reported(void)
+{
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, open_from("/nowhere"));
+    TEST_ASSERT_NULL(devices);
+    TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere/joint-drive.eds"));
+    // The sheet of a joystick is not one of a drive.
+    (void)strcpy(world.bench[0].device.eds, "joystick.eds");
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, open_from("descriptors/devices"));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "joystick.eds"), error);
+}
+
+static void the_power_unit_switches_the_devices_that_the_world_names(void)
+{
+    static power_unit_t unit;
+    (void)strcpy(world.power_unit[0].supply[0], "MOTOR");
+    world.power_unit[0].supply_count = 1U;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, open_from("descriptors/devices"));
+    devices_power_on(devices);
+    supply_open(&unit, &world.power_unit[0], segments, 3U, NULL, devices);
+    TEST_ASSERT_NOT_NULL(segments[0].listen);
+    TEST_ASSERT_NULL(segments[2].listen);
+    // A pulse of 20 ms on line 2 opens the relay of its first device.
+    segments[0].listen(segments[0].listener,
+                       &(osal_can_frame_t){.id = 0x21FU, .length = 3U, .data = {2U, 0U, 1U}});
+    power_unit_step(&unit, 100000000U);
+    TEST_ASSERT_FALSE(node_is_powered(device_node(devices, 3U)));
+    TEST_ASSERT_TRUE(node_is_powered(device_node(devices, 0U)));
+}
+
+static void a_bus_with_a_second_channel_has_its_devices_on_both(void)
+{
+    channel_b[2] = segments[1].bus;
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, open_from("descriptors/devices"));
+    TEST_ASSERT_LESS_THAN_UINT(BUS_NODES_MAX, node_bus_index(device_node(devices, 3U), NODE_CHANNEL_B));
+    TEST_ASSERT_EQUAL_UINT(BUS_NODES_MAX, node_bus_index(device_node(devices, 0U), NODE_CHANNEL_B));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(each_device_boots_on_its_bus_and_is_reported);
+    RUN_TEST(without_power_brakes_hold_and_motors_rest);
+    RUN_TEST(a_missing_data_sheet_is_reported);
+    RUN_TEST(the_power_unit_switches_the_devices_that_the_world_names);
+    RUN_TEST(a_bus_with_a_second_channel_has_its_devices_on_both);
+    return UNITY_END();
+}

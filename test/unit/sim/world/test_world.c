@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+// Worlds: what is taken, and every refusal with file and line.
+#include "sim/world/world.h"
+#include "test/support/bounds.h"
+#include "test/unit/sim/fixtures/temporary_file.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define ROKVISS "descriptors/worlds/rokviss.xml"
+#define WORLD(body) "<World name=\"w\" step=\"1ms\" gravity=\"0 0 0\">\n" body "</World>\n"
+#define ROBOT "<Robot name=\"arm\" urdf=\"one.urdf\" base=\"fixed\"/>\n"
+#define TYPE                                                                                                 \
+    "<DriveType name=\"t\" ratio=\"1\" rotorInertia=\"1\" stiffness=\"1\" damping=\"1\" coulomb=\"1\" "      \
+    "stiction=\"1\" "                                                                                        \
+    "stribeck=\"1\" viscous=\"1\" brake=\"1\" stopStiffness=\"1\" stopDamping=\"1\" encoderCounts=\"1\">"    \
+    "<TorqueSensor noise=\"0\" offset=\"0\" drift=\"0\" range=\"1\"/></DriveType>\n"
+#define DRIVE(name, joint, bus, node)                                                                        \
+    "<Drive name=\"" name "\" joint=\"" joint "\" type=\"t\" bus=\"" bus "\" node=\"" node "\" "             \
+    "eds=\"e\"/>\n"
+#define BENCH(name, bus, node)                                                                               \
+    "<Bench name=\"" name "\" type=\"t\" bus=\"" bus "\" node=\"" node                                       \
+    "\" eds=\"e\" contact=\"0\" stiffness=\"0\" range=\"1\"/>\n"
+
+static world_t world;
+static char error[DOCUMENT_ERROR_MAX];
+
+void setUp(void)
+{
+    (void)temporary_file(
+        "one.urdf",
+        "<robot name=\"one\"><link name=\"foot\"/><link name=\"lever\"><inertial><mass value=\"1\"/>"
+        "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>"
+        "<joint name=\"axle\" type=\"revolute\"><parent link=\"foot\"/><child link=\"lever\"/>"
+        "<limit lower=\"-1\" upper=\"2\" effort=\"1\" velocity=\"1\"/></joint></robot>");
+}
+
+void tearDown(void)
+{
+    temporary_files_remove();
+}
+
+static void expect_world(const char* text)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(temporary_file("w.xml", text), &world, error), error);
+}
+
+static void expect_refusal(const char* text, unsigned line, const char* words)
+{
+    char place[40];
+    (void)snprintf(place, sizeof place, "w.xml:%u: found '", line);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_INVALID, world_read(temporary_file("w.xml", text), &world, error),
+                                  words);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, place), error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
+}
+
+static void the_world_of_the_mission_is_taken_whole(void)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(ROKVISS, &world, error), error);
+    TEST_ASSERT_EQUAL_STRING("rokviss", world.name);
+    EXPECT_WITHIN(500000.0, 0.0, world.step_ns);
+    EXPECT_WITHIN(-9.81, 0.0, world.gravity[2]);
+    TEST_ASSERT_EQUAL_UINT(2U, world.bus_count);
+    TEST_ASSERT_EQUAL_STRING("robot", world.bus[0]);
+    TEST_ASSERT_EQUAL_STRING("joystick", world.bus[1]);
+    TEST_ASSERT_EQUAL_UINT(2U, world.drive_count);
+    TEST_ASSERT_EQUAL_UINT(0x12U, world.drive[1].device.node);
+    TEST_ASSERT_EQUAL_UINT(1U, world.drive[1].joint);
+    TEST_ASSERT_EQUAL_STRING("joint-drive.eds", world.drive[1].device.eds);
+    TEST_ASSERT_EQUAL_UINT(line_of(ROKVISS, "<Drive name=\"JOINT2\""), world.drive[1].device.line);
+    EXPECT_WITHIN(60.0, 0.0, world.drive_type[0].torque_range);
+    EXPECT_WITHIN(-1.5707963267948966, 0.0, world.robot[0].start[1]);
+    TEST_ASSERT_EQUAL_UINT(2U, world.fixture[0].shape_count);
+    EXPECT_WITHIN(-0.093, 0.0, world.fixture[0].shape[1].pose.position_m[2]);
+    TEST_ASSERT_EQUAL_STRING("finger", world.robot[0].model.frame[world.contact[0].frame].name);
+    EXPECT_WITHIN(0.002, 0.0, world.spring[0].travel);
+    TEST_ASSERT_EQUAL_UINT(1U, world.joystick[0].device.bus);
+    EXPECT_WITHIN(2667.0, 0.0, world.hand[0].joint_stiffness);
+    TEST_ASSERT_EQUAL_UINT(2U, world.power_unit[0].supply_count);
+    TEST_ASSERT_EQUAL_STRING("JOINT2", world.power_unit[0].supply[1]);
+}
+
+static void several_robots_buses_and_benches_have_their_own_places(void)
+{
+    expect_world(WORLD(
+        ROBOT
+        "<Robot name=\"arm-2\" urdf=\"one.urdf\" base=\"fixed\"><Start axle=\"1.5\"/></Robot>\n" TYPE DRIVE(
+            "A", "arm.axle", "one", "5") DRIVE("B", "arm-2.axle", "two", "5") BENCH("C", "one", "0x7F")));
+    EXPECT_WITHIN(0.0, 0.0, world.robot[0].start[0]);
+    EXPECT_WITHIN(1.5, 0.0, world.robot[1].start[0]);
+    TEST_ASSERT_EQUAL_UINT(1U, world.drive[1].robot);
+    TEST_ASSERT_EQUAL_UINT(1U, world.drive[1].device.bus);
+    TEST_ASSERT_EQUAL_UINT(0U, world.bench[0].device.bus);
+    TEST_ASSERT_EQUAL_UINT(127U, world.bench[0].device.node);
+    EXPECT_WITHIN(1e6, 0.0, world.step_ns);
+}
+
+static void unknown_elements_and_attributes_are_refused(void)
+{
+    expect_refusal("<Mission/>", 1U, "'Mission', expected World");
+    expect_refusal(WORLD("<Gripper/>\n"), 2U,
+                   "'Gripper', expected Robot DriveType Drive Bench Fixture Contact");
+    expect_refusal(WORLD("\n<Wheel on=\"x\"/>\n"), 3U, "'Wheel'");
+    expect_refusal(WORLD("<Fixture name=\"f\" at=\"0 0 0\">\n<Sphere radius=\"1\"/></Fixture>\n"), 3U,
+                   "'Sphere', expected Box Cylinder");
+    expect_refusal(
+        WORLD("<Fixture name=\"f\" at=\"0 0 0\"><Box size=\"1 1 1\" at=\"0 0 0\"><Box/></Box></Fixture>\n"),
+        2U, "'Box', expected no element inside of this one");
+    expect_refusal(WORLD("<Start/>\n"), 2U, "'Start', expected Robot");
+    expect_refusal("<World name=\"w\" step=\"1ms\" gravity=\"0 0 0\" wind=\"1\"/>", 1U,
+                   "wind=\"1\"', expected name step gravity");
+    expect_refusal(WORLD("words\n"), 2U, "'w', expected no text");
+}
+
+static void malformed_values_are_refused(void)
+{
+    expect_refusal("<World name=\"w\" step=\"1\" gravity=\"0 0 0\"/>", 1U,
+                   "step=\"1\"', expected a time in us, ms or s");
+    expect_refusal("<World name=\"w\" step=\"ms\" gravity=\"0 0 0\"/>", 1U, "step=\"ms\"'");
+    expect_refusal("<World name=\"w\" step=\"99us\" gravity=\"0 0 0\"/>", 1U, "from 100 to 10000 us");
+    expect_refusal("<World name=\"w\" step=\"1s\" gravity=\"0 0 0\"/>", 1U, "from 100 to 10000 us");
+    expect_refusal("<World name=\"w\" step=\"1ms\" gravity=\"0 0\"/>", 1U,
+                   "gravity=\"0 0\"', expected three numbers");
+    expect_refusal("<World name=\"w\" step=\"1ms\" gravity=\"0 0 inf\"/>", 1U, "expected three numbers");
+    expect_refusal("<World name=\"w\" step=\"1ms\" gravity=\"0 0 0x9\"/>", 1U, "expected three numbers");
+    expect_refusal("<World name=\"1w\" step=\"1ms\" gravity=\"0 0 0\"/>", 1U,
+                   "name=\"1w\"', expected a name");
+    expect_refusal("<World name=\"\" step=\"1ms\" gravity=\"0 0 0\"/>", 1U, "expected a name");
+    expect_refusal("<World step=\"1ms\" gravity=\"0 0 0\"/>", 1U, "'World', expected an attribute name");
+    expect_refusal(
+        "<World name=\"a234567890123456789012345678901234567890123456789012345678901234\" step=\"1ms\" "
+        "gravity=\"0 0 0\"/>",
+        1U, "at most 62");
+    expect_refusal(WORLD(TYPE BENCH("C", "one", "1")), 3U,
+                   "node=\"1\"', expected a whole number from 2 to 127");
+    expect_refusal(WORLD(TYPE BENCH("C", "one", "128")), 3U, "node=\"128\"'");
+    expect_refusal(WORLD(TYPE BENCH("C", "one", "-5")), 3U, "node=\"-5\"'");
+    expect_refusal(WORLD(TYPE BENCH("C", "one", "0x1g")), 3U, "node=\"0x1g\"'");
+}
+
+static void names_that_are_not_defined_above_are_refused(void)
+{
+    expect_refusal(WORLD(ROBOT TYPE DRIVE("A", "leg.axle", "b", "5")), 4U,
+                   "'leg.axle', expected robot.joint of a robot above");
+    expect_refusal(WORLD(ROBOT TYPE DRIVE("A", "arm.elbow", "b", "5")), 4U,
+                   "'arm.elbow', expected robot.joint");
+    expect_refusal(WORLD(ROBOT TYPE DRIVE("A", "axle", "b", "5")), 4U, "'axle', expected robot.joint");
+    expect_refusal(WORLD(ROBOT DRIVE("A", "arm.axle", "b", "5") TYPE), 3U, "'t', expected a DriveType above");
+    expect_refusal(
+        WORLD("<Contact a=\"arm.lever\" b=\"wall\" stiffness=\"1\" damping=\"1\" friction=\"1\"/>\n"), 2U,
+        "'wall', expected a Fixture above");
+    expect_refusal(WORLD(ROBOT "<CableSpring on=\"arm.hand\" hook=\"0 0 0\" catch=\"1\" length=\"1\" "
+                               "stiffness=\"1\" preload=\"1\" "
+                               "travel=\"1\" limit=\"1\"/>\n"),
+                   3U, "'arm.hand', expected robot.link of a robot above");
+    expect_refusal(
+        WORLD("<Hand joystick=\"STICK\" stiffness=\"1\" damping=\"1\" positionScale=\"1\" forceScale=\"1\" "
+              "jointStiffness=\"1\"/>\n"),
+        2U, "'STICK', expected a Joystick above");
+    expect_refusal(WORLD("<PowerUnit name=\"P\" bus=\"b\" node=\"9\"><Supply device=\"A\"/></PowerUnit>\n"),
+                   2U, "'A', expected a device above");
+    // A power unit does not supply itself.
+    expect_refusal(WORLD("<PowerUnit name=\"P\" bus=\"b\" node=\"9\"><Supply device=\"P\"/></PowerUnit>\n"),
+                   2U, "'P', expected a device above");
+}
+
+static void what_stands_twice_is_refused(void)
+{
+    expect_refusal(WORLD(ROBOT ROBOT), 3U, "'arm', expected a name that no robot above has");
+    expect_refusal(WORLD(TYPE TYPE), 3U, "'t', expected a name that no DriveType above has");
+    expect_refusal(WORLD(TYPE BENCH("C", "b", "5") BENCH("C", "b", "6")), 4U,
+                   "'C', expected a name that no device above has");
+    expect_refusal(WORLD(TYPE BENCH("C", "b", "5") BENCH("D", "b", "0x05")), 4U,
+                   "'0x05', expected a node id that no device above");
+    expect_world(WORLD(TYPE BENCH("C", "b", "5") BENCH("D", "c", "5")));
+    expect_refusal(WORLD(ROBOT TYPE DRIVE("A", "arm.axle", "b", "5") DRIVE("B", "arm.axle", "b", "6")), 5U,
+                   "'arm.axle', expected a joint that no drive above moves");
+    expect_refusal(WORLD("<Fixture name=\"f\" at=\"0 0 0\"/><Fixture name=\"f\" at=\"0 0 0\"/>\n"), 2U,
+                   "'f', expected a name that no Fixture above has");
+    expect_refusal(WORLD(TYPE BENCH("C", "b", "5") "<PowerUnit name=\"P\" bus=\"b\" node=\"5\"/>\n"), 4U,
+                   "'5', expected a node id");
+}
+
+static void robots_are_checked(void)
+{
+    expect_refusal(WORLD("<Robot name=\"arm\" urdf=\"one.urdf\" base=\"loose\"/>\n"), 2U,
+                   "'loose', expected base fixed or free");
+    expect_refusal(WORLD("<Robot name=\"arm\" urdf=\"one.urdf\" base=\"free\"/>\n"), 2U,
+                   "'arm', expected a free base that has a mass");
+    expect_refusal(
+        WORLD("<Robot name=\"arm\" urdf=\"one.urdf\" base=\"fixed\">\n<Start elbow=\"1\"/></Robot>\n"), 3U,
+        "'elbow', expected a joint of this robot");
+    expect_refusal(
+        WORLD("<Robot name=\"arm\" urdf=\"one.urdf\" base=\"fixed\">\n<Start axle=\"2.01\"/></Robot>\n"), 3U,
+        "'2.01', expected a number inside of the limits");
+    expect_refusal(
+        WORLD("<Robot name=\"arm\" urdf=\"one.urdf\" base=\"fixed\">\n<Start axle=\"up\"/></Robot>\n"), 3U,
+        "'up'");
+    TEST_ASSERT_EQUAL_INT(
+        STATUS_NOT_FOUND,
+        world_read(temporary_file("w.xml", WORLD("<Robot name=\"a\" urdf=\"none.urdf\" base=\"fixed\"/>\n")),
+                   &world, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "/none.urdf: "), error);
+    // The error of a robot is at its own line.
+    (void)temporary_file("bad.urdf", "<robot name=\"bad\">\n\n<gazebo/></robot>");
+    TEST_ASSERT_EQUAL_INT(
+        STATUS_INVALID,
+        world_read(temporary_file("w.xml", WORLD("<Robot name=\"a\" urdf=\"bad.urdf\" base=\"fixed\"/>\n")),
+                   &world, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "/bad.urdf:3: found 'gazebo'"), error);
+}
+
+static void drive_types_are_checked(void)
+{
+    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    const char* path = temporary_variant("w.xml", ROKVISS, "stiction=\"2.4\"", "stiction=\"1.9\"");
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "'1.9', expected a stiction of at least coulomb"), error);
+    path = temporary_variant("w.xml", ROKVISS,
+                             "<TorqueSensor noise=\"0.02\" offset=\"0.2\" drift=\"2e-4\" range=\"60\"/>", "");
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "'light', expected a DriveType above that has a TorqueSensor"),
+                                 error);
+    path =
+        temporary_variant("w.xml", ROKVISS, "range=\"60\"/>",
+                          "range=\"60\"/><TorqueSensor noise=\"0\" offset=\"0\" drift=\"0\" range=\"1\"/>");
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, world_read(path, &world, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "expected one TorqueSensor in each DriveType"), error);
+}
+
+static void more_than_the_world_holds_is_refused(void)
+{
+    static char text[32768];
+    size_t used =
+        (size_t)snprintf(text, sizeof text, "<World name=\"w\" step=\"1ms\" gravity=\"0 0 0\">\n" TYPE);
+    for (unsigned i = 0U; i < 17U; i++) {
+        used +=
+            (size_t)snprintf(&text[used], sizeof text - used,
+                             "<Bench name=\"B%u\" type=\"t\" bus=\"b\" node=\"%u\" eds=\"e\" contact=\"0\" "
+                             "stiffness=\"0\" range=\"1\"/>\n",
+                             i, i + 2U);
+    }
+    expect_refusal(text, 19U, "'Bench', expected at most 16 of them");
+    used = (size_t)snprintf(text, sizeof text, "<World name=\"w\" step=\"1ms\" gravity=\"0 0 0\">\n" TYPE);
+    for (unsigned i = 0U; i < 9U; i++) {
+        used +=
+            (size_t)snprintf(&text[used], sizeof text - used,
+                             "<Bench name=\"B%u\" type=\"t\" bus=\"b%u\" node=\"9\" eds=\"e\" contact=\"0\" "
+                             "stiffness=\"0\" range=\"1\"/>\n",
+                             i, i);
+    }
+    expect_refusal(text, 11U, "'b8', expected at most 8 buses");
+    used = (size_t)snprintf(
+        text, sizeof text,
+        "<World name=\"w\" step=\"1ms\" gravity=\"0 0 0\">\n<Fixture name=\"f\" at=\"0 0 0\">\n");
+    for (unsigned i = 0U; i < 9U; i++) {
+        used += (size_t)snprintf(&text[used], sizeof text - used, "<Box size=\"1 1 1\" at=\"0 0 0\"/>\n");
+    }
+    expect_refusal(text, 11U, "'one more shape', expected at most 8");
+    used = (size_t)snprintf(text, sizeof text, "<World name=\"w\" step=\"1ms\" gravity=\"0 0 0\">\n" TYPE);
+    for (unsigned i = 0U; i < 5U; i++) {
+        used +=
+            (size_t)snprintf(&text[used], sizeof text - used,
+                             "<Bench name=\"B%u\" type=\"t\" bus=\"b\" node=\"%u\" eds=\"e\" contact=\"0\" "
+                             "stiffness=\"0\" range=\"1\"/>\n",
+                             i, i + 2U);
+    }
+    used +=
+        (size_t)snprintf(&text[used], sizeof text - used, "<PowerUnit name=\"P\" bus=\"b\" node=\"99\">\n");
+    for (unsigned i = 0U; i < 5U; i++) {
+        used += (size_t)snprintf(&text[used], sizeof text - used, "<Supply device=\"B%u\"/>\n", i);
+    }
+    expect_refusal(text, 13U, "'B4', expected at most 4 devices");
+}
+
+static void broken_files_are_refused(void)
+{
+    char path[300];
+    TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, world_read("/nowhere.xml", &world, error));
+    TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere.xml: "));
+    expect_refusal("<World name=\"w\" step=\"1ms\" gravity=\"0 0 0\">\n", 2U, "expected well-formed XML");
+    expect_refusal("<!DOCTYPE World>\n<World name=\"w\" step=\"1ms\" gravity=\"0 0 0\"/>", 1U,
+                   "no document type declaration");
+    memset(path, 'x', sizeof path);
+    path[sizeof path - 1U] = '\0';
+    TEST_ASSERT_EQUAL_INT(STATUS_TOO_LARGE, world_read(path, &world, error));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_world_of_the_mission_is_taken_whole);
+    RUN_TEST(several_robots_buses_and_benches_have_their_own_places);
+    RUN_TEST(unknown_elements_and_attributes_are_refused);
+    RUN_TEST(malformed_values_are_refused);
+    RUN_TEST(names_that_are_not_defined_above_are_refused);
+    RUN_TEST(what_stands_twice_is_refused);
+    RUN_TEST(robots_are_checked);
+    RUN_TEST(drive_types_are_checked);
+    RUN_TEST(more_than_the_world_holds_is_refused);
+    RUN_TEST(broken_files_are_refused);
+    return UNITY_END();
+}
