@@ -13,7 +13,7 @@ compile-commands: $(GENERATED)
 	    separator=','; done >build/compile_commands.json && printf '\n]\n' >>build/compile_commands.json
 
 CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \
-          check-symbols check-text check-spelling check-links check-python coverage
+          check-worlds check-symbols check-text check-spelling check-links check-python coverage
 .PHONY: $(CHECKS) check-misra-all check-mutants check-fuzz mutants flight-objects tidied coverage-tests
 check: build/setup/check
 	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
@@ -63,6 +63,8 @@ check-times: build/setup/test all
 	    echo 'check: deaths and hangs are detected and repaired in time'
 check-layers:
 	@$(PYTHON) test/lint/check_layers.py
+check-worlds:
+	@$(PYTHON) test/lint/check_worlds.py
 check-symbols: all
 	@$(PYTHON) test/lint/check_symbols.py $(call objects,$(filter-out sim/% pus/tool/%,$(SOURCES)))
 check-text:

@@ -13,7 +13,7 @@ import run_fuzz
 
 BUDGET = 280 * 1024
 SEEDS = pathlib.Path("build/fuzz/seeds")
-LARGEST = {"subsystem_descriptor": 12000, "mission_descriptor": 6000, "eds": 4096, "xml": 4096, "reload": 6000, "udp_carrier": 8192}
+LARGEST = {"subsystem_descriptor": 12000, "mission_descriptor": 6000, "eds": 4096, "world": 4096, "xml": 4096, "reload": 6000, "udp_carrier": 8192}
 SUBSYSTEMS = (1, 2, 16, 17)
 NONE = 0xFF
 
@@ -239,7 +239,7 @@ VECTORS = {
     "sdls": seeds_of_sdls, "scenario": lambda: files("sim/scenarios/*.scn"), "socketcand": seeds_of_socketcand,
     "subsystem": seeds_of_subsystem, "subsystem_descriptor": lambda: files("descriptors/subsystems/*.xml"),
     "supervisor": seeds_of_supervisor, "text": seeds_of_text, "udp_carrier": seeds_of_datagrams,
-    "xml": lambda: files("descriptors/*/*.xml"),
+    "world": lambda: files("descriptors/worlds/*"), "xml": lambda: files("descriptors/*/*.xml"),
 }
 
 

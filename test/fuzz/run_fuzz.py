@@ -24,7 +24,7 @@ BUILT = pathlib.Path("build/fuzz/target")
 FOUND = pathlib.Path("build/fuzz/found")
 # Whole files that are inputs without change.
 VECTORS = {"subsystem_descriptor": "descriptors/subsystems", "mission_descriptor": "descriptors/missions",
-           "eds": "descriptors/devices", "scenario": "sim/scenarios", "xml": "descriptors/missions"}
+           "eds": "descriptors/devices", "scenario": "sim/scenarios", "world": "descriptors/worlds", "xml": "descriptors/missions"}
 RUNS = HERE / "runs.txt"  # `target runs`, counted by --calibrate.
 CALIBRATED_SECONDS = 20
 INPUT_SECONDS = 25

@@ -13,6 +13,7 @@ import check_links
 import check_misra
 import check_symbols
 import check_text
+import check_worlds
 import pytest
 
 
@@ -350,6 +351,39 @@ def test_an_exclusion_names_one_line():
 def test_an_exclusion_needs_a_reason():
     with pytest.raises(SystemExit):
         check_coverage.Exclusion(1, "pus/a.c | if (a) { | 1 | ")
+
+
+WORLD = """<World name="lab" step="1ms" gravity="0 0 0"><Robot name="arm" urdf="arm.urdf" base="fixed"/>
+<Drive name="ELBOW" joint="arm.bend" type="t" bus="can-1" node="0x2A" eds="motor.eds"/></World>"""
+
+
+@pytest.mark.parametrize(
+    "line, finds",
+    [
+        ('bus = "can-1";', True),
+        ('path = "/motor.eds";', True),
+        ('usage = "give can-1=shm:x";', True),
+        ('joint = find("bend");', True),
+        ('device = "ELBOW";', True),
+        ("id = 0x2aU;", True),
+        ("lab_parameters = 1;", True),
+        ("// as in lab", True),
+        ("bend = arm; // \"can-1\"", False),
+        ('text = "an arm and its label";', False),
+        ("id = 0x12AU + 0x2A1U + 42U;", False),
+    ],
+)
+def test_names_of_worlds_in_the_simulator(tmp_path, line, finds):
+    worlds, sources = tmp_path / "descriptors" / "worlds", tmp_path / "sim" / "app"
+    worlds.mkdir(parents=True)
+    sources.mkdir(parents=True)
+    (worlds / "lab.xml").write_text(WORLD)
+    (worlds / "arm.urdf").write_text('<robot name="a"><joint name="bend"/></robot>')
+    (sources / "x.c").write_text(f"\n{line}\n")
+    found = list(check_worlds.breaches(tmp_path, {}))
+    assert [text.split(": ")[0] for text in found] == (["sim/app/x.c:2"] if finds else [])
+    stale = list(check_worlds.breaches(tmp_path, {("sim/app/x.c", "elsewhere"): "reason"}))
+    assert stale[-1].startswith("sim/app/x.c: exemption 'elsewhere'") and len(stale) == len(found) + 1
 
 
 @pytest.mark.parametrize(
