@@ -349,6 +349,31 @@ def copy(tmp_path):
     return tmp_path / "descriptors" / "missions" / "rokviss.xml", spoil
 
 
+@pytest.mark.parametrize("mission", [path.name for path in sorted((DESCRIPTORS / "missions").glob("*.xml"))])
+def test_every_mission_has_a_world(mission):
+    assert (DESCRIPTORS / "worlds" / mission).exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("<Hand ", "<Foot ", "'Foot': This element is not expected"),
+        (' travel="0.002"', "", "The attribute 'travel' is required but missing"),
+        ('gravity="0 0 -9.81"', 'gravity="0 -9.81"', "attribute 'gravity'"),
+        ('bus="joystick"', 'bus="Joystick"', "attribute 'bus'"),
+        (' axes="2"', ' axes="2" colour="red"', "The attribute 'colour' is not allowed"),
+    ],
+)
+def test_the_build_checks_worlds_against_their_schema(copy, tmp_path, old, new, expected):
+    mission, spoil = copy
+    line = spoil("worlds/rokviss.xml", old, new)
+    done = generate(mission, tmp_path / "out")
+    assert done.returncode != 0
+    found = re.search(r"worlds/rokviss\.xml:(\d+): ", done.stderr)
+    assert found and line <= int(found[1]) <= line + 2, done.stderr  # xmllint counts to the end of the tag.
+    assert expected in done.stderr
+
+
 def test_generator_writes_only_changed_files(copy, tmp_path):
     mission, spoil = copy
     out = tmp_path / "out"

@@ -10,7 +10,7 @@ import time
 import canopen
 import pytest
 from canopen.profiles.p402 import BaseNode402
-from simulated import ROOT, SHEETS, SIMULATOR, Simulator, pass_time, patient, until
+from simulated import ROOT, SHEETS, SIMULATOR, WORLD, Simulator, pass_time, patient, until
 
 
 @pytest.fixture
@@ -152,7 +152,7 @@ def test_log_lines_are_those_of_candump(tmp_path):
 
 def test_the_free_run_keeps_pace_with_the_clock_and_ends_by_itself(tmp_path):
     began = time.monotonic()
-    ended = subprocess.run([SIMULATOR, "--free-run", "1", "--time", "real", "--out", tmp_path], cwd=ROOT)
+    ended = subprocess.run([SIMULATOR, "--world", WORLD, "--free-run", "1", "--time", "real", "--out", tmp_path], cwd=ROOT)
     assert ended.returncode == 0
     assert time.monotonic() - began > 0.95
     stamps = [float(line[1:18]) for line in (tmp_path / "can-robot.log").read_text().splitlines()]
@@ -171,7 +171,19 @@ def test_the_free_run_keeps_pace_with_the_clock_and_ends_by_itself(tmp_path):
     (["--scheduler", "/hirosco-nobody"], "running launcher"),
 ])
 def test_an_error_is_reported_in_one_line(options, words):
-    ended = subprocess.run([SIMULATOR, *options], cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    ended = subprocess.run([SIMULATOR, *options, "--world", WORLD], cwd=ROOT, stderr=subprocess.PIPE, text=True)
+    assert ended.returncode in (1, 2)
+    assert len(ended.stderr.splitlines()) == 1
+    assert words in ended.stderr
+
+
+@pytest.mark.parametrize("options, words", [
+    ([], "give --world FILE"),
+    (["--world", "/nowhere.xml"], "/nowhere.xml: "),
+    (["--world", "descriptors/worlds/rokviss.urdf"], "rokviss.urdf:6: found 'robot', expected World"),
+])
+def test_the_world_is_needed(options, words):
+    ended = subprocess.run([SIMULATOR, "--free-run", "1", *options], cwd=ROOT, stderr=subprocess.PIPE, text=True)
     assert ended.returncode in (1, 2)
     assert len(ended.stderr.splitlines()) == 1
     assert words in ended.stderr

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Worlds and robots: refused with file and line, or records in which every index is in range, every tree has its
-// parents first, and every number is finite.
+// Worlds and robots: refused with file and line, or records in which every index is in range, every tree
+// has its parents first, and every number is finite.
 #include "sim/plant/parameters.h"
 #include "sim/world/world.h"
 #include "test/fuzz/fuzz.h"
