@@ -3,6 +3,7 @@
 #include "osal/include/osal/can.h"
 #include "sim/app/simulator.h"
 #include "test/support/bounds.h"
+#include "test/unit/sim/fixtures/temporary_file.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -394,6 +395,54 @@ static void test_it_catches_up_when_called_late(void)
     TEST_ASSERT_EQUAL_UINT(3U, heard.boot_ups);
 }
 
+static void test_faults_reach_every_device_and_bus_of_the_world(void)
+{
+    char world[128];
+    char scenario[128];
+    char error[SIMULATOR_ERROR_MAX] = "";
+    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    (void)strcpy(scenario,
+                 temporary_file("test.scn",
+                                "0.01 fault unplug gripper MOTOR\n0.02 fault torque-offset MOTOR 5\n"
+                                "0.03 fault stuck gripper on\n0.04 fault plug gripper 0x31\n"));
+    (void)strcpy(world,
+                 temporary_variant(
+                     "w.xml", WORLD, "</World>",
+                     "<Bench name=\"MOTOR\" type=\"light\" bus=\"gripper\" node=\"0x31\" "
+                     "eds=\"joint-drive.eds\" contact=\"0.6\" stiffness=\"400\" range=\"2\"/>\n</World>"));
+    const simulator_config_t config = {.world_path = world, .scenario_path = scenario, .seed = 1U};
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, simulator_open(&config, &simulator, error), error);
+    TEST_ASSERT_EQUAL_STRING("gripper", simulator_bus_name(simulator, 2U));
+    TEST_ASSERT_NULL(simulator_bus_name(simulator, 3U));
+    simulator_statistics_t before;
+    simulator_statistics_t after;
+    (void)simulator_step(simulator, 9000000U);
+    simulator_statistics(simulator, &before);
+    TEST_ASSERT_GREATER_THAN_UINT64(0U, before.busy_ns[2]); // Boot-up.
+    (void)simulator_step(simulator, 10500000U);
+    simulator_statistics(simulator, &before);
+    (void)simulator_step(simulator, 29000000U);
+    simulator_statistics(simulator, &after);
+    TEST_ASSERT_EQUAL_UINT64(before.busy_ns[2], after.busy_ns[2]); // Unplugged: no heartbeat.
+    (void)simulator_step(simulator, 100000000U);
+    temporary_files_remove();
+}
+
+static void test_a_world_without_a_hand_is_refused(void)
+{
+    char error[SIMULATOR_ERROR_MAX] = "";
+    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    const char* path =
+        temporary_variant("w.xml", WORLD,
+                          "<Hand joystick=\"STICK\" stiffness=\"3\" damping=\"0.1\" positionScale=\"2\" "
+                          "forceScale=\"0.03\" jointStiffness=\"2667\"/>",
+                          "");
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID,
+                          simulator_open(&(simulator_config_t){.world_path = path}, &simulator, error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "expected a Hand on the joystick"), error);
+    temporary_files_remove();
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -407,5 +456,7 @@ int main(void)
     RUN_TEST(test_loads_are_those_computed);
     RUN_TEST(test_a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line);
     RUN_TEST(test_it_catches_up_when_called_late);
+    RUN_TEST(test_faults_reach_every_device_and_bus_of_the_world);
+    RUN_TEST(test_a_world_without_a_hand_is_refused);
     return UNITY_END();
 }
