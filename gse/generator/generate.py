@@ -17,6 +17,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+from xml.parsers import expat
 
 import catalogue
 import dbc
@@ -44,6 +45,23 @@ def validate(path, schema):
         raise SystemExit(line if str(path) in line else f"{path}: {line}")
 
 
+def check_world(path):
+    """The simulator checks what a schema cannot."""
+    validate(path, "world.xsd")
+    parser = expat.ParserCreate()
+
+    def start(name, attributes):
+        if name == "World" and attributes.get("name") != path.stem:
+            found = attributes.get("name")
+            raise DescriptorError(path, parser.CurrentLineNumber, f'name="{found}" of <World>: expected {path.stem}, as the file is named')
+
+    parser.StartElementHandler = start
+    try:
+        parser.Parse(path.read_bytes(), True)
+    except expat.ExpatError as error:  # Without xmllint nothing has refused it yet.
+        raise DescriptorError(path, error.lineno, f"not well-formed: {expat.ErrorString(error.code)}") from error
+
+
 def write(path, text):
     """Write a file if its content differs; the new file replaces the old one when it is complete."""
     if path.exists() and path.read_text(encoding="utf-8") == text:
@@ -60,7 +78,7 @@ def generate(path, out, described, messages, failures):
     validate(path, "mission.xsd")
     world = path.parent.parent / "worlds" / path.name
     if world.exists():  # Without it the mission flies with real devices only.
-        validate(world, "world.xsd")
+        check_world(world)
     if loaded.name != path.stem:
         loaded.element.wrong("name", f"{path.stem}, as the file is named")
     for listed, subsystem in loaded.subsystems:

@@ -362,6 +362,8 @@ def test_every_mission_has_a_world(mission):
         ('gravity="0 0 -9.81"', 'gravity="0 -9.81"', "attribute 'gravity'"),
         ('bus="joystick"', 'bus="Joystick"', "attribute 'bus'"),
         (' axes="2"', ' axes="2" colour="red"', "The attribute 'colour' is not allowed"),
+        ('name="rokviss"', 'name="lab"', 'name="lab" of <World>: expected rokviss, as the file is named'),
+        ("</World>", "</Worlds>", "mismatch"),
     ],
 )
 def test_the_build_checks_worlds_against_their_schema(copy, tmp_path, old, new, expected):
