@@ -6,7 +6,8 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/file.h"
 
-// The simulator has most arguments: four pairs for each bus, and a dozen other pairs.
+// The simulator has the most arguments: up to four options with a value for each bus, and eleven others. The
+// two options `--process` of each subsystem are not counted here.
 CAPACITY_CHECK(arguments_fit, ARGUMENTS_MAX > ((8U * MISSION_BUSES_MAX) + 24U));
 CAPACITY_CHECK(children_are_waited_for, OSAL_PROCESS_WAIT_MAX >= LAUNCHER_CHILDREN_MAX);
 CAPACITY_CHECK(children_are_noted, RUN_PROCESSES_MAX >= LAUNCHER_CHILDREN_MAX);
@@ -30,7 +31,7 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
     char output[LAUNCH_PATH_MAX + 32U];
     (void)text_join(output, sizeof output,
                     (const char* const[]){launcher->run->folder, "/console.log", NULL});
-    // One processor for all where only one runs at a time: a hand-over within it is quickest.
+    // In stepped time only one process runs at a time: all use one processor, where the grant passes fastest.
     osal_process_start_t start = {.arguments        = arguments->list,
                                   .descriptors      = descriptors,
                                   .descriptor_count = descriptor_count,
@@ -58,7 +59,7 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     child->life            = __atomic_load_n(&component->wanted_life, __ATOMIC_ACQUIRE);
     child->asked_to_end_ns = 0U;
     child->started_ns      = osal_clock_monotonic_ns();
-    if (!launcher->options.is_stepped) { // The beat of the supervisor's earlier life is still there.
+    if (!launcher->options.is_stepped) { // The supervisor's beat is still that of its earlier life.
         run_state_beat(launcher->run, child->component, 0U, OSAL_LOCKSTEP_NEVER);
     }
     __atomic_store_n(&component->process, (uint32_t)RUN_PROCESS_RUNNING, __ATOMIC_RELEASE);
@@ -77,7 +78,7 @@ void launcher_start_component(launcher_t* const launcher, child_t* const child)
     }
 }
 
-/// Arguments of simulator and image about the simulated world.
+/// Arguments about the simulated world, for the simulator and the image.
 static void add_world(arguments_t* const arguments, const launcher_t* const launcher)
 {
     arguments_add_option(arguments, "--world", launcher->world_path);
@@ -87,7 +88,7 @@ static void add_world(arguments_t* const arguments, const launcher_t* const laun
     arguments_add_number(arguments, "--seed", launcher->options.seed);
 }
 
-/// "--OPTION BUS=ADDRESS", unless there is no address.
+/// Add "--OPTION BUS=ADDRESS", if there is an address.
 static void add_bus(arguments_t* const arguments, const char* const option, const char* const name,
                     const char* const address)
 {
@@ -109,7 +110,7 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
             arguments_add_option(arguments, "--classic-bus", bus->name);
         }
     }
-    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) { // After all buses are named.
+    for (uint16_t i = 0U; i < launcher->mission.bus_count; i++) { // When all buses are named.
         const mission_bus_t* const bus = &launcher->mission.buses[i];
         const bool is_there            = (launcher->run->buses[i].simulator[0] != '\0');
         if (is_there && (bus->redundant_to[0] != '\0')) {
@@ -118,7 +119,8 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
     }
 }
 
-/// Each component by the name of its program, as in run.json, and by its own name.
+/// Tell the simulator the participant of each component, by the name of its program (as in run.json) and by
+/// the name of the component.
 static void add_processes(arguments_t* const arguments, const launcher_t* const launcher)
 {
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
@@ -155,7 +157,7 @@ static void start_simulator(launcher_t* const launcher)
         arguments_add_number(&arguments, "--cosimulation-participant", run_operator(launcher->run));
         arguments_add_number(&arguments, "--cosimulation-receiver", run_participant(communication));
     }
-    if (!launcher->options.is_stepped) { // The scheduler is held back to the wall clock.
+    if (!launcher->options.is_stepped) { // By the wall clock; a scheduler is paced by it.
         arguments_add_option(&arguments, "--time", "real");
         arguments_add_number(&arguments, "--origin", launcher->run->origin_ns);
     }
@@ -210,7 +212,7 @@ static void start_operator(launcher_t* const launcher)
     if (launcher->run->is_stepped) {
         arguments_add_option(&arguments, "--cosimulation", launcher->cosimulation);
     }
-    // The image makes its own scheduler.
+    // The image creates its own scheduler; the operator does not take part in that of the launcher.
     const bool is_ours = (launcher->scheduler != NULL) && !launcher->options.is_image;
     child_t* const child =
         new_child(launcher, "operator", is_ours ? run_operator(launcher->run) : LAUNCHER_NO_PARTICIPANT);

@@ -126,7 +126,7 @@ static bool find_inputs(launcher_t* const launcher)
     return find_scenario(launcher) && find_world(launcher);
 }
 
-/// Without folders and ending.
+/// Add the file name of the scenario, without folders and ending.
 static void add_scenario_name(text_t* const text, const char* const scenario)
 {
     const char* const slash = strrchr(scenario, '/');

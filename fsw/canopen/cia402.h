@@ -49,7 +49,7 @@ typedef enum {
 
 canopen_cia402_state_t canopen_cia402_state(uint16_t statusword);
 /// Controlword for the next cycle. `previous` is the last one sent: a fault reset is a rising edge of bit 7.
-/// Without `may_reset` a fault stays.
+/// If not `may_reset`, a fault is not reset.
 uint16_t canopen_cia402_controlword(canopen_cia402_state_t state, canopen_cia402_goal_t goal, bool may_reset,
                                     uint16_t previous);
 /// True if the state is that of the goal; for DISABLED and QUICK_STOP also a fault, which has no torque.

@@ -25,7 +25,7 @@
 #define MASTER_NODES_MAX 8U
 #define MASTER_ROUTES_MAX 32U
 #define MASTER_EMERGENCIES_MAX 16U
-#define MASTER_FRAMES_PER_CYCLE 512U ///< More in one cycle wait for the next.
+#define MASTER_FRAMES_PER_CYCLE 512U ///< Further frames wait for the next cycle.
 
 typedef struct {
     uint8_t node_id;               ///< Id of the master, 1..127.
@@ -39,10 +39,11 @@ typedef void (*canopen_master_taker_t)(void* context, uint16_t cob, const uint8_
 
 typedef struct { // Read-only outside.
     uint8_t id;
-    bool has_heartbeat; ///< Since it was added, or reset by the master.
+    /// A heartbeat or boot-up message was received since the node was added, or was reset by the master.
+    bool has_heartbeat;
     bool is_heartbeat_lost;
-    uint32_t boots;    ///< Boot-up messages since it was added.
-    uint64_t heard_ns; ///< Last heartbeat.
+    uint32_t boots;    ///< Boot-up messages since the node was added.
+    uint64_t heard_ns; ///< Time of its last heartbeat or boot-up message.
     canopen_sdo_client_t sdo;
 } canopen_master_node_t;
 
@@ -55,9 +56,9 @@ typedef struct { // Private.
 typedef struct {               // [wrap]
     uint32_t unknown;          ///< Data frames that no receiver expects.
     uint32_t malformed;        ///< Wrong length or format for their identifier.
-    uint32_t remote;           ///< Remote requests.
+    uint32_t remote;           ///< Remote frames.
     uint32_t foreign_syncs;    ///< SYNCs of other nodes: this master is the only producer.
-    uint32_t refused;          ///< Frames that the flow refused.
+    uint32_t refused;          ///< Frames to be sent that the flow refused.
     uint32_t emergencies;      ///< Stored for canopen_master_take_emergency.
     uint32_t emergencies_lost; ///< Not stored: queue full.
 } canopen_master_counters_t;
@@ -78,9 +79,9 @@ typedef struct { // Private, except nodes, sync_count and counters: read-only.
     canopen_master_counters_t counters;
 } canopen_master_t;
 
-/// No nodes, silent. Counters start at zero.
+/// Start without nodes and routes, and without SYNC. The counters are zero.
 void canopen_master_init(canopen_master_t* master, const canopen_master_config_t* config, flow_can_t* flow);
-/// Forget nodes, routes and emergencies; SYNC off. Counters stay.
+/// Remove nodes, routes and emergencies, and stop SYNC. The counters keep their values.
 void canopen_master_clear(canopen_master_t* master);
 
 /// Send and receive on another channel from now on; the heartbeat is due at once.
@@ -88,28 +89,29 @@ void canopen_master_use_flow(canopen_master_t* master, flow_can_t* flow);
 
 /// Monitor a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (id).
 MUST_USE status_t canopen_master_add_node(canopen_master_t* master, uint8_t id, uint8_t* out_index);
-/// Pass frames of an identifier to `take`, from canopen_master_receive. STATUS_OK, STATUS_EXISTS,
+/// canopen_master_receive will pass each frame with the identifier `cob` to `take`. STATUS_OK, STATUS_EXISTS,
 /// STATUS_EXHAUSTED.
 MUST_USE status_t canopen_master_route(canopen_master_t* master, uint16_t cob, canopen_master_taker_t take,
                                        void* context);
-/// Forget the route of an identifier, if there is one.
+/// Remove the route of an identifier, if there is one.
 void canopen_master_unroute(canopen_master_t* master, uint16_t cob);
 
 /// Process all received frames, and monitor heartbeats.
 void canopen_master_receive(canopen_master_t* master, uint64_t now_ns);
-/// NMT command to node `id`, 0 for all. A reset ends the SDO transfer and the monitoring of its heartbeat.
+/// Send an NMT command to node `id`, or to all nodes (0). NMT_RESET_NODE also ends the SDO transfer of the
+/// node and the monitoring of its heartbeat.
 /// STATUS_OK, STATUS_FULL, STATUS_CLOSED.
 status_t canopen_master_command(canopen_master_t* master, uint8_t id, canopen_nmt_command_t command);
-/// Process data frame. STATUS_OK, STATUS_FULL, STATUS_CLOSED.
+/// Send one frame of process data. STATUS_OK, STATUS_FULL, STATUS_CLOSED (also while no node acknowledges).
 status_t canopen_master_send_process_data(canopen_master_t* master, uint16_t cob, const uint8_t* octets,
                                           uint8_t length);
 void canopen_master_set_sync(canopen_master_t* master, bool is_on);
-/// End of the cycle: SDO requests, heartbeat, SYNC. While no node acknowledges, no frame is added to the one
-/// that the controller keeps repeating, so that no old commands wait for a device that is plugged in; the
-/// first frame of a node ends that.
+/// End of the cycle: send SDO requests, the heartbeat if it is due, and SYNC. While no node acknowledges, the
+/// controller repeats one frame, and nothing else is sent: a device that is connected later must not receive
+/// old commands. Sending continues after a frame of any node was received.
 void canopen_master_emit(canopen_master_t* master, uint64_t now_ns);
 
-/// Oldest emergency. STATUS_OK, STATUS_EMPTY.
+/// Take the oldest stored emergency. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t canopen_master_take_emergency(canopen_master_t* master, canopen_emergency_t* out_emergency);
 
 #endif // FSW_CANOPEN_MASTER_H

@@ -100,7 +100,7 @@ typedef struct { // Sums of both channels [frames, error frames, wrap].
     uint32_t sent;
     uint32_t received;
     uint32_t refused; ///< Not sent, for whatever reason.
-    uint32_t full;    ///< Of these, because the transmit queue was full.
+    uint32_t full;    ///< Refused because the transmit queue was full.
     uint32_t errors;
     uint32_t overruns;
     uint32_t bus_offs;

@@ -24,7 +24,7 @@ typedef struct {
     uint8_t subindex;
     uint8_t octets; ///< 1, 2, 4 or 8.
     canopen_setting_kind_t kind;
-    uint64_t value; ///< As on the wire; sign in two's complement of `octets`.
+    uint64_t value; ///< Value on the wire; a negative one in two's complement of `octets`.
 } canopen_setting_t;
 
 typedef struct { // Read-only outside.

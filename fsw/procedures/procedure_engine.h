@@ -29,7 +29,7 @@ typedef struct { // Private.
     uint8_t* map;
     uint32_t budget;
     uint32_t spent; // Part of the budget that is spent; the excess is taken from the next one.
-    uint32_t used;  // Since the last grant.
+    uint32_t used;  // Budget used since the last grant.
     uint32_t grace; // Lists made since the last grant that were no larger than one before.
     // The largest values that this procedure has had; prices depend on them.
     uint32_t longest;    // Text [octets].

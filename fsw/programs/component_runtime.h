@@ -38,12 +38,12 @@ typedef struct { // Private, except the members named below.
         own; ///< The component's descriptor, read with the mission; the component may reload it.
     component_runtime_reader_t* reader; ///< Reads a descriptor again.
     osal_clock_t clock;
-    osal_deliveries_t deliveries; // Where the scheduler is out of reach.
+    osal_deliveries_t deliveries; // Used where the scheduler cannot be reached.
     message_endpoint_t endpoint;
     message_udp_carrier_t udp;
     message_tipc_carrier_t tipc;
     osal_socket_t topology; // Notices of the kernel about TIPC names.
-    uint32_t life;          // Its own.
+    uint32_t life;          // Life of this component.
     uint32_t link_floor;    // Links of this life have later epochs.
     struct {                // For each component, from the run state at the last intake.
         uint32_t life;
@@ -56,7 +56,7 @@ typedef struct { // Private, except the members named below.
     uint32_t vain; // Intakes in a row that missed some.
     osal_socket_t message_socket;
     osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Sockets of links that this component consumes.
-    uint32_t link_socket_count;                           // Of these.
+    uint32_t link_socket_count;                           // Number of link_sockets in use.
     osal_socket_t link_sender;                            // For links that it produces.
     flow_resolver_t flows;
     rtlink_resolver_t links;

@@ -19,7 +19,7 @@
 typedef struct {
     uint16_t link;
     pus_link_ends_t ends;
-    bool is_stale; ///< As the consumer reported it.
+    bool is_stale; ///< Last report of the consumer.
 } link_edge_t;
 
 typedef struct {

@@ -79,7 +79,7 @@ typedef struct {                    // All fields are private, except the first 
     uint64_t now_ns;
     uint64_t file_first; // First record of the ring that goes into the file.
     uint64_t retry_ns;
-    uint64_t pause_ns;  // Until the next retry.
+    uint64_t pause_ns;  // Pause before the next retry.
     uint64_t looked_ns; // Last check that the file still has its name.
     uint64_t resumed_ns;
     message_ring_t ring; // Records that no file has, as in the spool.

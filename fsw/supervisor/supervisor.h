@@ -213,7 +213,7 @@ typedef struct supervisor { // All fields are private.
     message_ring_t ground_kept; // Copy of the backlog for the next life.
     // Addressee of the ground's next request, if that addressee has no room for it; 0: none.
     uint16_t held_for;
-    uint64_t held_ns;         // Since when it has had no room.
+    uint64_t held_ns;         // Time since which it has had no room.
     message_ring_t outputs;   // Outputs of this step, and those that were not taken yet.
     uint32_t performed;       // Outputs of the last commit.
     uint64_t ground_moved_ns; // When a waiting report was sent last, or no report waited.

@@ -96,7 +96,7 @@ typedef struct { // All fields are private, except `counters`: read-only, for te
         uint32_t oversized; ///< Reports that did not fit a packet.
         uint32_t kept;      ///< Reports that went to a ring.
         uint32_t lost;      ///< Reports posted and lost: a full ring, or BULK that the port refused.
-        uint32_t lost_firm; ///< Of these, FIRM ones.
+        uint32_t lost_firm; ///< Lost reports that were FIRM.
         uint32_t discarded; ///< Reports begun and not sent, or sent without a begin.
         uint32_t uncounted; ///< Reports sent with message type counter 0 because the table was full.
     } counters;

@@ -31,7 +31,7 @@ typedef struct {
 typedef struct { // Private.
     pus_list_target_t target;
     octet_writer_t writer;
-    uint8_t* head;  // Where the count goes.
+    uint8_t* head;  // Place of the count in the packet.
     uint16_t count; // Entries in the present packet.
     uint16_t lost;  // Packets the process could not keep.
     uint8_t prefix_size;

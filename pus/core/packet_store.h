@@ -29,7 +29,7 @@ typedef struct { // Private: one block that holds packets, at the place number %
     uint64_t latest_ns;
     uint16_t end; // Offset after the last record.
     uint16_t packets;
-    uint16_t slot;      // Where it lies on the medium.
+    uint16_t slot;      // Index of its place on the medium.
     bool is_slot_taken; // True if the slot with this entry's index is taken.
 } pus_store_block_t;
 

@@ -84,7 +84,7 @@ typedef struct {   // Private: the activities that a request selects.
     uint64_t from; // Tag, and serial number among equal ones.
     uint64_t serial;
     uint64_t to;
-    uint32_t report;        // Only those that carry this number; 0: any.
+    uint32_t report;        // Select only activities with this number; 0: any.
     bool has_sub_schedules; // Restricted to those in the list.
     bool has_groups;
     uint8_t sub_schedules[PUS_SCHEDULE_IDS / 8U];

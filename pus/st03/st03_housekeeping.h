@@ -100,7 +100,7 @@ typedef struct {
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
 } pus_hk_config_t;
 
-typedef struct { // Where a loop's finished reports go.
+typedef struct { // Receiver of the finished reports of a loop.
     void* context;
     /// The values of structure `id`, taken at now_ns. Structures of other loops than that of the process come
     /// from the configuration, and are housekeeping ones.

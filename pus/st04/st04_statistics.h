@@ -19,12 +19,12 @@
 typedef struct { // Private.
     bool in_use;
     pus_scalar_t scalar;
-    int64_t interval_ticks; // As requested, 2^-24 s.
+    int64_t interval_ticks; // Value of the request [2^-24 s].
     uint64_t interval;      // [cycles]
     uint32_t samples;
     uint64_t maximum;
     uint64_t minimum;
-    uint64_t maximum_ns; // Since 1958.
+    uint64_t maximum_ns; // Time of the maximum [ns since 1958].
     uint64_t minimum_ns;
     double mean;
     double squares; // Sum of the squared distances from the mean.
@@ -44,8 +44,8 @@ typedef struct {
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_statistics_config_t config;
     pus_due_heap_t due;
-    uint64_t cycle;      // Extended to 64 bits.
-    uint32_t last_cycle; // As given.
+    uint64_t cycle;      // Cycle count, extended to 64 bits.
+    uint32_t last_cycle; // Last cycle count of the caller.
     bool is_started;     // start_ns is known.
     uint64_t start_ns;
     int64_t reporting_ticks; // 0: no periodic reports.
@@ -61,7 +61,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     } counters;
 } pus_statistics_t;
 
-/// Without definitions or periodic reports.
+/// Start without definitions and without periodic reports.
 void pus_statistics_init(pus_statistics_t* self, const pus_statistics_config_t* config);
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_statistics_service(pus_statistics_t* self);

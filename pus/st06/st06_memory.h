@@ -58,7 +58,7 @@ typedef struct {  // Private: a request under way.
     uint32_t done;   // Octets of the area under way.
     uint32_t file;
     uint32_t written; // Octets of the file.
-    uint16_t list;    // Where the areas begin in `data`.
+    uint16_t list;    // Offset of the list of areas in `data`.
     uint16_t entry;   // Octets of an area's entry.
     pus_token_t token;
     pus_failure_t failure; // The first.

@@ -31,9 +31,9 @@ static pus_failure_t none(void)
 // Operations.
 
 typedef struct {      // An area of an operation.
-    uint32_t address; // As the request gave it.
+    uint32_t address; // Address in the request.
     uint32_t length;
-    uint32_t offset; // In the file.
+    uint32_t offset; // Offset in the file.
     uint16_t checksum;
 } area_t;
 

@@ -27,9 +27,9 @@ typedef enum {
 
 /// Read a definition. False: no scalar, or no such check type.
 bool monitoring_read_pmon(octet_reader_t* reader, monitoring_origin_t origin, pus_pmon_t* out_pmon);
-/// As an entry of TM[12,9], and a record.
+/// Write a definition as in TM[12,9] and in a lasting record.
 void monitoring_write_pmon(octet_writer_t* writer, const pus_pmon_t* pmon);
-/// As an entry of TM[12,11] and TM[12,12].
+/// Write a transition as in TM[12,11] and TM[12,12].
 void monitoring_write_transition(octet_writer_t* writer, const pus_check_transition_t* transition);
 bool monitoring_read_validity(octet_reader_t* reader, pus_validity_t* out_validity);
 void monitoring_write_validity(octet_writer_t* writer, const pus_validity_t* validity);

@@ -54,7 +54,7 @@ typedef struct { // Private.
     uint64_t mask;
     uint64_t value;
     uint64_t limit;
-    uint64_t time_ns; // Since 1958.
+    uint64_t time_ns; // Time [ns since 1958].
 } pus_check_transition_t;
 
 typedef struct { // Private.
@@ -121,8 +121,8 @@ typedef struct {
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_monitoring_config_t config;
     pus_due_heap_t due;
-    uint64_t cycle;      // Extended to 64 bits.
-    uint32_t last_cycle; // As given.
+    uint64_t cycle;      // Cycle count, extended to 64 bits.
+    uint32_t last_cycle; // Last cycle count of the caller.
     uint32_t reporting_delay;
     uint16_t pmon_count; // Used entries of pmon_order, sorted by id; the free ones follow.
     uint16_t touched_count;
@@ -141,7 +141,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     } counters;
 } pus_monitoring_t;
 
-/// Without definitions, both functions disabled.
+/// Start without definitions, with both functions disabled.
 void pus_monitoring_init(pus_monitoring_t* self, const pus_monitoring_config_t* config);
 /// The service's entry for a dispatcher; subtypes and step included.
 pus_service_t pus_monitoring_service(pus_monitoring_t* self);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[14] real-time forwarding control: which reports go to ground at once. All requests of the service: TC 1
-/// and 2 report types, 5 and 6 housekeeping structures, 9 and 10 diagnostic structures, 13 and 14 blocked
-/// events, each added, deleted; 3, 7, 11 and 15 report the content as TM 4, 8, 12 and 16.
+/// ST[14] real-time forwarding control: selects the reports that go to ground at once. TC[14,1] adds and
+/// TC[14,2] deletes report types; TC[14,5] and 6 do so with housekeeping structures, TC[14,9] and 10 with
+/// diagnostic structures. TC[14,13] deletes and TC[14,14] adds blocked events. TC[14,3], 7, 11 and 15 request
+/// the content of these four lists; TM[14,4], 8, 12 and 16 report it.
 ///
-/// Selection and refusals: docs/services/st14.md. There is no exception: verification reports are selected by
-/// their type like any other; ground that deletes TM[1,x] of a process no longer gets the verification of its
-/// requests. Without a request everything of the controlled processes is forwarded. The service does not
-/// control spacecraft time packets (APID 0).
+/// Selection and refusals: docs/services/st14.md. Verification reports are selected by their type, too: if
+/// ground deletes TM[1,x] of a process, it gets no verification of its requests to that process. At first all
+/// reports of the controlled processes are forwarded. Spacecraft time packets (APID 0) are not controlled.
 ///
 /// The configuration is one lasting record, key 0. A content report that is longer than a packet is split
-/// into several complete ones.
+/// into several reports, each complete in itself.
 ///
 /// Ownership  The caller places entries and process list, which outlive the service.
 /// Context    One loop.
@@ -23,7 +23,7 @@ typedef struct {
     const uint16_t* apids; ///< Controlled processes, each once, 1..2046.
     uint16_t apid_count;
     pus_selection_entry_t* entries;       ///< `capacity` of them.
-    pus_selection_entry_t* candidate;     ///< The same, for changes.
+    pus_selection_entry_t* candidate;     ///< As many; a request changes them first.
     uint16_t capacity;                    ///< 3 x apid_count..PUS_SELECTION_ENTRIES_MAX.
     const pus_persistence_t* persistence; ///< Null: nothing is kept.
 } pus_forwarding_config_t;

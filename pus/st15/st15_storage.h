@@ -64,7 +64,7 @@ typedef struct { // Private: the lasting data of a store.
     uint8_t retrieval; // pus_retrieval_t.
     uint8_t priority;
     uint32_t generation;
-    uint64_t tail; // As of the last deletion.
+    uint64_t tail; // Tail after the last deletion.
     uint64_t open_tag_ns;
     bool is_seeking;      // The open retrieval has not reached its start time tag yet.
     uint64_t open_cursor; // Addresses.

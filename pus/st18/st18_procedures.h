@@ -61,7 +61,7 @@ typedef struct {
 typedef struct { // Private: a loaded procedure.
     uint8_t id[PUS_NAME_SIZE];
     bool in_use;
-    bool was_aborted;  // By the last request for all.
+    bool was_aborted;  // The last request to abort all has aborted it.
     uint8_t parts;     // One bit for each of its records that was restored.
     uint8_t level;     // pus_observability_t.
     uint16_t size;     // Size of the code [octets].

@@ -263,7 +263,7 @@ static bool want_parameters(const pus_procedures_t* const self, const pus_proced
     if (take_parameters(self, procedure, run)) {
         return true;
     }
-    run->answer = (pus_answer_t){.kind = PUS_ANSWER_MISSING}; // As long as nothing comes.
+    run->answer = (pus_answer_t){.kind = PUS_ANSWER_MISSING}; // Until parameters arrive.
     return wait_for(self, run, PUS_WAITS_PARAMETERS);
 }
 

@@ -27,7 +27,7 @@
 #define PUS_SEQUENCE_PIECE 4096U     ///< Part of the content in a record or in one read of a file [octets].
 
 typedef struct { // Private.
-    uint64_t id; // As on the wire.
+    uint64_t id; // Value on the wire.
     pus_block_chain_t content;
     uint32_t expected; // Octets of the content once all of its records are back.
     bool in_use;

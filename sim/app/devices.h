@@ -23,7 +23,7 @@ typedef struct devices devices_t;
 
 typedef struct {
     const world_t* world;
-    const char* folder; ///< Of the EDS files.
+    const char* folder; ///< Folder of the EDS files.
     const plant_truth_t* truth;
     segment_t* segments;     ///< The first are the buses of the world, in its order.
     bus_t* const* channel_b; ///< Redundant channel of each segment, or null.

@@ -384,7 +384,7 @@ static void set_error(const fault_world_t* const world, const fault_t* const fau
 {
     const bool is_on = fault->value != 0.0;
     if (fault->device >= world->device_count) {
-        return; // Of flight's controller.
+        return; // The fault names the controller of the flight software.
     }
     const fault_device_t* device = &world->device[fault->device];
     if (device->drive != NULL) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Faults of the processes of a run at an instant of simulated time: kill, hang and resume of a scenario.
+/// Faults of the processes of a run at an instant of simulated time: `fault kill`, `fault hang` and
+/// `fault resume` of a scenario.
 ///
-/// A participant of the scheduler is ended, suspended or resumed in the scheduler, by the holder of the
-/// grant; its process follows in wall-clock time. Other processes (launcher, operator, archive), and all
-/// processes if there is no scheduler, get a signal (sim/app/fault_kill.h).
+/// If the process is a participant of the scheduler, the simulator, which holds the grant, ends, suspends or
+/// resumes the participant in the scheduler; the process itself is ended, suspended or resumed later, in
+/// wall-clock time. Other processes (launcher, operator, archive), and all processes if there is no
+/// scheduler, get a signal (sim/app/fault_kill.h).
 #ifndef SIM_APP_PROCESS_FAULTS_H
 #define SIM_APP_PROCESS_FAULTS_H
 
@@ -25,9 +27,10 @@ typedef struct { // Private, except `scheduler`: null if there is none.
     } process[PROCESS_FAULTS_NAMES_MAX];
 } process_faults_t;
 
-/// Name the process of a participant; `name` outlives the table. False if the table is full.
+/// Enter a name of the process of a participant; `name` must outlive the table. False if the table is full.
 bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant);
-/// As fault_world_t.process; the context is a process_faults_t. An unknown name is reported on the console.
+/// Apply a fault to a process; used as fault_world_t.process. `context` is a process_faults_t. If no such
+/// process is running, a message on the console says so.
 void process_faults_act(void* context, fault_kind_t kind, const char* process);
 
 #endif // SIM_APP_PROCESS_FAULTS_H

@@ -50,7 +50,7 @@ typedef struct {
 } simulator_config_t;
 
 typedef struct {
-    uint64_t busy_ns[SIMULATOR_BUSES_MAX]; ///< Of each bus: those of the world first, in its order.
+    uint64_t busy_ns[SIMULATOR_BUSES_MAX]; ///< One for each bus: first those of the world, in its order.
     uint64_t refused; ///< Frames of flight that found the controller's queue full or the node cut off.
     uint64_t tool_dropped;
     uint64_t tools_lost;  ///< Tools in lock-step that were not done with a step in 20 s.

@@ -35,7 +35,7 @@ struct node {
     emergencies_t emergencies;
     node_state_t state;
     uint64_t boot_ns;
-    uint64_t wake_ns; ///< As passed to bus_set_wake.
+    uint64_t wake_ns; ///< Value passed to bus_set_wake.
 
     object_t* sync_cob;
     object_t* sync_counter; ///< 0x1019

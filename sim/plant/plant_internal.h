@@ -40,7 +40,7 @@ struct plant {
     dBodyID base; ///< Null unless free.
     dBodyID link[PLANT_JOINTS];
     dJointID hinge[PLANT_JOINTS];
-    double hinge_angle_rad[PLANT_JOINTS]; ///< As ODE gave it last, for unwrapping.
+    double hinge_angle_rad[PLANT_JOINTS]; ///< Last angle from ODE, for unwrapping.
     contour_t contour;
     spring_t spring;
 };

@@ -24,7 +24,7 @@
 #define SOCKETCAND_BUSES_MAX 8U
 
 typedef struct {
-    const char* name; ///< As in `< open NAME >`; outlives the server.
+    const char* name; ///< NAME of `< open NAME >`; must outlive the server.
     bus_t* bus;
 } socketcand_bus_t;
 

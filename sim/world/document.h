@@ -63,8 +63,8 @@ typedef enum {
 typedef struct {
     const char* name;
     field_kind_t kind;
-    size_t offset; ///< In the record.
-    double low;    ///< Of numbers.
+    size_t offset; ///< Offset in the record.
+    double low;    ///< Smallest allowed number.
     double high;
     bool is_optional; ///< Without it the record keeps its value.
 } field_t;

@@ -56,8 +56,8 @@ typedef struct {
     char name[DOCUMENT_TEXT_MAX];
     unsigned line;
     robot_joint_kind_t kind;
-    unsigned parent; ///< Body.
-    pose_t origin;   ///< Of the moved body at joint position 0, in the parent.
+    unsigned parent; ///< Index of the parent body.
+    pose_t origin;   ///< Pose of the moved body in the parent at joint position 0.
     double axis[3];  ///< In the moved body, of length 1.
     double lower;    ///< [rad] or [m]; not of continuous joints.
     double upper;
@@ -67,13 +67,13 @@ typedef struct {
 typedef struct {
     char name[DOCUMENT_TEXT_MAX];
     unsigned body;
-    pose_t pose; ///< In the body.
+    pose_t pose; ///< Pose in the body.
 } robot_frame_t;
 
 typedef enum {
     SHAPE_BOX,
     SHAPE_SPHERE,
-    SHAPE_CYLINDER ///< Along its z.
+    SHAPE_CYLINDER ///< Its axis is z.
 } shape_kind_t;
 
 typedef struct {

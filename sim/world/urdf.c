@@ -32,7 +32,7 @@ typedef struct {
 typedef struct {
     place_t place;
     urdf_t* urdf;
-    urdf_origin_t origin; // Of the inertial or collision under way.
+    urdf_origin_t origin; // Origin of the <inertial> or <collision> that is being read.
     double mass_kg;
     moments_t moments;
     bool has_mass;

@@ -15,7 +15,7 @@ typedef struct kind kind_t;
 
 typedef struct {
     world_t* world;
-    const kind_t* open[LEVELS]; // By depth.
+    const kind_t* open[LEVELS]; // Open elements, by depth.
     unsigned depth;
 } reader_t;
 

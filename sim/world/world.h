@@ -50,7 +50,7 @@ typedef struct {
     unsigned line;
     double ratio;            ///< Motor turns per joint turn.
     double rotor_inertia;    ///< Referred to the joint [kgm2].
-    double stiffness;        ///< Of gear and torque sensor in series [Nm/rad].
+    double stiffness;        ///< Gear and torque sensor in series [Nm/rad].
     double damping;          ///< In parallel to the stiffness [Nms/rad].
     double coulomb;          ///< [Nm]
     double stiction;         ///< At zero speed, >= coulomb [Nm].
@@ -92,7 +92,7 @@ typedef struct {
     char type_name[DOCUMENT_TEXT_MAX];
     unsigned type;
     double contact;   ///< [rad]
-    double stiffness; ///< Of the object [Nm/rad]; 0: there is none.
+    double stiffness; ///< Stiffness of the object [Nm/rad]; 0: there is no object.
     double range;     ///< End stops at +- this [rad].
 } world_bench_t;
 
@@ -123,9 +123,9 @@ typedef struct {
     unsigned line;
     unsigned robot;
     unsigned frame;
-    double hook[3];   ///< At rest, in the world [m].
+    double hook[3];   ///< Rest position of the hook in the world [m].
     double catch;     ///< Largest horizontal distance from the hook at which the link takes it [m].
-    double length;    ///< Of the relaxed cable, straight down from the hook [m].
+    double length;    ///< Length of the relaxed cable, straight down from the hook [m].
     double stiffness; ///< [N/m]
     double preload;   ///< [N], reached over the first `travel` [m].
     double travel;
@@ -135,7 +135,7 @@ typedef struct {
 typedef struct {
     world_device_t device;
     unsigned axes;
-    double inertia;  ///< Of each axis [kgm2].
+    double inertia;  ///< Inertia of each axis [kgm2].
     double friction; ///< Viscous [Nms/rad].
     double range;    ///< End stops at +- this [rad].
     double stop_stiffness;
@@ -148,11 +148,11 @@ typedef struct {
     char joystick_name[DOCUMENT_TEXT_MAX];
     unsigned line;
     unsigned joystick;
-    double stiffness;       ///< Of the grip [Nm/rad].
-    double damping;         ///< Of the grip [Nms/rad].
+    double stiffness;       ///< Stiffness of the grip [Nm/rad].
+    double damping;         ///< Damping of the grip [Nms/rad].
     double position_scale;  ///< Joint angle per stick angle.
     double force_scale;     ///< Stick torque per joint torque.
-    double joint_stiffness; ///< Of a joint under control [Nm/rad].
+    double joint_stiffness; ///< Stiffness of a controlled joint [Nm/rad].
 } world_hand_t;
 
 typedef struct {

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A flight in which processes are stopped, killed, suspended and started again, for tests that fly it in
-every form."""
+"""A flight in which processes are stopped, killed, suspended and started again. Tests fly it as
+processes, as one image and on two nodes."""
 
 import hashlib
 
@@ -11,9 +11,9 @@ BUS_LOGS = ("can-robot.log", "can-joystick.log", "can-robot-b.log", "can-joystic
 MANIPULATOR = 16
 PING = b"\x11\x01"
 ALIVE = b"\x11\x02"
-PINGS = 20  # after each change of a life
-FEW = 3  # after a hang that ends before it is found
-ASKED = 4 * PINGS + FEW + 1  # of the arm, in total
+PINGS = 20  # after each end and start of a process
+FEW = 3  # after a hang that ends before it is detected
+ASKED = 4 * PINGS + FEW + 1  # pings of the arm in total: four series, a short one, and the ping of all
 
 
 def pings(begin_s, count=PINGS, step_s=0.01):
@@ -21,7 +21,7 @@ def pings(begin_s, count=PINGS, step_s=0.01):
 
 
 def scenario(path):
-    """Every kind of end and start of a process, at rest and in operation, some within one tick of the supervisor."""
+    """Processes end and start in every way, in OPERATIONAL and in other states, some within one tick of the supervisor."""
     lines = ["0.0 hand rest"]
     lines += flying.bring_up(0.2)
     lines += ["7.0 hand circle 0.1 0.5 1 3 1"]
@@ -45,19 +45,19 @@ def assert_in_order(flight):
 
 
 def fly(folder, path, *options, **how):
-    """The flight with these options, in order."""
+    """Fly with these options, and check the flight with assert_in_order."""
     flight = flying.fly(folder, "--scenario", path, *options, **how)
     assert_in_order(flight)
     return flight
 
 
 def digest(flight, names=BUS_LOGS):
-    """Checksums of some of its logs."""
+    """Checksums of the named logs of a flight."""
     return {name: hashlib.sha256(flight.octets(name)).hexdigest() for name in names}
 
 
 def _answers(flight):
-    """Nanoseconds from each answered ping of the arm to its answer, in order."""
+    """Yield the time from each answered ping of the arm to its answer [ns], in the order of the answers."""
     asked = []
     for time_ns, direction, raw in flight.packets:
         if int.from_bytes(raw[:2], "big") & 0x7FF != MANIPULATOR:

@@ -26,7 +26,7 @@ typedef enum {
 typedef struct {
     operation_kind_t kind;
     size_t medium;
-    size_t offset; ///< Or the new size.
+    size_t offset; ///< Offset of a write, or new size.
     size_t size;   ///< Octets written.
     size_t data;   ///< Where they are in recorded.data.
     unsigned mark; ///< recorded.mark when it was done.
@@ -34,7 +34,7 @@ typedef struct {
 
 typedef struct {
     image_t image[2];
-    image_t durable[2]; ///< As they were when recording began.
+    image_t durable[2]; ///< Content when recording began.
     size_t count;
     operation_t operations[OPERATIONS_MAX];
     size_t data_size;

@@ -41,7 +41,7 @@ typedef struct { // [frames, wrap]
     uint32_t received;
     uint32_t errors;   ///< Error frames.
     uint32_t refused;  ///< Not sent: transmit queue full, closed, or a bad length.
-    uint32_t full;     ///< Of these, because the transmit queue was full.
+    uint32_t full;     ///< Refused because the transmit queue was full.
     uint32_t overruns; ///< Received, but lost because the controller's or the kernel's queue was full.
     uint32_t lost;     ///< Times that the interface went down or was removed.
     uint32_t failed;   ///< Times that it could not be opened, at first or again.
@@ -67,7 +67,7 @@ typedef struct { // Private, except health, counters and errors: read-only.
     bool is_lost; // The interface is removed or down.
     bool is_fd;
     flow_reconnect_t reconnect;
-    uint32_t queue_overruns; // As the carrier counted them last.
+    uint32_t queue_overruns; // Last count of the carrier.
     flow_can_health_t health;
     flow_can_counters_t counters;
     flow_can_errors_t errors;

@@ -79,7 +79,7 @@ static void check_ground(source_t* const source)
         descriptor_source_fail(source, source->line,
                                "<Ground address=\"0.0.0.0\"> needs a key: only this machine has none");
     } else {
-        // As it should be.
+        // The attributes are consistent.
     }
 }
 

@@ -112,9 +112,9 @@ typedef struct { // One permitted child element of a parent.
     uint8_t number; ///< Number of attributes.
     const char* name;
     const source_attribute_t* attributes; ///< All that are known.
-    const source_list_t* list;            ///< Or NULL: it belongs to the item of its parent.
-    void (*start)(source_t* source);      ///< When the attributes are read, or NULL.
-    void (*end)(source_t* source);        ///< Or NULL.
+    const source_list_t* list;            ///< NULL: it belongs to the item of its parent.
+    void (*start)(source_t* source);      ///< Called when the attributes have been read; NULL: not called.
+    void (*end)(source_t* source);        ///< Called at the end of the element; NULL: not called.
 } source_row_t;
 
 // How often an element may occur in its parent.

@@ -290,7 +290,7 @@ static uint16_t capacity_of(source_t* const source, const char* const attribute,
 
 void descriptor_subsystem_builder_service(source_t* const source)
 {
-    static const offer_t offers[]       = {{2U, 16U, 4U, 0U, 0U, false}, // As OFFERED.
+    static const offer_t offers[]       = {{2U, 16U, 4U, 0U, 0U, false}, // In the order of OFFERED.
                                            {4U, 256U, 16U, 0U, 0U, false},
                                            {6U, 16U, 4U, 0U, 0U, false},
                                            {12U, 2000U, 32U, 200U, 4U, false},

@@ -69,12 +69,12 @@ typedef struct { // Private: place of a record, and the values it must contain t
 typedef struct { // Private, except `stats`, read-only, for telemetry, and `damage`.
     journal_configuration_t configuration;
     size_t slot_count;
-    size_t active;          // Which medium is written to.
+    size_t active;          // Index of the medium that is written to.
     bool is_provisional;    // Its generation holds no commit yet.
     bool is_ragged;         // Octets may lie behind `tail`.
     bool is_suspect;        // Octets after `synced` may be lost, even if a read returns them.
     bool is_replaying;      // The buffer is lent to the callback.
-    uint32_t changes;       // Since the last commit that counted.
+    uint32_t changes;       // Changes since the last commit that counted.
     journal_place_t tail;   // Tail of the next record.
     journal_place_t synced; // Behind the last commit that counted.
     uint8_t buffer[JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX)];

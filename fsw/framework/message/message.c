@@ -318,7 +318,7 @@ static bool is_of_this_life(message_endpoint_t* const endpoint, message_channel_
     if (frame->from_life > channel->position.peer_life) {
         meet(endpoint, channel, frame->from_life);
     } else if (frame->from_life == channel->position.peer_life) {
-        // As known.
+        // The life is the known one.
     } else if ((frame->kind == MESSAGE_SYNC_ACK) && channel->is_syncing) {
         correct_life(endpoint, channel, frame);
         return false;

@@ -64,7 +64,7 @@ typedef struct {
 typedef struct {        // Position of a channel: all that another process needs to continue it.
     uint32_t peer_life; // 0: not heard of yet.
     uint32_t sent;      // Data frames sent in this incarnation of the channel.
-    uint32_t credited;  // Of these, taken by the peer.
+    uint32_t credited;  // Sent frames that the peer has taken.
     uint32_t expected;  // Next sequence number from the peer.
     uint32_t taken;     // Data frames taken here by the caller, lost ones included.
     uint32_t told;      // `taken` as last sent to the peer.

@@ -33,7 +33,7 @@ typedef struct { // Private. A frame without data.
 typedef struct {           // Private, except `blocks`, to be read.
     message_ring_t blocks; ///< Frames with data, the checked ones first.
     uint32_t arrived;      // Frames with data so far.
-    uint32_t judged;       // Of these, checked.
+    uint32_t judged;       // Arrived frames that were checked.
     size_t place;          // Position of the next frame to check, from the first octet of the ring.
     size_t last;           // Place of the frame that was checked last.
     uint32_t notes_set;    // Number of notes that are set.

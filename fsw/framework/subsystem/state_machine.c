@@ -21,7 +21,7 @@ typedef enum {
     BUSY,
     DONE,          ///< Already in that state.
     GO,            ///< Go towards it, one transition after the other.
-    GO_CONFIGURED, ///< As GO, if a configuration is applied.
+    GO_CONFIGURED, ///< The same as GO, if a configuration is applied.
     UNDO,          ///< Turn back: the de-init states down to OFFLINE.
     RETARGET       ///< On the way down already: end in OFFLINE.
 } verdict_t;
@@ -83,7 +83,7 @@ typedef enum {
     TURN_BACK,  ///< Undo what was initialised, down to OFFLINE.
     TO_ERROR,   ///< ERROR_OPERATIONAL at once.
     TO_SAFE,    ///< SAFE_OPERATIONAL.
-    TO_OFFLINE, ///< As a request for OFFLINE.
+    TO_OFFLINE, ///< The same as a request for OFFLINE.
     END_OFFLINE ///< On the way down already: end in OFFLINE.
 } reaction_t;
 

@@ -38,7 +38,7 @@ typedef struct {
     char name[NAME_MAX + 1];
     char new_name[NAME_MAX + 1];
     off_t old_size;
-    off_t offset; // Or the new size.
+    off_t offset; // Offset of a write, or new size.
     char *old_octets, *octets;
     size_t old_count, count;
 } change_t;

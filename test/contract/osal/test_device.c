@@ -74,7 +74,7 @@ static void test_a_partner_that_leaves_is_reported_and_may_come_back(void)
     size_t size   = 0U;
     open_fifo();
     osal_device_close(&writer);
-    errno = EINTR; // Of an earlier call: a call that ends well leaves it.
+    errno = EINTR; // Left by an earlier call: success does not clear errno.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_device_read(&reader, &octet, 1U, &size));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_device_open(&writer, path, OSAL_DEVICE_WRITE));
     errno = EINTR;

@@ -82,7 +82,7 @@ static int take_memory(size_t mebibytes)
     return code;
 }
 
-#define NAMED_PROCESSORS 100 // By an exit code.
+#define NAMED_PROCESSORS 100 // An exit code below this is the number of a processor.
 
 static int show_processor(void)
 {

@@ -105,7 +105,7 @@ static size_t read_width(octet_reader_t* reader, unsigned which)
 static void a_read_past_the_end_fails_for_good(void)
 {
     uint8_t octets[16];
-    (void)memset(octets, 0x40, sizeof octets); // Also a real other than zero.
+    (void)memset(octets, 0x40, sizeof octets); // As a real number this is not zero either.
     for (unsigned which = 0U; which <= 4U; which++) {
         for (size_t size = 0U; size <= 9U; size++) {
             octet_reader_t reader = octet_reader(octets, size);

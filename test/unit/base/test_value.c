@@ -23,7 +23,7 @@ static const struct {
                                    {"INT8", 1U},  {"INT16", 2U},  {"INT32", 4U},  {"INT64", 8U},
                                    {"FLOAT", 4U}, {"DOUBLE", 8U}, {"BOOL", 1U}};
 
-static void codes_names_and_sizes_are_those_of_the_wire(void)
+static void each_scalar_type_has_its_code_name_and_size(void)
 {
     for (unsigned i = 0U; i < (unsigned)VALUE_SCALARS; i++) {
         value_type_t type = VALUE_SCALARS;
@@ -37,7 +37,7 @@ static void codes_names_and_sizes_are_those_of_the_wire(void)
     TEST_ASSERT_EQUAL_UINT64(1U, sizeof(bool));
 }
 
-static void other_words_are_no_scalar_types(void)
+static void other_words_are_refused_as_scalar_types(void)
 {
     static const char* const words[] = {"",       "double", "DOUBLE ", " DOUBLE", "DOUBL", "DOUBLES",
                                         "STRUCT", "ARRAY",  "UINT",    "INT128",  "CHAR"};
@@ -48,7 +48,7 @@ static void other_words_are_no_scalar_types(void)
     }
 }
 
-/// Encode, compare with the expected octets, decode again, compare with the memory.
+/// Encode the scalar and compare it with the expected octets; decode them and compare with the scalar.
 static void expect_round_trip(value_type_t type, const void* memory, const uint8_t* wire)
 {
     const size_t size = value_size(type);
@@ -66,7 +66,7 @@ static void expect_round_trip(value_type_t type, const void* memory, const uint8
     TEST_ASSERT_EQUAL_MEMORY(memory, &back, size);
 }
 
-static void scalars_go_to_the_wire_and_back(void)
+static void scalars_are_encoded_and_decoded_again(void)
 {
     const uint8_t u8   = 0xA5U;
     const uint16_t u16 = 0x0102U;
@@ -94,7 +94,7 @@ static void scalars_go_to_the_wire_and_back(void)
     expect_round_trip(VALUE_BOOL, &no, (const uint8_t*)"\x00");
 }
 
-static void every_16_bit_pattern_goes_to_the_wire_and_back(void)
+static void every_16_bit_pattern_is_encoded_and_decoded_again(void)
 {
     for (uint32_t pattern = 0U; pattern <= 0xFFFFU; pattern++) {
         const uint16_t bits   = (uint16_t)pattern;
@@ -106,7 +106,7 @@ static void every_16_bit_pattern_goes_to_the_wire_and_back(void)
     }
 }
 
-static void too_few_octets_are_truncated_and_change_nothing(void)
+static void decoding_too_few_octets_fails_and_changes_nothing(void)
 {
     static const uint8_t octets[8] = {0U};
     for (unsigned type = 0U; type < (unsigned)VALUE_SCALARS; type++) {
@@ -119,7 +119,7 @@ static void too_few_octets_are_truncated_and_change_nothing(void)
     }
 }
 
-static void every_octet_but_0_and_1_is_no_bool(void)
+static void decoding_a_bool_other_than_0_and_1_fails(void)
 {
     for (unsigned value = 0U; value < 256U; value++) {
         const uint8_t octet   = (uint8_t)value;
@@ -131,7 +131,7 @@ static void every_octet_but_0_and_1_is_no_bool(void)
     }
 }
 
-static void a_full_writer_takes_nothing(void)
+static void a_writer_without_room_gets_no_octet(void)
 {
     for (unsigned type = 0U; type < (unsigned)VALUE_SCALARS; type++) {
         const uint64_t memory = 1U;
@@ -161,12 +161,12 @@ static void every_8_and_16_bit_number_is_exact_as_double(void)
     }
 }
 
-static void limits_of_the_wide_integers(void)
+static void limits_of_wide_integers_are_stored_and_converted(void)
 {
     static const struct {
         value_type_t type;
         double number;
-        uint64_t bits; // In the type's own width.
+        uint64_t bits; // In the width of the type; the higher bits are 0.
     } rows[] = {
         {VALUE_UINT32, 4294967295.0, 0xFFFFFFFFULL},
         {VALUE_INT32, 2147483647.0, 0x7FFFFFFFULL},
@@ -227,14 +227,14 @@ static void double_of_an_array(void)
     (void)value_as_double(VALUE_ARRAY, &number);
 }
 
-static void layouts_without_a_size_are_a_coding_error(void)
+static void a_layout_that_is_not_scalar_is_a_coding_error(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(size_of_a_struct));
     TEST_ASSERT_TRUE(assertion_fails(name_of_no_type));
     TEST_ASSERT_TRUE(assertion_fails(double_of_an_array));
 }
 
-static void an_array_is_put_scalar_by_scalar(void)
+static void an_array_is_encoded_scalar_by_scalar(void)
 {
     static const uint8_t octets8[]    = {1U, 2U, 3U};
     static const uint16_t halves[]    = {0x0102U, 0x0304U, 0x0506U};
@@ -259,18 +259,18 @@ static void an_array_is_put_scalar_by_scalar(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(codes_names_and_sizes_are_those_of_the_wire);
-    RUN_TEST(other_words_are_no_scalar_types);
-    RUN_TEST(scalars_go_to_the_wire_and_back);
-    RUN_TEST(every_16_bit_pattern_goes_to_the_wire_and_back);
-    RUN_TEST(too_few_octets_are_truncated_and_change_nothing);
-    RUN_TEST(every_octet_but_0_and_1_is_no_bool);
-    RUN_TEST(a_full_writer_takes_nothing);
+    RUN_TEST(each_scalar_type_has_its_code_name_and_size);
+    RUN_TEST(other_words_are_refused_as_scalar_types);
+    RUN_TEST(scalars_are_encoded_and_decoded_again);
+    RUN_TEST(every_16_bit_pattern_is_encoded_and_decoded_again);
+    RUN_TEST(decoding_too_few_octets_fails_and_changes_nothing);
+    RUN_TEST(decoding_a_bool_other_than_0_and_1_fails);
+    RUN_TEST(a_writer_without_room_gets_no_octet);
     RUN_TEST(every_8_and_16_bit_number_is_exact_as_double);
-    RUN_TEST(limits_of_the_wide_integers);
+    RUN_TEST(limits_of_wide_integers_are_stored_and_converted);
     RUN_TEST(only_the_octets_of_the_type_are_stored);
     RUN_TEST(reals_keep_their_precision);
-    RUN_TEST(layouts_without_a_size_are_a_coding_error);
-    RUN_TEST(an_array_is_put_scalar_by_scalar);
+    RUN_TEST(a_layout_that_is_not_scalar_is_a_coding_error);
+    RUN_TEST(an_array_is_encoded_scalar_by_scalar);
     return UNITY_END();
 }

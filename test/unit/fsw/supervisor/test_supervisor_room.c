@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Links whose ends have no room for a request of the manager, or get two requests.
+// Links of which one end has no room for a request of the link manager, or gets two requests; a stale link.
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
@@ -26,12 +26,12 @@ static void expect_no_session(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
 }
 
-static void a_producer_without_room_is_no_producer(void)
+static void a_link_is_refused_if_its_producer_has_no_room(void)
 {
     fixture_fill(FIXTURE_ARM);
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("G 130.5 0000000705")); // Resources.
+    TEST_ASSERT_TRUE(fixture_has("G 130.5 0000000705")); // PUS_LINK_REASON_RESOURCE.
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
     expect_no_session();
 }
@@ -42,12 +42,12 @@ static void a_consumer_without_room_ends_the_negotiation(void)
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.3"));
-    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The manager releases the end that has accepted.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The manager closes the end that has accepted.
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 11\n"));
     expect_no_session();
 }
 
-static void an_end_without_room_is_not_opened(void)
+static void a_link_is_not_opened_if_an_end_has_no_room(void)
 {
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(5U);
@@ -62,7 +62,7 @@ static void an_end_without_room_is_not_opened(void)
     (void)fixture_open_link(LINK_ARM_STATE);
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 0001"));
-    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // It must not stay open alone.
+    TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 0001")); // The manager closes the end that is open.
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), " 0402 11\n"));
     expect_no_session();
 }
@@ -84,7 +84,7 @@ static void a_link_that_is_being_opened_is_neither_closed_nor_opened_again(void)
     TEST_ASSERT_TRUE(fixture_has("G 1.4 #3 0205 8"));
 }
 
-static void a_stale_link_is_reported_as_such(void)
+static void a_stale_link_is_reported_as_stale(void)
 {
     fixture_link_up(STATE_PRE_OPERATIONAL);
     fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
@@ -92,16 +92,16 @@ static void a_stale_link_is_reported_as_such(void)
     fixture_forget();
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REPORT_STATUS, "\1\0\1", 3U);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("G 130.9 00010001040010000100110002")); // State 4.
+    TEST_ASSERT_TRUE(fixture_has("G 130.9 00010001040010000100110002")); // PUS_LINK_STATE_STALE.
 }
 
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_producer_without_room_is_no_producer);
+    RUN_TEST(a_link_is_refused_if_its_producer_has_no_room);
     RUN_TEST(a_consumer_without_room_ends_the_negotiation);
-    RUN_TEST(an_end_without_room_is_not_opened);
+    RUN_TEST(a_link_is_not_opened_if_an_end_has_no_room);
     RUN_TEST(a_link_that_is_being_opened_is_neither_closed_nor_opened_again);
-    RUN_TEST(a_stale_link_is_reported_as_such);
+    RUN_TEST(a_stale_link_is_reported_as_stale);
     return UNITY_END();
 }

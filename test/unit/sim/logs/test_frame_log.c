@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Log lines and pcap records, character by character, and complete files.
+// Log lines and pcap records are compared octet by octet; files must be complete.
 #include "sim/logs/frame_log.h"
 #include "unity.h"
 
@@ -70,7 +70,7 @@ static void test_lines_of_all_kinds(void)
     TEST_ASSERT_EQUAL_UINT(20U + 6U + 3U + 3U + 128U + 1U, frame_log_line(&longest, "robot", text));
 }
 
-static void test_every_octet_has_its_two_digits(void)
+static void test_every_octet_is_written_as_two_hexadecimal_digits(void)
 {
     for (unsigned value = 0U; value < 256U; value++) {
         osal_can_frame_t frame = {.id = 1U, .length = 8U};
@@ -84,7 +84,7 @@ static void test_every_octet_has_its_two_digits(void)
     }
 }
 
-static void test_records(void)
+static void test_pcap_records_of_all_kinds(void)
 {
     uint8_t octets[FRAME_LOG_RECORD_MAX];
     const osal_can_frame_t fd = {.time_ns = 3000000005U,
@@ -153,7 +153,7 @@ static void test_a_log_that_cannot_be_written_is_reported(void)
     TEST_ASSERT_NULL(log);
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID, frame_log_open(folder, "a-name-of-17-char", &log));
     TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_close(NULL));
-    // A full disk.
+    // Writing to /dev/full fails as on a full disk.
     (void)unlink(file_name("log"));
     if (symlink("/dev/full", file_name("log")) == 0) {
         const osal_can_frame_t frame = {.id = 1U};
@@ -174,7 +174,7 @@ static void test_a_full_disk_leaves_whole_lines_and_records(void)
     frame_log_flush(log);
     TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
     const rlim_t before = limit.rlim_cur;
-    limit.rlim_cur      = 110U; // Two lines and a part; two records and a part.
+    limit.rlim_cur      = 110U; // Two lines and a part; pcap header, two records and a part.
     (void)signal(SIGXFSZ, SIG_IGN);
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
     for (unsigned i = 0U; i < 10U; i++) {
@@ -183,7 +183,7 @@ static void test_a_full_disk_leaves_whole_lines_and_records(void)
     frame_log_flush(log);
     limit.rlim_cur = before;
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
-    frame_log_write(log, &frame); // The log stays failed: one with a gap would look complete.
+    frame_log_write(log, &frame); // After a failure nothing is written: a gap could not be seen.
     TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_close(log));
     TEST_ASSERT_EQUAL_INT(line, size_of("log"));
     TEST_ASSERT_EQUAL_INT(24 + 32, size_of("pcap"));
@@ -193,8 +193,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_lines_of_all_kinds);
-    RUN_TEST(test_every_octet_has_its_two_digits);
-    RUN_TEST(test_records);
+    RUN_TEST(test_every_octet_is_written_as_two_hexadecimal_digits);
+    RUN_TEST(test_pcap_records_of_all_kinds);
     RUN_TEST(test_files_hold_every_frame);
     RUN_TEST(test_the_pcap_header_names_socketcan_and_nanoseconds);
     RUN_TEST(test_a_log_that_cannot_be_written_is_reported);

@@ -144,7 +144,7 @@ static void error_frames_are_counted_by_class(void)
         TEST_ASSERT_EQUAL_UINT32(i + 1U, counted[i]);
     }
     TEST_ASSERT_EQUAL_UINT32(45U, flow.counters.errors);
-    scripted_bus_error(&bus, OSAL_CAN_ERROR_BUS | OSAL_CAN_ERROR_PROTOCOL, 0U); // Of two classes.
+    scripted_bus_error(&bus, OSAL_CAN_ERROR_BUS | OSAL_CAN_ERROR_PROTOCOL, 0U); // One frame, two classes.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_can_receive(&flow, &frame));
     TEST_ASSERT_EQUAL_UINT32(5U, flow.errors.protocol_violations);
     TEST_ASSERT_EQUAL_UINT32(9U, flow.errors.bus_errors);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Order, credits and losses, each over both carriers.
+// Order, credits and losses of blocks, over each carrier.
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/message_positions.h"
 
@@ -12,7 +12,7 @@ static party_t party;
 static uint8_t block[MESSAGE_PAYLOAD_MAX + 1U];
 static uint8_t taken[MESSAGE_PAYLOAD_MAX];
 
-#define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX) ///< Of the largest size, under way.
+#define LARGEST_BLOCKS (MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX) ///< Largest blocks in a window.
 
 void setUp(void)
 {
@@ -99,7 +99,7 @@ static void know_only_peers(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, message_add_peer(end(0U), party_id(1U)));
 }
 
-static void there_are_as_many_peers_as_places(void)
+static void no_more_peers_are_added_than_there_are_places(void)
 {
     static message_place_t places[MESSAGE_PEERS_MAX];
     static message_endpoint_t alone;
@@ -118,7 +118,7 @@ static void there_are_as_many_peers_as_places(void)
     party_close(&party);
 }
 
-static void only_peers_are_known(void)
+static void addresses_that_are_no_peer_are_refused(void)
 {
     for (unsigned form = PARTY_RING; form < party_forms(); form++) {
         party_open(&party, (party_form_t)form);
@@ -134,7 +134,7 @@ static void read_with_too_little_room(void)
 {
     unsigned from = 0U;
     size_t size   = 0U;
-    for (unsigned i = 0U; i < (2U * MESSAGE_WINDOW); i++) { // Dropped blocks give their credit back, too.
+    for (unsigned i = 0U; i < (2U * MESSAGE_WINDOW); i++) { // The credit of a dropped block returns, too.
         TEST_ASSERT_EQUAL(STATUS_OK, party_send(&party, 0U, 1U, block, 10U));
         TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, party_receive(&party, 1U, &from, taken, 9U, &size));
         TEST_ASSERT_EQUAL(0U, size);
@@ -161,7 +161,7 @@ static void fill_the_window(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
     TEST_ASSERT_EQUAL(1U, end(0U)->counters.no_credit);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 2U, 7U)); // Each channel has its own credit.
-    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 8U)); // Each direction has, too.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 8U)); // So does each direction.
     for (uint32_t i = 0U; i < (MESSAGE_WINDOW / 2U); i++) {
         expect_number(1U, 0U, i);
     }
@@ -191,11 +191,12 @@ static void answer_each(void)
         expect_number(0U, 1U, i);
         TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
     }
-    TEST_ASSERT_EQUAL(200U, party.frames[0][1]); // Credit needed no frame of its own.
+    TEST_ASSERT_EQUAL(200U, party.frames[0][1]); // No separate frame of credit was sent.
     TEST_ASSERT_EQUAL(200U, party.frames[1][0]);
 }
 
-/// Large blocks fill the window by octets before they fill it by number, and their octets return credit.
+/// Blocks of the largest size reach the limit of octets of a window before its limit of blocks. When they are
+/// taken, the receiver returns credit.
 static void fill_the_octets_of_the_window(void)
 {
     size_t size = 0U;
@@ -211,7 +212,7 @@ static void fill_the_octets_of_the_window(void)
         TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &member, taken, sizeof taken, &size));
         TEST_ASSERT_EQUAL(MESSAGE_PAYLOAD_MAX, size);
     }
-    expect_nothing(0U); // Except the credit.
+    expect_nothing(0U); // No block arrives, but a frame with credit.
     TEST_ASSERT_TRUE(credit(0U, 1U) >= (LARGEST_BLOCKS / 2U));
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.overruns);
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
@@ -222,7 +223,7 @@ static void no_more_octets_than_a_window_are_unacknowledged(void)
     party_in_each_form(&party, fill_the_octets_of_the_window);
 }
 
-/// Every block that goes back tells what was taken: no frame of credit is due.
+/// Every block in the opposite direction also carries credit, so no separate frame of credit is sent.
 static void answer_large_blocks(void)
 {
     unsigned member = 0U;
@@ -241,7 +242,7 @@ static void a_block_in_return_makes_credit_of_octets_unnecessary(void)
     party_in_each_form(&party, answer_large_blocks);
 }
 
-static void data_carries_credit_along(void)
+static void frames_of_data_also_carry_credit(void)
 {
     party_in_each_form(&party, answer_each);
 }
@@ -267,7 +268,7 @@ static void push_and_pull(void)
         TEST_ASSERT_TRUE((sent[from] - seen[from]) <= MESSAGE_WINDOW);
         TEST_ASSERT_TRUE(credit(from, to) <= (MESSAGE_WINDOW - (sent[from] - seen[from])));
     }
-    for (unsigned from = 0U; from < 2U; from++) { // Nothing is left behind.
+    for (unsigned from = 0U; from < 2U; from++) { // Receive the blocks that still wait.
         while (seen[from] < sent[from]) {
             expect_number(1U - from, from, seen[from]);
             seen[from]++;
@@ -279,7 +280,7 @@ static void push_and_pull(void)
     }
 }
 
-static void whatever_is_accepted_arrives_in_order(void)
+static void accepted_blocks_arrive_in_order(void)
 {
     party_in_each_form(&party, push_and_pull);
 }
@@ -287,7 +288,7 @@ static void whatever_is_accepted_arrives_in_order(void)
 // ---- Carriers that refuse or lose ----
 
 static unsigned frames_seen;
-static unsigned refused_from; // Frames [refused_from, refused_to) meet `refusal`.
+static unsigned refused_from; // For frames [refused_from, refused_to) the carrier returns `refusal`.
 static unsigned refused_to;
 static unsigned refused_sender;
 static status_t refusal;
@@ -330,7 +331,7 @@ static void meet_a_full_carrier(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.unreachable);
 }
 
-static void messages_are_kept_while_the_carrier_is_full(void)
+static void a_block_refused_by_a_full_carrier_can_be_sent_again(void)
 {
     party_in_each_form(&party, meet_a_full_carrier);
 }
@@ -347,7 +348,7 @@ static void send_to_an_unreachable_receiver(void)
     TEST_ASSERT_EQUAL(0U, end(1U)->counters.lost);
 }
 
-static void a_missing_peer_is_reported_and_counted(void)
+static void an_unreachable_peer_is_reported_and_counted(void)
 {
     party_in_each_form(&party, send_to_an_unreachable_receiver);
 }
@@ -381,13 +382,13 @@ static void lose_all_but_the_last(void)
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
-    expect_number(1U, 0U, MESSAGE_WINDOW - 1U); // As many blocks ahead as credit allows.
+    expect_number(1U, 0U, MESSAGE_WINDOW - 1U); // Its number is as far ahead as credit allows.
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW - 1U, end(1U)->counters.lost);
     expect_nothing(0U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
 }
 
-static void the_last_of_a_window_may_come_alone(void)
+static void the_last_block_of_a_window_is_received_if_all_others_are_lost(void)
 {
     party_in_each_form(&party, lose_all_but_the_last);
 }
@@ -399,7 +400,8 @@ static void lose_a_whole_window(void)
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
-    // The peer does not know the sender; it answers with credit, which shows what it missed.
+    // Member 1 does not know of the loss. When member 0 returns credit for the blocks of member 1, the
+    // sequence number of that frame shows member 1 how many blocks it has missed.
     for (uint32_t i = 0U; i < (MESSAGE_WINDOW / 2U); i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, i));
         expect_number(0U, 1U, i);
@@ -429,13 +431,13 @@ static void refuse_all_credit(void)
     expect_nothing(2U);
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(2U, 1U, 99U));
     TEST_ASSERT_EQUAL(0U, credit(2U, 1U));
-    set_fate(1U, 0U, 0U, STATUS_OK); // The carrier has room again: the retry needs no new data.
+    set_fate(1U, 0U, 0U, STATUS_OK); // The carrier has room: credit is sent again, without new data.
     expect_nothing(1U);
     expect_nothing(2U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(2U, 1U));
 }
 
-static void refused_credit_is_offered_again(void)
+static void credit_that_the_carrier_refused_is_sent_again(void)
 {
     party_in_each_form(&party, refuse_all_credit);
 }
@@ -475,7 +477,7 @@ static void diverted_frames_arrive_when_they_are_forwarded(void)
     TEST_ASSERT_EQUAL(STATUS_OK, message_forward(end(0U), party_id(1U), diverted, diverted_size));
     TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &from, taken, sizeof taken, &size));
     TEST_ASSERT_EQUAL(1U, size);
-    expect_nothing(1U); // Once.
+    expect_nothing(1U); // The second copy is dropped.
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.stale);
     TEST_ASSERT_EQUAL(2U, arrivals);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, message_forward(end(0U), 99U, diverted, diverted_size));
@@ -487,20 +489,20 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(octets_arrive_unchanged);
-    RUN_TEST(only_peers_are_known);
-    RUN_TEST(there_are_as_many_peers_as_places);
+    RUN_TEST(addresses_that_are_no_peer_are_refused);
+    RUN_TEST(no_more_peers_are_added_than_there_are_places);
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
     RUN_TEST(no_more_messages_than_a_window_are_unacknowledged);
     RUN_TEST(no_more_octets_than_a_window_are_unacknowledged);
     RUN_TEST(a_block_in_return_makes_credit_of_octets_unnecessary);
-    RUN_TEST(data_carries_credit_along);
-    RUN_TEST(whatever_is_accepted_arrives_in_order);
-    RUN_TEST(messages_are_kept_while_the_carrier_is_full);
-    RUN_TEST(a_missing_peer_is_reported_and_counted);
+    RUN_TEST(frames_of_data_also_carry_credit);
+    RUN_TEST(accepted_blocks_arrive_in_order);
+    RUN_TEST(a_block_refused_by_a_full_carrier_can_be_sent_again);
+    RUN_TEST(an_unreachable_peer_is_reported_and_counted);
     RUN_TEST(lost_blocks_are_counted_and_give_their_credit_back);
-    RUN_TEST(the_last_of_a_window_may_come_alone);
+    RUN_TEST(the_last_block_of_a_window_is_received_if_all_others_are_lost);
     RUN_TEST(the_sender_continues_after_the_loss_of_a_window);
-    RUN_TEST(refused_credit_is_offered_again);
+    RUN_TEST(credit_that_the_carrier_refused_is_sent_again);
     RUN_TEST(diverted_frames_arrive_when_they_are_forwarded);
     return UNITY_END();
 }

@@ -50,7 +50,7 @@ static void exchange(unsigned a, unsigned b, uint32_t first_number, uint32_t cou
     }
 }
 
-/// Of member 0 to member 1.
+/// Header of a frame of member 0 to member 1.
 static const message_frame_t first = {.kind = MESSAGE_DATA, .from = 16U, .to = 17U, .from_life = 1U};
 
 static void inject(const message_frame_t* header, size_t payload)

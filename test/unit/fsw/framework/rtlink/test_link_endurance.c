@@ -30,7 +30,7 @@ typedef struct { // Figures of all readers of one process; all must be zero.
 static rtlink_producer_t producer;
 static rtlink_consumer_t readers[READERS];
 static rtlink_consumer_t decimated;
-static unsigned reader_count; // Of the test, at most READERS.
+static unsigned reader_count; // Readers of the test that runs, at most READERS.
 
 void setUp(void)
 {

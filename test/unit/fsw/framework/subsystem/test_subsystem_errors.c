@@ -454,7 +454,7 @@ static void expect_to_stay_without_supervisor(uint64_t patience_ns)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-/// As long as its mission allows.
+/// Each waits for the supervisor as long as its mission allows.
 static void without_a_supervisor_nothing_stays_operational(void)
 {
     static const uint64_t patiences_ns[] = {3000000000U, 1000000000U, 10000000000U};

@@ -189,7 +189,7 @@ static void command(void)
     }
 }
 
-/// Until each task has run once more.
+/// Wait until each task has run once more.
 static void let_the_tasks_run(void)
 {
     const struct timespec rest = {0, 20000};

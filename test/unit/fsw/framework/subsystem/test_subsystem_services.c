@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services that the generic part provides from a descriptor: functions, parameters, housekeeping, events, and
-// changing the descriptor.
+// Services that the generic part of a subsystem provides from the descriptor: functions, parameters,
+// housekeeping, events, and the change of the descriptor.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "base/octets.h"
@@ -56,12 +56,12 @@ static void arguments_arrive_as_the_generated_structure(void)
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.call_tokens.stats.taken);
 }
 
-static void arguments_are_bounded(void)
+static void arguments_outside_their_bounds_are_refused(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     move(1.0001, 0.0, 1U);
     fixture_expect("1.1 #0\n1.4 #0 0203 0\n");
-    move(0.0, -1.0001, 1U); // Every element.
+    move(0.0, -1.0001, 1U); // The bounds hold for every element.
     move(0.0, 0.0, 101U);
     move((double)NAN, 0.0, 1U);
     move(0.0, (double)INFINITY, 1U);
@@ -75,7 +75,7 @@ static void arguments_are_bounded(void)
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.call_tokens.stats.taken);
 }
 
-static void functions_keep_to_their_states_and_configurations(void)
+static void functions_are_refused_outside_their_states_and_configurations(void)
 {
     fixture_bring(STATE_SAFE_OPERATIONAL, FIXTURE_ALONE);
     move(0.0, 0.0, 1U);
@@ -84,17 +84,17 @@ static void functions_keep_to_their_states_and_configurations(void)
     fixture_open(NULL);
     (void)fixture_function("WAIT", NULL, 0U);
     fixture_expect("1.1 #0\n1.4 #0 0204 2\n");
-    fixture_bring(STATE_PRE_OPERATIONAL, 0U); // Allowed in every configuration, and without one.
+    fixture_bring(STATE_PRE_OPERATIONAL, 0U); // WAIT needs no configuration.
     (void)fixture_function("WAIT", NULL, 0U);
     fixture_expect("1.1 #0\n1.3 #0\n1.7 #0\n");
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
-    fixture.subsystem.machine.state = STATE_OPERATIONAL; // Its links are not needed here.
+    fixture.subsystem.machine.state = STATE_OPERATIONAL; // Set directly, without links.
     move(0.0, 0.0, 1U);
     fixture_expect("1.1 #0\n1.4 #0 0204 1\n");
     fixture.subsystem.machine.state = STATE_PRE_OPERATIONAL;
 }
 
-static void unknown_functions_and_shapes_are_refused(void)
+static void unknown_functions_and_malformed_arguments_are_refused(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     (void)fixture_function("MOVED", NULL, 0U);
@@ -147,7 +147,7 @@ static void a_function_may_end_later(void)
     subsystem_function_done(&fixture.subsystem, second, 0U, 0U);
     subsystem_function_done(&fixture.subsystem, first, PUS_FAILURE_NO_ANSWER, 17U);
     fixture_expect("1.7 #1\n1.8 #0 0402 11\n");
-    subsystem_function_done(&fixture.subsystem, first, 0U, 0U); // Once only.
+    subsystem_function_done(&fixture.subsystem, first, 0U, 0U); // It has ended already.
     subsystem_function_done(&fixture.subsystem, 0U, 0U, 0U);
     subsystem_function_done(&fixture.subsystem, 99U, 0U, 0U);
     subsystem_function_done(&fixture.subsystem, UINT32_MAX, 0U, 0U);
@@ -166,7 +166,7 @@ static void too_many_functions_at_once_are_refused_after_a_warning(void)
     fixture_run(1U);
     TEST_ASSERT_FALSE(fixture_has("5.2"));
     fixture_forget();
-    (void)fixture_function("WAIT", NULL, 0U); // Six of eight are 75 %.
+    (void)fixture_function("WAIT", NULL, 0U); // Six of eight tokens are 75 %.
     fixture_run(2U);
     fixture_expect("1.1 #5\n1.3 #5\n5.2 event 5 aux \n");
     (void)fixture_function("WAIT", NULL, 0U);
@@ -178,14 +178,14 @@ static void too_many_functions_at_once_are_refused_after_a_warning(void)
         subsystem_function_done(&fixture.subsystem, call_token, 0U, 0U);
     }
     fixture_forget();
-    for (unsigned i = 0U; i < 6U; i++) { // It warns again when the limit is reached again.
+    for (unsigned i = 0U; i < 6U; i++) { // The limit is reached again: another warning.
         (void)fixture_function("WAIT", NULL, 0U);
     }
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("5.2 event 5"));
 }
 
-static void the_last_place_is_kept_for_the_ground(void)
+static void the_last_call_token_is_reserved_for_the_ground(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
     fixture.in_perform = answer;
@@ -196,11 +196,11 @@ static void the_last_place_is_kept_for_the_ground(void)
     }
     fixture_run(1U);
     fixture_forget();
-    (void)fixture_function("WAIT", NULL, 0U); // However many requests there are on board,
+    (void)fixture_function("WAIT", NULL, 0U); // A request from on board is refused,
     fixture_expect("1.1 #7\n1.4 #7 0205 8\n");
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.subsystem.call_tokens.stats.refused);
     fixture.source = FIXTURE_USER;
-    (void)fixture_function("WAIT", NULL, 0U); // the ground's is performed.
+    (void)fixture_function("WAIT", NULL, 0U); // a request of the ground is performed.
     fixture_expect("1.1 #8\n1.3 #8\n");
     TEST_ASSERT_EQUAL_UINT16(SUBSYSTEM_CALL_TOKENS, fixture.subsystem.call_tokens.stats.taken);
 }
@@ -214,7 +214,7 @@ static unsigned count_lines(const char* start)
     return count;
 }
 
-static void functions_end_when_the_hardware_goes(void)
+static void running_functions_fail_when_error_or_offline_is_requested(void)
 {
     fixture.in_perform = answer;
     next_status        = STATUS_BUSY;
@@ -229,7 +229,7 @@ static void functions_end_when_the_hardware_goes(void)
     fixture_run(5U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     TEST_ASSERT_EQUAL(2U, count_lines("1.8 "));
-    fixture.delays[ACTION_HARDWARE_INIT] = 3U; // Reversed before the subsystem was OPERATIONAL.
+    fixture.delays[ACTION_HARDWARE_INIT] = 3U; // Time for OFFLINE before PRE_OPERATIONAL is reached.
     (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_run(2U);
     (void)fixture_function("WAIT", NULL, 0U);
@@ -304,7 +304,7 @@ static void parameters_are_set_within_their_bounds(void)
     TEST_ASSERT_EQUAL(0U, fixture.set_id);
 }
 
-static void parameters_are_known_while_the_software_is(void)
+static void parameters_are_unknown_while_the_subsystem_is_offline(void)
 {
     report_parameter(fixture_values_id);
     fixture_expect("1.1 #0\n1.4 #0 0201 2180000\n");
@@ -317,7 +317,7 @@ static void parameters_are_known_while_the_software_is(void)
     fixture_forget();
     report_parameter(fixture_values_id);
     TEST_ASSERT_TRUE(fixture_has("1.4 #3 0201 2180000"));
-    fixture_bring(STATE_PRE_OPERATIONAL, 0U); // A new life begins with the initial values.
+    fixture_bring(STATE_PRE_OPERATIONAL, 0U); // After the next start from OFFLINE it has its initial value.
     TEST_ASSERT_EQUAL_DOUBLE(5.0, fixture.limit);
 }
 
@@ -328,7 +328,8 @@ static void count_cycles(void)
     fixture.count = (uint16_t)subsystem_cycle(&fixture.subsystem);
 }
 
-/// Run to the next report; checks that its five samples are two cycles apart and the last of this cycle.
+/// Run until the next report. Check that its five samples are two cycles apart and the last one is of this
+/// cycle. Returns the cycle.
 static uint32_t next_report(void)
 {
     char expected[128];
@@ -350,16 +351,16 @@ static void housekeeping_is_sampled_as_the_descriptor_says(void)
     fixture.shows_status = true;
     fixture.values.state = 3;
     const uint32_t first = next_report();
-    TEST_ASSERT_TRUE(first <= 10U); // Of the first interval after the configuration was applied.
+    TEST_ASSERT_TRUE(first <= 10U); // In the first interval after the configuration was applied.
     TEST_ASSERT_EQUAL(first + 10U, next_report());
     fixture_run(100U);
     (void)fixture_select(
-        FIXTURE_ALONE); // Configured once more: its cycles, and with them its reports, start again.
+        FIXTURE_ALONE); // The configuration is applied again: cycles and reports start again.
     fixture_run(2U);
     fixture_forget();
     TEST_ASSERT_EQUAL(first, next_report());
     TEST_ASSERT_EQUAL(first + 10U, next_report());
-    // Periodic reports continue through the states, in step with the cycle.
+    // Periodic reports continue in each state, at the same cycles.
     (void)fixture_state(STATE_SAFE_OPERATIONAL);
     fixture_run(40U);
     TEST_ASSERT_EQUAL(4U, count_lines("3.25"));
@@ -383,7 +384,7 @@ static void create_structure(uint32_t parameter)
     (void)fixture_command(PUS_SERVICE_HOUSEKEEPING, 1U, octets, writer.position);
 }
 
-static void no_structure_outlives_its_parameters(void)
+static void structures_are_deleted_with_their_parameters(void)
 {
     fixture.delays[ACTION_HARDWARE_INIT] = 3U;
     (void)fixture_state(STATE_PRE_OPERATIONAL);
@@ -400,7 +401,7 @@ static void no_structure_outlives_its_parameters(void)
 
 // ---- Events ----
 
-static void a_disabled_event_still_acts(void)
+static void a_disabled_event_still_causes_the_error_state(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     (void)fixture_command(PUS_SERVICE_EVENTS, 6U, "\x01\x00\x01", 3U);
@@ -431,7 +432,7 @@ static void reload(void)
     (void)fixture_command(PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_RELOAD, NULL, 0U);
 }
 
-static void a_new_descriptor_is_taken_in_at_rest(void)
+static void a_new_descriptor_applies_at_once_if_nothing_is_controlled(void)
 {
     change("init='5' min='0' max='10'", "init='2' min='0' max='20'");
     reload();
@@ -455,7 +456,7 @@ static void a_refused_descriptor_leaves_the_old_one(void)
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
 }
 
-static void a_change_waits_until_nothing_is_controlled(void)
+static void a_new_descriptor_waits_until_nothing_is_controlled(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     change("init='5' min='0' max='10'", "init='2' min='0' max='20'");
@@ -489,23 +490,23 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(arguments_arrive_as_the_generated_structure);
-    RUN_TEST(arguments_are_bounded);
-    RUN_TEST(functions_keep_to_their_states_and_configurations);
-    RUN_TEST(unknown_functions_and_shapes_are_refused);
+    RUN_TEST(arguments_outside_their_bounds_are_refused);
+    RUN_TEST(functions_are_refused_outside_their_states_and_configurations);
+    RUN_TEST(unknown_functions_and_malformed_arguments_are_refused);
     RUN_TEST(a_function_ends_with_the_outcome_that_it_returns);
     RUN_TEST(a_function_may_end_later);
     RUN_TEST(too_many_functions_at_once_are_refused_after_a_warning);
-    RUN_TEST(the_last_place_is_kept_for_the_ground);
-    RUN_TEST(functions_end_when_the_hardware_goes);
+    RUN_TEST(the_last_call_token_is_reserved_for_the_ground);
+    RUN_TEST(running_functions_fail_when_error_or_offline_is_requested);
     RUN_TEST(a_function_that_causes_an_error_ends_once);
     RUN_TEST(parameters_are_set_within_their_bounds);
-    RUN_TEST(parameters_are_known_while_the_software_is);
+    RUN_TEST(parameters_are_unknown_while_the_subsystem_is_offline);
     RUN_TEST(housekeeping_is_sampled_as_the_descriptor_says);
-    RUN_TEST(no_structure_outlives_its_parameters);
-    RUN_TEST(a_disabled_event_still_acts);
-    RUN_TEST(a_new_descriptor_is_taken_in_at_rest);
+    RUN_TEST(structures_are_deleted_with_their_parameters);
+    RUN_TEST(a_disabled_event_still_causes_the_error_state);
+    RUN_TEST(a_new_descriptor_applies_at_once_if_nothing_is_controlled);
     RUN_TEST(a_refused_descriptor_leaves_the_old_one);
-    RUN_TEST(a_change_waits_until_nothing_is_controlled);
+    RUN_TEST(a_new_descriptor_waits_until_nothing_is_controlled);
     RUN_TEST(a_component_without_a_descriptor_can_be_given_one);
     return UNITY_END();
 }

@@ -12,7 +12,7 @@
 static descriptor_loader_t loader;
 subsystem_descriptor_t rig_descriptor;
 scripted_bus_t rig_bus;
-static scripted_bus_t channel_b; // No device is on it.
+static scripted_bus_t channel_b; // No device is connected to it.
 scripted_node_t* rig_joints[2];
 subsystem_t rig_generic;
 manipulator_t rig_manipulator;
@@ -33,8 +33,8 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 
 static const flow_resolver_t resolver = {NULL, resolve};
 
-/// Let the drives report the values of a motionless arm in its home pose: joint torques are gravity and
-/// offsets.
+/// Set the values that the drives report: those of a motionless arm in its home pose. A joint torque is the
+/// torque of gravity plus a sensor offset.
 void rig_show(const double torque1_nm, const double torque2_nm)
 {
     rig_joints[0]->torque[0]   = (int16_t)lround(torque1_nm * 100.0);
@@ -110,7 +110,7 @@ void rig_hand_at(const double first_rad, const double second_rad)
     rig_generic.ports[HAND].age_us      = 1500U;
 }
 
-/// Go up to a state in a configuration.
+/// Perform the entry actions from HARDWARE_INIT up to `state`, in a configuration.
 void rig_bring(const uint16_t configuration, const state_t state)
 {
     rig_generic.state = STATE_HARDWARE_INIT;

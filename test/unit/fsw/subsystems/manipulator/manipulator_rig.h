@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The manipulator with its real descriptor, scripted drives and a scripted joystick, for tests of its life.
+/// The manipulator with its real descriptor, scripted drives and a scripted joystick, to test its states.
 #ifndef TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_RIG_H
 #define TEST_UNIT_FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_RIG_H
 
@@ -24,21 +24,21 @@ extern const subsystem_callbacks_t* rig_callbacks;
 
 typedef status_t (*rig_action_t)(void* self);
 
-/// Once: the descriptor. False, with a message, if it cannot be loaded.
+/// Load the descriptor; call it once. False, with a message, if it cannot be loaded.
 bool rig_load(void);
-/// Before and after each test: a bus with two drives, the manipulator OFFLINE.
+/// Call them before and after each test: a bus with two drives, and the manipulator in OFFLINE.
 void rig_set_up(void);
 void rig_tear_down(void);
-/// Sensors show a motionless arm in its home pose with these joint torques.
+/// Let the drives report a motionless arm in its home pose with these joint torques.
 void rig_show(double torque1_nm, double torque2_nm);
-/// One cycle, with an entry action or null; its status.
+/// Run one cycle, with an entry action or null. Returns the status of the action.
 status_t rig_cycle(rig_action_t action);
-/// Cycles until the action ends; its status.
+/// Run cycles until the action ends. Returns its status.
 status_t rig_run_action(rig_action_t action);
 void rig_idle(unsigned cycles);
 /// Entry action: apply rig_generic.configuration.
 status_t rig_configure(void* self);
-/// A fresh sample of the joystick.
+/// Store a new sample of the joystick's link.
 void rig_hand_at(double first_rad, double second_rad);
 /// Go from OFFLINE up to a state in a configuration.
 void rig_bring(uint16_t configuration, state_t state);
