@@ -42,7 +42,7 @@ typedef struct { // Private: the interfaces of one bus, "" where it has none.
     char simulator[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
     char shown[OSAL_CAN_INTERFACE_NAME_MAX + 1U];
     bool is_fd;
-    bool is_flight_made; // This run has created it and removes it.
+    bool is_flight_made; // Created by this or a killed launcher; to be removed.
     bool is_shown_made;
     osal_can_claim_t claim;
 } launcher_bus_t;

@@ -161,7 +161,7 @@ static void fill_the_window(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
     TEST_ASSERT_EQUAL(1U, end(0U)->counters.no_credit);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 2U, 7U)); // Each channel has its own credit.
-    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 8U)); // So does each direction.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 8U)); // Each direction has its own, too.
     for (uint32_t i = 0U; i < (MESSAGE_WINDOW / 2U); i++) {
         expect_number(1U, 0U, i);
     }

@@ -251,7 +251,7 @@ static void a_slower_consumer_lets_samples_pass(void)
     TEST_ASSERT_EQUAL(40U, totals.received); // The totals outlive the link.
 }
 
-/// The totals include a link that is closed.
+/// The totals keep the counts of a link that is closed.
 static void totals_of_links_count_what_was_received_lost_late_and_refused(void)
 {
     const rtlink_frame_header_t header = {.link = 1U, .epoch = 5U, .sequence = 1000U};
