@@ -31,7 +31,7 @@ uint32_t take_check_count(void)
     return count;
 }
 
-/// Takes of the asker so far, with this one.
+/// Number of takes of this caller, this one included.
 static uint32_t takes_of(const void* const asker)
 {
     for (size_t i = 0U; i < ASKERS; i++) {
@@ -41,7 +41,7 @@ static uint32_t takes_of(const void* const asker)
             return takes[i].count;
         }
     }
-    return 1U; // More askers than places: each of their takes has a number.
+    return 1U; // The table is full: each take of a further caller counts as the first.
 }
 
 bool take_check_is_refused(const void* const asker)

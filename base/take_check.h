@@ -22,7 +22,7 @@ uint32_t take_check_count(void);
 
 /// Pools and quotas call this for each take; `asker` is the caller. True if this take must be refused.
 bool take_check_is_refused(const void* asker);
-/// Mark a free block; is it untouched since?
+/// Write the pattern into a free block; true if the block still contains it.
 void take_check_mark(uint64_t* block, size_t words);
 bool take_check_is_marked(const uint64_t* block, size_t words);
 

@@ -23,7 +23,7 @@ text_t text_in(char* buffer, size_t capacity);
 void text_add(text_t* text, const char* words);
 /// Each word of a list that ends with null.
 void text_add_words(text_t* text, const char* const* words);
-/// The words of a list that ends with null, one after the other in `buffer`. False: they were cut.
+/// Join the words of a list that ends with null in `buffer`. False: they were cut.
 bool text_join(char* buffer, size_t capacity, const char* const* words);
 void text_add_character(text_t* text, char character);
 void text_add_unsigned(text_t* text, uint64_t value);

@@ -308,7 +308,7 @@ static void run_component(image_t* const self, const unsigned participant, const
     osal_lockstep_done(self->scheduler, participant, wake_ns);
 }
 
-/// Until the supervisor has closed the scheduler, or the launcher.
+/// Step the components until the supervisor or the launcher has closed the scheduler.
 static void loop(image_t* const self)
 {
     osal_lockstep_done(self->scheduler, RUN_SIMULATOR, 0U);

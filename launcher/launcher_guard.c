@@ -76,7 +76,7 @@ static run_state_t* run_of(osal_shm_t* const shm, const char* const identity)
     return (is_whole && (run_state_attach(shm, name, &run) == STATUS_OK)) ? run : NULL;
 }
 
-/// Until the launcher has ended. Its run, or null if it had none yet.
+/// Wait until the launcher has ended. Returns its run, or null if it had none yet.
 static run_state_t* wait_for_end(osal_shm_t* const shm, const char* const identity)
 {
     osal_process_t owner        = {.id = 0, .descriptor = -1};

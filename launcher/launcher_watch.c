@@ -13,7 +13,7 @@
 #define REAL_HANG_NS (20U * NS_PER_MS)
 #define STEPPED_HANG_NS (5000U * NS_PER_MS)
 #define FREE_HANG_NS (200U * NS_PER_MS) ///< The same where each process has its own clock.
-/// How long it may wait for something of the system: a disk may take its time.
+/// How long a holder may wait for the operating system, for example for a slow disk.
 #define REAL_WAIT_NS (5000U * NS_PER_MS)
 #define STEPPED_WAIT_NS (20000U * NS_PER_MS)
 /// Wall-clock time in which a restarted component must join; simulated time waits for it.

@@ -138,8 +138,8 @@ static bool has_two_channels(const canopen_network_t* const network)
            flow_can_is_open(&network->flows[NETWORK_CHANNEL_B]);
 }
 
-/// True when every node has been heard on this channel since the call began, or need not be waited for
-/// longer.
+/// True when every node has been heard on this channel since NETWORK_CALLING began, or when `call_ns` has
+/// passed.
 static bool is_call_over(const canopen_network_t* const network, const uint64_t now_ns)
 {
     const bool is_late = (now_ns - network->phase_start_ns) >= network->config.call_ns;
@@ -161,12 +161,12 @@ static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
         place->is_faulty           = false;
         place->is_refusal_reported = false;
     }
-    network->is_booted = false; // A node that boots again by this order is not lost.
+    network->is_booted = false; // The boot-up message after this reset must not make a node lost.
     (void)canopen_master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
     enter(network, NETWORK_BOOTING, now_ns);
 }
 
-/// Report once why a device is not commissioned yet, while it may still answer.
+/// Report once per boot or start why a device is not commissioned yet. The network continues to wait for it.
 static void report_waiting(canopen_network_t* const network, canopen_network_device_t* const place,
                            const canopen_network_refusal_t refusal)
 {
@@ -176,7 +176,7 @@ static void report_waiting(canopen_network_t* const network, canopen_network_dev
     }
 }
 
-/// True when every node has booted; repeats the reset of those that have not.
+/// True when every node has booted; after each boot_retry_ns, resets those again that have not.
 static bool have_all_booted(canopen_network_t* const network, const uint64_t now_ns)
 {
     const bool is_retry = (now_ns - network->phase_start_ns) >= network->config.boot_retry_ns;
@@ -443,7 +443,7 @@ bool canopen_network_is_at_goal(const canopen_network_t* const network)
 status_t canopen_network_secure(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);
-    if (!network->is_running) { // Outside of OPERATIONAL (NMT) no drive can be in operation.
+    if (!network->is_running) { // Outside NMT OPERATIONAL the drives stop by themselves (object 0x6007).
         network->is_securing = false;
         return STATUS_OK;
     }
@@ -451,7 +451,7 @@ status_t canopen_network_secure(canopen_network_t* const network, const uint64_t
         network->is_securing     = true;
         network->secure_start_ns = now_ns;
         canopen_network_set_goal(network, CIA402_GOAL_QUICK_STOP, false);
-        return STATUS_BUSY; // Earlier messages of the devices are older than this command.
+        return STATUS_BUSY; // The statuswords received so far were sent before this command.
     }
     if ((now_ns - network->secure_start_ns) >= network->config.quick_stop_limit_ns) {
         canopen_network_set_goal(network, CIA402_GOAL_DISABLED, false);

@@ -117,7 +117,7 @@ static void take_emergencies(canopen_network_t* const network)
     while (canopen_master_take_emergency(&network->master, &emergency) == STATUS_OK) {
         const uint8_t index = canopen_network_find(network, emergency.node);
         if (!network->is_booted || (index == NETWORK_NO_DEVICE)) {
-            continue; // The life of a node before it was commissioned does not matter.
+            continue; // Emergencies from before the commissioning of the node do not matter.
         }
         switch (canopen_emergency_class(emergency.code)) {
         case EMERGENCY_HIGH:
@@ -175,7 +175,7 @@ static void watch_bus(canopen_network_t* const network, const uint8_t channel, c
     if (network->is_booted) {
         report_conditions(network, channel, told, &now);
     }
-    if (channel == network->channel) { // It may be back already.
+    if (channel == network->channel) { // The counter also shows a bus-off that has ended meanwhile.
         network->was_bus_off = (now.bus_offs != told->bus_offs);
     }
     *told = now;

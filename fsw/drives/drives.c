@@ -26,8 +26,8 @@ static const canopen_network_config_t network_config = {
                          .heartbeat_ns         = 20U * MILLISECOND_NS, // Devices expect it within 60 ms.
                          .heartbeat_timeout_ns = 60U * MILLISECOND_NS,
                          .sdo_timeout_ns       = 50U * MILLISECOND_NS},
-    .lost_after_syncs = LOST_AFTER_SYNCS, // One lost frame is no lost device; three in a row have one cause.
-    .call_ns          = 160U * MILLISECOND_NS, // They change channel every 120 ms, and speak every 20 ms.
+    .lost_after_syncs = LOST_AFTER_SYNCS, // Single frames are lost by chance; three in a row have one cause.
+    .call_ns          = 160U * MILLISECOND_NS, // Devices change channel every 120 ms; heartbeat 20 ms.
     .boot_retry_ns    = 300U * MILLISECOND_NS,
     .silence_reported_ns = 100U * MILLISECOND_NS,
     .quick_stop_limit_ns = 200U * MILLISECOND_NS,
@@ -304,7 +304,7 @@ static status_t go(drives_t* const drives, const canopen_cia402_goal_t goal)
         // A fault may be reset on the way out of the safe state, never on the way into operation.
         canopen_network_set_goal(&drives->network, goal, goal == CIA402_GOAL_STANDBY);
         drives->goal = goal;
-        return STATUS_BUSY; // Earlier messages of the devices are older than this command.
+        return STATUS_BUSY; // The statuswords received so far were sent before this command.
     }
     return canopen_network_is_at_goal(&drives->network) ? STATUS_OK : STATUS_BUSY;
 }

@@ -40,8 +40,8 @@ typedef struct {    // Private: one transfer.
     uint8_t length; // Expected [octets]; 0: any.
     bool is_read;
     bool is_register;
-    bool is_pulse;                         // No transfer: it has been sent.
-    const descriptor_quantity_t* quantity; // Null: the object as it is.
+    bool is_pulse;                         // A pulse without transfer, already sent.
+    const descriptor_quantity_t* quantity; // Null: the value is not converted.
 } drives_transfer_t;
 
 typedef struct { // Private, except network (as network.h says) and activity (read-only).

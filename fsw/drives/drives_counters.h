@@ -7,11 +7,11 @@
 
 #include "fsw/drives/drives.h"
 
-/// Once, in software_init: where the counters are published. `storage` is that of the parameter; other fields
-/// than UINT32 of a known name are left alone.
+/// Call once, in software_init: set where the counters are published. `storage` is that of the
+/// parameter; only its UINT32 fields with a known name are written.
 void drives_counters_place(drives_t* drives, const parameter_definition_t* definition, void* storage);
-/// Each cycle, between parameter_lock and parameter_unlock. `limited` is added to the COMMAND_LIMITED of the
-/// axes.
+/// Call in each cycle, between parameter_lock and parameter_unlock. `limited` is added to
+/// COMMAND_LIMITED of the axes.
 void drives_counters_publish(drives_t* drives, uint32_t limited);
 
 #endif // FSW_DRIVES_DRIVES_COUNTERS_H

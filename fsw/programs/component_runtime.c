@@ -111,7 +111,7 @@ static bool link_name_route(void* const context, const uint16_t link, osal_socke
     return true;
 }
 
-/// Is it the link asked for (0: any) of this component's port?
+/// True if this is link `number` (0: any link) of this port of the component.
 static bool is_link_of(const component_runtime_t* const runtime, const mission_link_t* const link,
                        const uint16_t port, const uint16_t number)
 {

@@ -218,7 +218,7 @@ int executive_main(const int argument_count, char* const arguments[], const char
     }
     note_attributes(executable);
     run_state_beat(storage.runtime.run, storage.runtime.component, 0U,
-                   OSAL_LOCKSTEP_NEVER); // That of its earlier life is not valid.
+                   OSAL_LOCKSTEP_NEVER); // The promise of the earlier life is not valid.
     const status_t status = loop(executable, &instance);
     loop_tasks_stop(&storage.loop_tasks);
     instance.close(instance.self);

@@ -105,7 +105,7 @@ typedef struct {
     uint32_t is_intruded;       ///< A client outside the scheduler has sent telecommands.
     uint32_t is_lossy;          ///< A datagram that was announced has not arrived.
     uint64_t log_records;       ///< Records of the packet log so far, kept or not.
-    uint32_t is_cleaned_up;     ///< For the guard: the launcher has done all that there was to do.
+    uint32_t is_cleaned_up;     ///< Tells the guard that the launcher has cleaned up completely.
     uint32_t process_count;     ///< Children started so far; the numbers of the last of them:
     int32_t processes[RUN_PROCESSES_MAX];
 } run_state_t;

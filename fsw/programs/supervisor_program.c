@@ -11,7 +11,7 @@
 #include "generated/supervisor_services.h"
 #include "osal/include/osal/console.h"
 
-/// Permitted for a process with its own clock on a computer that other programs use, too.
+/// Permitted lateness of a step, for processes with their own clocks: other programs use the computer, too.
 #define REAL_LATENESS_NS 200000000ULL
 #define SLOW_DISK_MS 100U
 #define RECORDS_MAX 20480U ///< Lasting records: schedules, definitions, stores and files.
@@ -19,7 +19,7 @@
 typedef struct {
     component_runtime_t* runtime;
     supervisor_t supervisor;
-    subsystem_descriptor_t other; // The last order.
+    subsystem_descriptor_t other; // Descriptor of another subsystem, which load_descriptor loaded last.
     record_store_t records;
     osal_directory_t files;
     store_files_t stores;
@@ -32,10 +32,10 @@ typedef struct {
 } supervisor_program_t;
 
 static supervisor_program_t storage;
-/// In the image its content outlives the supervisor.
+/// In the image (all components in one process) its content is kept when the supervisor restarts.
 static message_place_t inbox[MISSION_SUBSYSTEMS_MAX - 1U];
 
-// ---- Platform: processes, by way of the launcher ----
+// ---- Platform: processes, which the launcher starts and ends ----
 
 static run_component_t* component_of(void* const context, const uint16_t apid)
 {
@@ -44,7 +44,7 @@ static run_component_t* component_of(void* const context, const uint16_t apid)
     return run_state_find(runtime->run, apid, &index) ? &runtime->run->components[index] : NULL;
 }
 
-/// Running processes: from the scheduler in stepped time, otherwise from the launcher.
+/// True if the process of a component runs. In stepped time the scheduler knows that, otherwise the launcher.
 static bool is_alive(const component_runtime_t* const runtime, const run_component_t* const component)
 {
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {
@@ -59,8 +59,8 @@ static bool is_alive(const component_runtime_t* const runtime, const run_compone
     return (component->wanted_life == component->life) && !is_gone; // Not started yet, or running.
 }
 
-/// A start is a new life, from its declared time of booting on. The reaction of the launcher is visible only
-/// at that instant.
+/// Order a new life of a component; the launcher then starts the process. In stepped time the life begins
+/// `boot_ns` from now, independent of the wall-clock time that the launcher needs.
 static status_t start_process(void* const context, const uint16_t apid, const uint32_t link_floor,
                               const uint64_t boot_ns)
 {
@@ -73,7 +73,7 @@ static status_t start_process(void* const context, const uint16_t apid, const ui
         return STATUS_EXISTS;
     }
     const unsigned index = (unsigned)(component - runtime->run->components);
-    run_state_beat(runtime->run, index, 0U, OSAL_LOCKSTEP_NEVER); // Until its first step.
+    run_state_beat(runtime->run, index, 0U, OSAL_LOCKSTEP_NEVER); // Before the first step.
     __atomic_store_n(&component->link_floor, link_floor, __ATOMIC_RELAXED);
     __atomic_store_n(&component->life, component->life + 1U, __ATOMIC_RELEASE);
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {
@@ -132,14 +132,14 @@ static uint64_t promise_of(void* const context, const uint16_t apid)
     }
     const run_component_t* const component = &runtime->run->components[index];
     if (__atomic_load_n(&component->hung_life, __ATOMIC_ACQUIRE) == component->life) {
-        return 0U; // The launcher has seen it.
+        return 0U; // The launcher has detected that it hangs.
     }
     const run_beat_t beat = run_state_last_beat(runtime->run, index);
     if (beat.wake_ns == OSAL_LOCKSTEP_NEVER) {
-        return component_runtime_promise_ns(runtime, runtime->clock.scheduler, index); // It begins a life.
+        return component_runtime_promise_ns(runtime, runtime->clock.scheduler, index); // No step yet.
     }
     const bool is_late         = (runtime->clock.mode == OSAL_CLOCK_REAL);
-    const uint64_t reported_ns = runtime->peers[index].reported_ns; // Its notices wake the supervisor.
+    const uint64_t reported_ns = runtime->peers[index].reported_ns; // A message makes it step earlier.
     const uint64_t due_ns =
         ((reported_ns > beat.step_ns) && (reported_ns < beat.wake_ns)) ? reported_ns : beat.wake_ns;
     return is_late ? (due_ns + REAL_LATENESS_NS) : due_ns;
@@ -157,20 +157,22 @@ static void finished(void* const context)
     __atomic_store_n(&runtime->run->is_finished, 1U, __ATOMIC_RELEASE);
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {
         osal_lockstep_close(
-            runtime->clock.scheduler); // Here and now: the run ends at a defined simulated time.
+            runtime->clock.scheduler); // In this step: the run ends at a defined simulated time.
     }
 }
 
 // ---- Program ----
 
-/// For the merge at the end: shows missing records after the last one it finds.
+/// Publish the number of records. At the end of the run the merge of the packet log compares it with the
+/// files, to detect that the last records are missing.
 static void count_records(supervisor_program_t* const program)
 {
     const uint64_t records = program->supervisor.log.next_number - 1U;
     __atomic_store_n(&program->runtime->run->log_records, records, __ATOMIC_RELEASE);
 }
 
-/// A slow disk delayed the supervisor: reported on the console only, because it is wall-clock time.
+/// Report the slowest write to the packet log, if it was slow, on the console: it is a wall-clock time, which
+/// telemetry must not depend on.
 static void print_slow_disk(const supervisor_program_t* const program)
 {
     char line[96];
@@ -196,7 +198,7 @@ static uint64_t step(void* const context, const uint64_t now_ns, const uint32_t 
 static void close_program(void* const context)
 {
     supervisor_program_t* const program = (supervisor_program_t*)context;
-    if (program->runtime->is_kept) { // It died in a program that continues.
+    if (program->runtime->is_kept) { // It died; the program and its channels continue.
         supervisor_abandon(&program->supervisor);
     } else {
         supervisor_close(&program->supervisor);
@@ -255,7 +257,7 @@ static status_t load_descriptor(void* const context, const uint16_t index,
                : STATUS_TOO_LARGE;
 }
 
-/// The folder of ST[23]; no path leaves it.
+/// Open the folder of the files of ST[23]; no path can name a file outside of it.
 static bool open_files(component_runtime_t* const runtime)
 {
     char path[RUN_PATH_MAX];
@@ -272,7 +274,7 @@ static bool open_files(component_runtime_t* const runtime)
     return false;
 }
 
-/// Checkpoint of the previous supervisor; null: the launcher has made no such memory.
+/// Checkpoint of the previous supervisor; null: the launcher has made no such memory, or it is too small.
 static checkpoint_t* open_checkpoint(const component_runtime_t* const runtime)
 {
     char name[RUN_NAME_MAX];
@@ -289,7 +291,7 @@ static bool keep_checkpoint(void* const context, const checkpoint_t* const check
                              sizeof *checkpoint);
 }
 
-#define FIRST_STORE 2U ///< Number of its medium, behind those of the journal.
+#define FIRST_STORE 2U ///< Medium number of the first packet store; the journal's media are 0 and 1.
 
 static medium_t guard_journal(void* const context, const unsigned number, const medium_t medium)
 {
@@ -311,7 +313,7 @@ static void note_arrival(void* const context, const uint8_t* const frame, const 
     (void)supervisor_checkpoint_add(checkpoint, &checkpoint->arrivals, frame, size, NULL, 0U);
 }
 
-/// Datagrams outlive the process: they stay in the socket until they are in the checkpoint.
+/// Datagrams must not be lost with the process: each stays in the socket until it is in the checkpoint.
 static void keep_arrivals(component_runtime_t* const runtime, checkpoint_t* const checkpoint)
 {
     if ((checkpoint != NULL) && osal_socket_is_open(&runtime->message_socket)) {

@@ -300,7 +300,8 @@ static void found(supervisor_t* const supervisor, const descriptor_severity_t se
     react(supervisor, &failure);
 }
 
-/// A process that hangs is killed, and so lost: a plan that names only PROCESS_LOST applies as well.
+/// A process that hangs is killed, so it is lost: if no plan names `event_id`, one that names PROCESS_LOST
+/// applies.
 void supervisor_error_member_lost(supervisor_t* const supervisor, const uint16_t apid,
                                   const uint16_t event_id)
 {

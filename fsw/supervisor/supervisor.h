@@ -138,7 +138,7 @@ typedef struct {
     subsystem_services_t optional; ///< Services that its descriptor lists.
     const medium_t* store_media;   ///< SPACECRAFT_STORES media for packet stores; null: nothing fits.
     bool is_endpoint_kept;         ///< The endpoint is that of the supervisor that died, unchanged.
-    /// Records of the packet log in this run so far, as far as it is known without checkpoint.
+    /// Number of records of the packet log in this run so far; used if there is no checkpoint.
     uint64_t log_records;
     checkpoint_t* checkpoint; ///< Checkpoint of the supervisor that died, for the next one; null: none.
     /// Copy a damaged checkpoint for analysis; the context is that of the platform. True: there is a copy.

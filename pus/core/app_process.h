@@ -110,7 +110,7 @@ void pus_app_process_init(pus_app_process_t* process, uint16_t apid, uint32_t ep
 void pus_app_process_keep(pus_app_process_t* process, pus_rings_t* rings);
 /// The same with one ring of `size` octets for all classes, for ports that do not distinguish them.
 void pus_app_process_keep_in_order(pus_app_process_t* process, uint8_t* octets, size_t size);
-/// From now on the process has reports longer than a packet.
+/// Allow reports longer than a packet.
 void pus_app_process_lengthen(pus_app_process_t* process, const pus_long_port_t* port);
 
 /// Begin a report; the writer takes up to PUS_TM_DATA_MAX octets of source data.

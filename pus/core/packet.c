@@ -6,7 +6,7 @@
 
 #define NS_PER_S 1000000000ULL
 #define TIME_FRACTIONS ((uint64_t)PUS_TIME_TICKS_PER_S)
-#define SECONDS_SHIFT 24U // Shift of fields in the time on the wire [bits].
+#define SECONDS_SHIFT 24U // Shifts of the fields in the time format of the wire [bits].
 #define P_FIELD_SHIFT 56U
 #define RELATIVE_TIME_SIGN (1ULL << 55U)
 
@@ -14,13 +14,13 @@ void packet_header_read(octet_reader_t* const reader, packet_header_t* const out
 {
     out_header->word0 = octet_read_u16(reader);
     out_header->word1 = octet_read_u16(reader);
-    (void)octet_read_u16(reader); // The length has been looked at, or will be.
+    (void)octet_read_u16(reader); // packet_check evaluates the length field.
     out_header->flags   = octet_read_u8(reader);
     out_header->service = octet_read_u8(reader);
     out_header->subtype = octet_read_u8(reader);
 }
 
-/// Size of a packet by its length field.
+/// Size of a packet that its length field specifies.
 static size_t size_reported(const uint8_t* const octets)
 {
     return (size_t)octets_u16_at(&octets[PACKET_LENGTH_FIELD]) + PACKET_LENGTH_OFFSET;
@@ -71,7 +71,7 @@ pus_failure_t pus_failure_read(octet_reader_t* const reader)
     return failure;
 }
 
-/// Checks that need no header field to be right but the length.
+/// Checks that evaluate no field of the header except the length field.
 static status_t check_frame(const uint8_t* const octets, const size_t size, const size_t least,
                             const size_t most, pus_failure_t* const out_failure)
 {
@@ -176,7 +176,8 @@ pus_token_t pus_token_of(const pus_tc_t* const tc)
                          .subtype    = tc->subtype};
 }
 
-// P-field, 4 octets of seconds and 3 of their fraction are one number of 8 octets.
+// Absolute time (CUC): P-field (1 octet), seconds (4) and fraction of a second (3), handled as one number of
+// 64 bits.
 
 void pus_time_write(octet_writer_t* const writer, const uint64_t time_ns)
 {
@@ -207,6 +208,6 @@ int64_t pus_relative_time_read(octet_reader_t* const reader)
     const uint64_t high  = octet_read_u32(reader);
     const uint64_t low   = (uint64_t)octet_read_u16(reader) << 8U;
     const uint64_t ticks = (high << 24U) | low | octet_read_u8(reader);
-    // 56 bits in two's complement: the highest weighs -2^55.
+    // 56 bits in two's complement: the highest bit has the value -2^55.
     return (int64_t)(ticks & (RELATIVE_TIME_SIGN - 1U)) - (int64_t)(ticks & RELATIVE_TIME_SIGN);
 }

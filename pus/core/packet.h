@@ -63,12 +63,12 @@ typedef struct {
 /// STATUS_TRUNCATED (incomplete; *out_size is its size if the primary header is complete, else 0),
 /// STATUS_TOO_LARGE (longer than PUS_PACKET_MAX: the stream has lost its framing).
 MUST_USE status_t pus_packet_frame(const uint8_t* octets, size_t size, size_t* out_size);
-/// True if the primary header (at least one octet of it) says request rather than report.
+/// True if the packet type bit in the primary header is that of a request; needs one octet.
 bool pus_packet_is_tc(const uint8_t* octets, size_t size);
 
 /// Check and decode one request that fills `octets` exactly. The order of the checks is: size, length field,
 /// checksum, packet version, type, secondary header flag, sequence flags, PUS version; the first failed check
-/// is in *out_failure, ready for TM[1,2]. *out_tc holds the header fields as far as they were received, else
+/// is in *out_failure, as for TM[1,2]. *out_tc holds the header fields as far as they were received, else
 /// zero, so that the failure can be reported. STATUS_OK, STATUS_TRUNCATED (shorter than PUS_TC_MIN),
 /// STATUS_TOO_LARGE (longer than PUS_PACKET_MAX), STATUS_CHECKSUM, STATUS_INVALID (any other).
 MUST_USE status_t pus_tc_decode(const uint8_t* octets, size_t size, pus_tc_t* out_tc,

@@ -18,7 +18,7 @@
 typedef struct {
     uint16_t word0;
     uint16_t word1;
-    uint8_t flags; ///< PUS version, and four bits that are the direction's own.
+    uint8_t flags; ///< PUS version, and 4 bits: acknowledgement flags (TC) or time reference status (TM).
     uint8_t service;
     uint8_t subtype;
 } packet_header_t;
@@ -29,7 +29,7 @@ typedef struct {  // Required properties of a packet of one direction.
     uint16_t type; ///< PACKET_TYPE_TC, or 0 for a report.
 } packet_form_t;
 
-/// Read the header; the reader fails where the octets end before it.
+/// Read the header; the reader fails if there are fewer octets.
 void packet_header_read(octet_reader_t* reader, packet_header_t* out_header);
 /// Check size, checksum and the header's fields. STATUS_OK, or as pus_tc_decode; *out_failure says why.
 MUST_USE status_t packet_check(const uint8_t* octets, size_t size, const packet_form_t* form,

@@ -111,7 +111,7 @@ typedef struct {
 /// TC[130,3].
 typedef struct {
     uint32_t transaction;
-    uint16_t link; ///< 0: to be given by the manager.
+    uint16_t link; ///< 0: the manager assigns it.
     pus_link_ends_t ends;
     pus_link_properties_t properties;
 } pus_link_request_t;
@@ -205,7 +205,7 @@ status_t pus_link_accept_report(pus_app_process_t* process, uint16_t destination
                                 const pus_link_accept_t* accept, uint64_t now_ns);
 status_t pus_link_refuse_report(pus_app_process_t* process, uint16_t destination,
                                 const pus_link_refuse_t* refuse, uint64_t now_ns);
-/// To all ground users; the supervisor sees it on the way.
+/// Sent to all ground users; the supervisor, which routes it, also evaluates it.
 status_t pus_link_transition_report(pus_app_process_t* process, const pus_link_transition_t* transition,
                                     uint64_t now_ns);
 

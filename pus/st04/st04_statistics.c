@@ -208,7 +208,7 @@ static pus_failure_t prepare(const pus_statistics_t* const self, pus_statistic_t
                        self->config.capacity);
 }
 
-/// It is sampled from the next cycle on, and restarts if it was defined before.
+/// Define a statistic. It is sampled from the next cycle on; if it was defined before, it restarts.
 static void define(pus_statistics_t* const self, pus_statistic_t* const place,
                    const pus_statistic_t* const candidate)
 {

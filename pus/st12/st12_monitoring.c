@@ -59,7 +59,7 @@ pus_pmon_t* monitoring_pmon(const pus_monitoring_t* const self, const uint16_t i
     return pmon_at(self, place);
 }
 
-/// There is room for it, and none of its id.
+/// Insert a definition. The caller has checked that there is room and that its id is new.
 static void insert(pus_monitoring_t* const self, const pus_pmon_t* const pmon)
 {
     uint16_t* const order = self->config.pmon_order;
@@ -267,7 +267,7 @@ static pus_failure_t enable(pus_monitoring_t* const self, const uint16_t id)
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, id);
     }
     if (pmon->is_enabled) {
-        return pus_no_failure(); // It is being checked in its rhythm.
+        return pus_no_failure(); // It is enabled already; its checking schedule does not change.
     }
     const pus_failure_t failure = set_enabled(self, pmon, true);
     monitoring_schedule(self, pmon);

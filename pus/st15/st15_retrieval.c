@@ -85,7 +85,7 @@ static void advance(pus_store_t* const store, const uint64_t cursor, const pus_s
     }
 }
 
-/// There is nothing more to send from a store now.
+/// Pause the retrieval of a store that has no more packets to send; a retrieval by time range ends.
 static void pause(pus_storage_t* const storage, pus_store_t* const store)
 {
     store->is_waiting = true;

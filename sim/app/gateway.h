@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A bus of the simulator published on a SocketCAN interface, where candump, cansniffer, canplayer or
-/// Wireshark attach: every frame in the order of arbitration, and error reports of flight's controller.
-/// Frames that such tools send go onto the bus from a separate controller, which is created when the first
-/// such frame arrives; an error frame of a tool is passed to flight as a report of its controller.
+/// Publishes a bus of the simulator on a SocketCAN interface for tools (candump, cansniffer, canplayer,
+/// Wireshark): every frame in the order of arbitration, and the error reports of the controller of the flight
+/// software. Frames that tools send go onto the bus from a separate controller, which is created when the
+/// first such frame arrives. An error frame that a tool sends goes to the flight software as a report of the
+/// flight software's controller.
 ///
-/// If the interface goes down or disappears, frames are counted as unshown, and it is opened again.
+/// If the interface goes down or disappears, frames are counted as unshown until it can be opened again.
 ///
 /// Ownership  gateway_open allocates, gateway_close frees.
 /// Context    One task.
@@ -25,8 +26,9 @@ typedef void (*gateway_report_t)(void* context, const osal_can_frame_t* frame);
 typedef struct { // Read-only for others [frames].
     uint64_t shown;
     uint64_t unshown;    ///< The interface did not take them.
-    uint64_t from_tools; ///< Sent by tools.
-    /// Of these, refused by the bus: its queue was full, or the frame does not exist on it.
+    uint64_t from_tools; ///< Sent by tools, error frames included.
+    /// Of these, refused by the bus: no node is free, the tools' controller is bus-off, or the frame is not
+    /// valid on this bus.
     uint64_t refused;
 } gateway_counters_t;
 
@@ -35,10 +37,10 @@ MUST_USE status_t gateway_open(const char* address, bus_t* bus, gateway_report_t
                                gateway_t** out_gateway);
 /// Null is allowed.
 void gateway_close(gateway_t* gateway);
-/// Publish a frame that was on the bus (bus_tap_t). Frames received from the interface are not sent there
-/// again: its users have seen them, and a controller does not receive its own frames.
+/// Publish a frame that was on the bus (bus_tap_t). A frame that only tools have sent is not published: all
+/// tools on the interface have received it already.
 void gateway_show(gateway_t* gateway, uint32_t senders, const osal_can_frame_t* frame);
-/// Send the frames on the bus that tools have sent since the last call.
+/// Receive the frames that tools have sent to the interface, and submit them to the bus.
 void gateway_take(gateway_t* gateway, uint64_t now_ns);
 const gateway_counters_t* gateway_counters(const gateway_t* gateway);
 

@@ -12,12 +12,12 @@
 #define ARGUMENTS_MAX 5U
 #define PI 3.14159265358979323846
 
-#define PRESS_S 1.0       ///< From first touch to full force.
-#define CLEARANCE_M 0.010 ///< Where a released finger waits below the hook.
-#define SLEW_GRIP_S 0.3   ///< To take the stick.
-#define SLEW_EXPECT_S 0.5 ///< To lean against an expected force, or to stop it.
-#define SLEW_SLIDE_S 0.5  ///< To feel which way the finger slides.
-#define SLIDING_M_S 0.001 ///< Slower than this the friction stays as it is.
+#define PRESS_S 1.0       ///< Time from the first contact to the full force.
+#define CLEARANCE_M 0.010 ///< Distance below the hook at which the finger stops after `release`.
+#define SLEW_GRIP_S 0.3   ///< Time in which `grip` rises from 0 to 1.
+#define SLEW_EXPECT_S 0.5 ///< Time in which `expectation` rises from 0 to 1, or falls to 0.
+#define SLEW_SLIDE_S 0.5  ///< Time in which `slide` changes by 1.
+#define SLIDING_M_S 0.001 ///< Below this speed `slide` keeps its value.
 
 typedef struct {
     const char* name;
@@ -33,42 +33,43 @@ typedef struct {
     double argument[ARGUMENTS_MAX];
 } command_t;
 
-/// A verb of the script: its arguments, its immediate effects, and its motion of the wanted pose.
+/// A verb of the script. `begin` is called once when a command begins; `play` moves the wanted pose in each
+/// step until the next command.
 struct verb {
     const char* name;
     const char* usage;
     size_t count;
     argument_t argument[ARGUMENTS_MAX];
     void (*begin)(hand_t* hand, const command_t* command);                  ///< May be null.
-    void (*play)(hand_t* hand, const command_t* command, double elapsed_s); ///< May be null: no motion.
+    void (*play)(hand_t* hand, const command_t* command, double elapsed_s); ///< Null: no motion.
 };
 
 struct hand {
-    hand_parameters_t parameters; // Grip changes by script.
+    hand_parameters_t parameters; // The verb `grip` changes stiffness and damping.
     plant_parameters_t scene;
     plane_t home;
     command_t command[COMMANDS_MAX];
     size_t count;
     size_t next;
-    const command_t* current; // Null before the first.
+    const command_t* current; // Null before the first command.
     uint64_t time_ns;
-    plane_t tip;                    // Wanted now.
-    double joint_rad[PLANT_JOINTS]; // Wanted now.
-    plane_t from;                   // Wanted when the current command began.
-    double from_joint_rad[PLANT_JOINTS];
-    double force_n;     // To press with.
-    bool gripping;      // Hand on the stick.
-    bool expecting;     // Hand leans against what it expects.
-    bool pulling;       // Spring on the finger, in the hand's model.
-    double grip;        // 0..1, follows gripping.
-    double expectation; // 0..1, follows expecting.
-    double slide;       // -1..1, follows the direction of motion on the contour.
+    plane_t tip;                         // Wanted position of the tip.
+    double joint_rad[PLANT_JOINTS];      // Wanted joint angles.
+    plane_t from;                        // Value of `tip` when the current command began.
+    double from_joint_rad[PLANT_JOINTS]; // And of `joint_rad`.
+    double force_n;                      // Force of `press` and `follow`.
+    bool gripping;                       // The hand holds the stick.
+    bool expecting;                      // The hand compensates the torque that it expects.
+    bool pulling;                        // The hand expects the force of the spring.
+    double grip;                         // 0..1, follows `gripping` in SLEW_GRIP_S.
+    double expectation;                  // 0..1, follows `expecting` in SLEW_EXPECT_S.
+    double slide;                        // -1..1, follows the direction of sliding in SLEW_SLIDE_S.
     hand_intent_t intent;
 };
 
 // ---- Motions ----
 
-/// Minimum jerk from 0 to 1 over a unit of time.
+/// Minimum-jerk profile from 0 to 1; `share` is the elapsed share of the duration, limited to 0..1.
 static double minimum_jerk(const double share)
 {
     const double s = fmax(0.0, fmin(1.0, share));
@@ -327,7 +328,7 @@ void hand_destroy(hand_t* const hand)
 
 // ---- Playing ----
 
-/// Move `value` towards `target`, a unit in `unit_s`.
+/// Move `value` towards `target` at a rate of 1 per `unit_s`.
 static double slew(const double value, const double target, const double unit_s, const double dt_s)
 {
     const double most = dt_s / unit_s;
@@ -337,7 +338,7 @@ static double slew(const double value, const double target, const double unit_s,
 static void begin_command(hand_t* const hand, const command_t* const command)
 {
     if (command->verb->begin == begin_grip) {
-        begin_grip(hand, command); // Continues its present motion.
+        begin_grip(hand, command); // The current command continues.
         return;
     }
     // After a rest the hand no longer expects the spring.
@@ -354,7 +355,7 @@ static void begin_command(hand_t* const hand, const command_t* const command)
     }
 }
 
-/// Joint torques that contour and spring will have at the wanted pose.
+/// Joint torques that the hand expects from contour and spring at the wanted pose.
 static void update_expected(hand_t* const hand, double out_torque_nm[PLANT_JOINTS])
 {
     double contact[PLANT_JOINTS];
@@ -375,7 +376,7 @@ static void update_intent(hand_t* const hand)
 
     update_expected(hand, intent->expected_torque_nm);
     for (unsigned i = 0U; i < PLANT_AXES; i++) {
-        // The load deflects the arm; its reflected part pushes the stick back.
+        // The load deflects the arm; force_scale times the load acts on the stick.
         const double load   = intent->expected_torque_nm[i];
         const double joint  = hand->joint_rad[i] - load / parameters->arm_stiffness_nm_rad;
         const double stick  = (joint - hand->scene.home_rad[i]) / parameters->position_scale;
@@ -389,8 +390,8 @@ static void update_intent(hand_t* const hand)
     intent->grip            = hand->grip;
 }
 
-/// Direction in which the finger drags along the contour: known while it slides, kept when it stops, unknown
-/// in the air.
+/// Target of `slide`: the sign of the finger's speed while it slides on the contour, the present value of
+/// `slide` below SLIDING_M_S, 0 without contact.
 static double slide_target(const hand_t* const hand, const double speed_m_s)
 {
     if (!scene_touching(&hand->scene, hand->tip)) {

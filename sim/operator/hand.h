@@ -22,8 +22,8 @@
 #include <stdint.h>
 
 typedef struct {
-    double grip_stiffness_nm_rad; ///< Until the first `grip`.
-    double grip_damping_nms_rad;  ///< Until the first `grip`.
+    double grip_stiffness_nm_rad; ///< Valid until the first `grip`.
+    double grip_damping_nms_rad;  ///< Valid until the first `grip`.
     double position_scale;        ///< s_p: joint angle per stick angle.
     double force_scale;           ///< s_f: stick torque per joint torque.
     double arm_stiffness_nm_rad;  ///< Arm stiffness of a joint under control, as the operator has learned it.

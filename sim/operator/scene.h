@@ -14,7 +14,7 @@ typedef struct {
     double z;
 } plane_t;
 
-/// Can the finger get to `tip`, with a centimetre to spare?
+/// True if the finger can reach `tip` with a margin of 1 cm.
 bool scene_reachable(const plant_parameters_t* scene, plane_t tip);
 
 /// Tip for joint angles.
@@ -26,11 +26,11 @@ void scene_joints(const plant_parameters_t* scene, plane_t tip, double out_joint
 /// Height of the finger's centre at which it presses on the contour with `force_n` (0: just touches).
 double scene_press_height(const plant_parameters_t* scene, double x_m, double force_n);
 
-/// Is the finger's wanted place in the contour, so that it presses?
+/// True if a finger at `tip` would overlap the contour, so that it presses on it.
 bool scene_touching(const plant_parameters_t* scene, plane_t tip);
 
-/// Joint torques of the contour on a finger held at `tip`; `slide` in -1..1 is the share of friction that is
-/// up, positive for a finger dragged to +x.
+/// Joint torques of the contour on a finger held at `tip`. `slide` in -1..1 is the share of the full friction
+/// that acts, positive for a finger that slides to +x.
 void scene_contact_torque(const plant_parameters_t* scene, plane_t tip, double slide,
                           double out_torque_nm[PLANT_JOINTS]);
 

@@ -69,7 +69,7 @@ typedef struct {
     const char* bus;
     uint8_t node;
     uint8_t axis;        ///< 0, or 1 for the second axis of a two-axis node.
-    uint16_t statusword; ///< That of the device, whether or not it is sent on the bus.
+    uint16_t statusword; ///< Statusword in the device, also if it is not sent on the bus.
     bool plugged;
     bool brake_engaged;
 } truth_drive_t;

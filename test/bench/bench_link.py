@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Round trips of real-time links between two processes on two processors, alternating with raw limits and peers.
+"""Round trips of real-time links between two processes on two processors, compared with the bare mechanisms (a
+sequence lock in shared memory, UDP) and with other middleware (iceoryx2, LCM).
 
-Each transport is a program of its own (test/bench/transport, test/bench/peers) that does the same work; a round runs
-each once. The value is the median of the medians, the ratio the median of the ratios within a round."""
+Each transport is a separate program (test/bench/transport, test/bench/peers) that does the same work; a round runs
+each of them once. The reported value is the median of the rounds' medians; the reported ratio is the median of the
+ratios of each round."""
 
 import os
 import pathlib
@@ -13,16 +15,16 @@ import sys
 ROUNDS, TRIPS, LIMIT_S = 9, 3000, 60
 PROGRAMS = pathlib.Path("build/bench/transport")
 ICEORYX2 = pathlib.Path("build/peers/iceoryx2/target/release/round-trip-iceoryx2")
-# LCM needs a multicast route on the loopback interface: a network namespace of its own has one and leaves
-# nothing behind.
+# LCM needs a multicast route on the loopback interface. The command adds it in a separate network namespace, which
+# disappears with the program.
 OWN_NETWORK = ["unshare", "--net", "sh", "-c",
                'ip link set lo up multicast on && ip route add 239.255.76.67/32 dev lo && exec "$@"', "sh"]
-# Remains of peers that die (names of shared memory, files that describe services) disappear with a namespace
-# of its own; a checkout below /tmp keeps its /tmp.
+# A peer that dies leaves names of shared memory and files that describe services. In a separate mount namespace they
+# disappear with it. If the checkout is below /tmp, /tmp is not replaced.
 OWN_PLACE = ["unshare", "--mount", "sh", "-c",
              'mount -t tmpfs bench /dev/shm && case "$PWD" in /tmp/*) ;; *) mount -t tmpfs bench /tmp ;; esac && exec "$@"',
              "sh"]
-# (row, mode, payload, our transport, the transports compared with it)
+# (row, mode, payload [octets], our transport, the transport compared with it)
 ROWS = [
     ("link_poll_64", "poll", 64, "link_shm", "seqlock"),
     ("link_poll_1024", "poll", 1024, "link_shm", "seqlock"),
@@ -41,7 +43,7 @@ def is_permitted(place):
 
 
 def move_to_own_place():
-    """Continue in namespaces of our own, once; without the permission, continue here and report it."""
+    """Execute this program again in a separate mount namespace, once; without the permission, print that and go on."""
     if "BENCH_OWN_PLACE" in os.environ:
         return
     os.environ["BENCH_OWN_PLACE"] = "1"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mutation of XML documents by their parts: elements with all their content, and attribute values.
+// Mutation of XML documents in units of their syntax: elements with all their content, attributes, and
+// attribute values.
 #include "test/fuzz/fuzz.h"
 
 #include <string.h>
@@ -16,10 +17,11 @@ typedef struct { // Half-open interval of octets in the document.
 typedef struct {
     span_t tags[TAGS_MAX];
     size_t tag_count;
-    span_t values[VALUES_MAX]; // Between the quotes.
+    span_t values[VALUES_MAX]; // Attribute values, without the quotes.
     size_t value_count;
 } outline_t;
 
+/// Replacements for attribute values: limits of the types and of the descriptors, and malformed values.
 static const char* const words[] = {"",
                                     "0",
                                     "1",
@@ -104,7 +106,8 @@ static void read_outline(const uint8_t* const data, const size_t size, outline_t
     }
 }
 
-/// The element that begins with this tag, with all its content; the tag alone if it does not begin one.
+/// The element that begins with this tag, with all its content; only the tag if it begins no element, or if
+/// the end of the element is missing.
 static span_t element_of(const uint8_t* const data, const outline_t* const outline, const size_t first)
 {
     int depth = 0;
@@ -117,7 +120,7 @@ static span_t element_of(const uint8_t* const data, const outline_t* const outli
         } else if (is_plain && (data[tag.end - 2U] != (uint8_t)'/')) {
             depth++;
         } else {
-            // It begins no element.
+            // Empty-element tag, declaration or comment: the depth does not change.
         }
         if (depth <= 0) {
             return (span_t){outline->tags[first].begin, tag.end};
@@ -139,6 +142,7 @@ static size_t splice(uint8_t* const data, const size_t size, const size_t max_si
     return result;
 }
 
+/// Copy a span into `piece`. Returns its size, or 0 if it does not fit.
 static size_t keep(const uint8_t* const data, const span_t span, uint8_t piece[PIECE_MAX])
 {
     const size_t count = span.end - span.begin;
@@ -149,6 +153,7 @@ static size_t keep(const uint8_t* const data, const span_t span, uint8_t piece[P
     return count;
 }
 
+/// Replace a value by a word of the list, by another value, or by a mutation of itself.
 static size_t change_value(uint8_t* const data, const size_t size, const size_t max_size,
                            const outline_t* const outline, uint32_t* const random)
 {
@@ -168,7 +173,7 @@ static size_t change_value(uint8_t* const data, const size_t size, const size_t 
         break;
     default:
         count = LLVMFuzzerMutate(piece, keep(data, value, piece), 256U);
-        for (size_t i = 0U; i < count; i++) { // No octet that ends the value or is not UTF-8.
+        for (size_t i = 0U; i < count; i++) { // Keep only ASCII that a value may contain.
             const bool is_plain = (piece[i] >= 0x20U) && (piece[i] < 0x7FU) && (piece[i] != (uint8_t)'<') &&
                                   (piece[i] != (uint8_t)'&') && (piece[i] != (uint8_t)'"');
             piece[i] = is_plain ? piece[i] : (uint8_t)'7';
@@ -178,6 +183,7 @@ static size_t change_value(uint8_t* const data, const size_t size, const size_t 
     return splice(data, size, max_size, value, piece, count);
 }
 
+/// Copy an element to another place, replace another element by it, or delete it.
 static size_t change_element(uint8_t* const data, const size_t size, const size_t max_size,
                              const outline_t* const outline, uint32_t* const random)
 {
@@ -189,9 +195,9 @@ static size_t change_element(uint8_t* const data, const size_t size, const size_
     }
     const size_t count = keep(data, one, piece);
     switch (fuzz_random(random) % 3U) {
-    case 0: // A copy of it elsewhere.
+    case 0: // Insert a copy before another tag.
         return splice(data, size, max_size, (span_t){other.begin, other.begin}, piece, count);
-    case 1: // In place of another element.
+    case 1: // Replace another element by a copy.
         return (data[other.begin + 1U] != (uint8_t)'/') ? splice(data, size, max_size, other, piece, count)
                                                         : size;
     default:
@@ -214,7 +220,7 @@ static size_t change_attribute(uint8_t* const data, const size_t size, const siz
     if ((attribute.begin == 0U) || (data[attribute.begin - 1U] == (uint8_t)'<')) {
         return size;
     }
-    attribute.begin--; // With the space before it.
+    attribute.begin--; // Include the space before it.
     if ((fuzz_random(random) % 2U) == 0U) {
         return splice(data, size, max_size, attribute, piece, 0U);
     }

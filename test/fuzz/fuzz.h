@@ -55,7 +55,8 @@ bool fuzz_next(fuzz_input_t* input, fuzz_record_t* out_record);
 /// Repairs the octets of one record in place.
 typedef void (*fuzz_repair_t)(uint8_t kind, uint8_t* octets, size_t size, uint32_t* random);
 
-/// Mutate the octets or the header of a record, double, drop or move one; then, in 7 of 8 inputs, repair it.
+/// Mutate the octets or the header of a record, or copy, remove or add a record. In 7 of 8 inputs
+/// the mutated octets are repaired.
 size_t fuzz_mutate_records(uint8_t* data, size_t size, size_t max_size, unsigned seed, fuzz_repair_t repair);
 /// Mutate, and in 7 of 8 inputs repair, an input that is one message as a whole.
 size_t fuzz_mutate_message(uint8_t* data, size_t size, size_t max_size, unsigned seed, fuzz_repair_t repair);

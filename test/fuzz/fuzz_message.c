@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Message frames: an endpoint with two peers gets correct frames of one and anything in the name of both. Its
-// inbox stays consistent, a credit never exceeds the window, its own frames are well-formed.
+// Message frames: an endpoint with two peers receives correct frames of one peer, and arbitrary frames with
+// the address of either. Its inbox stays consistent, a credit never exceeds the window, its own frames are
+// well-formed.
 //
 // Records: kind 0 a raw frame into the inbox; 1 the real peer sends the octets; 2 the endpoint sends them to
 // peer argument % 3; 3 receive; 4 the real peer starts again.

@@ -227,7 +227,7 @@ static void repair(const uint8_t kind, uint8_t* const octets, const size_t size,
     } else if ((kind % 8U) == 5U) {
         fuzz_repair_can(kind, octets, size, random);
     } else {
-        // Another target is for link frames.
+        // fuzz_link_frame.c mutates the fields of link frames.
     }
 }
 

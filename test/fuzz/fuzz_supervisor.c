@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The supervisor with the real mission: members send anything, as blocks of a correct channel or as raw
-// frames. It passes on only well-formed packets for the right member; every packet it logs has a number; its
-// rings and pools stay consistent; a shutdown ends.
+// The supervisor with the mission rokviss: members send arbitrary octets, as blocks of a correct channel or
+// as raw frames. The supervisor forwards only well-formed packets, and each request to its addressee; the
+// packet log keeps every record; its rings and pools stay consistent; a shutdown completes.
 //
 // Records: kind 0..5 a packet of the member chosen by the argument; 6 time passes, argument x 10 ms; 7 a raw
 // frame; 8 a process dies or is started again; 9 a member reads its mailbox.
@@ -36,7 +36,7 @@ static struct {
     bool is_running;
 } members[MEMBERS];
 
-// ---- Its environment ----
+// ---- Environment of the supervisor ----
 
 static unsigned member_of(const uint16_t apid)
 {
@@ -164,7 +164,8 @@ static void begin(void)
     FUZZ_CHECK(supervisor_init(&supervisor, &config) == STATUS_OK);
 }
 
-/// All frames to a member: complete packets, requests for itself, reports for the ground.
+/// Receive all frames to a member. Each comes from the supervisor and is a complete request to this member,
+/// or a complete report.
 static void read_mailbox(const unsigned at)
 {
     static uint8_t packet[PUS_PACKET_MAX];
@@ -184,7 +185,7 @@ static void read_mailbox(const unsigned at)
     FUZZ_CHECK(members[at].endpoint.counters.malformed == 0U);
 }
 
-/// At most the permitted number waits of each class, and each waiting block has a holder.
+/// True if as many blocks wait in the lines as are taken from the pools. No line exceeds its limits.
 static bool ground_is_consistent(void)
 {
     const ground_backlog_t* const backlog = &supervisor.ground_backlog;
@@ -265,9 +266,9 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 static void repair(const uint8_t kind, uint8_t* const octets, const size_t size, uint32_t* const random)
 {
     if ((kind % 10U) == 7U) {
-        return; // Another target is for raw frames.
+        return; // fuzz_message.c mutates the fields of raw frames.
     }
-    if ((size > 12U) && ((fuzz_random(random) % 4U) != 0U)) { // A request of the ground, or a report.
+    if ((size > 12U) && ((fuzz_random(random) % 4U) != 0U)) { // A request of user 1, or a report.
         const bool is_tc = ((octets[0] & 0x10U) != 0U);
         octets[0] &= 0xF8U;
         octets[1] = is_tc ? (uint8_t[]){1U, 2U, 16U, 17U}[fuzz_random(random) % 4U] : octets[1];

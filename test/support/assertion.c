@@ -7,8 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static jmp_buf way_back;
-static bool is_expected;
+static jmp_buf way_back; // Set by assertion_fails; fsw_assertion_failed returns to it.
+static bool is_expected; // True while assertion_fails runs its function.
 
 bool assertion_fails(void (*const act)(void))
 {

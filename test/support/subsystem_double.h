@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Replaces the generic subsystem (subsystem.h) in tests of specific ones: the test sets time, state and
-/// links; events, function results and published samples are recorded for it. A test folder that uses it has
-/// one source file that includes subsystem_double.inc.
+/// Replaces the generic subsystem (subsystem.h) in tests of specific ones. The test sets time, state and
+/// links; the double records events, function results and the samples written to ports. A test folder that
+/// uses it has one source file that includes subsystem_double.inc.
 #ifndef TEST_SUPPORT_SUBSYSTEM_DOUBLE_H
 #define TEST_SUPPORT_SUBSYSTEM_DOUBLE_H
 
@@ -52,24 +52,27 @@ struct subsystem {
     parameter_bounds_t bounds[DESCRIPTOR_FIELDS_MAX];
     double_event_t events[DOUBLE_EVENTS];
     unsigned event_count;
-    bool has_raised_high; ///< An event of high severity was raised; secure is due in this cycle.
+    bool has_raised_high; ///< An event of high severity was raised in this cycle: double_cycle calls secure.
     double_result_t results[DOUBLE_RESULTS];
     unsigned result_count;
     double_port_t ports[DOUBLE_PORTS];
 };
 
-/// OFFLINE at time 0; no links. period 500 us.
+/// The subsystem is OFFLINE at time 0, with a period of 500 us; reading and writing a port return
+/// STATUS_CLOSED until the test sets another status.
 void double_init(subsystem_t* subsystem, const subsystem_descriptor_t* descriptor,
                  const subsystem_callbacks_t* callbacks, void* self);
-/// Publish and set the initial values of the descriptor, and of a configuration (may be null).
+/// Call software_init, then set the initial values of the descriptor. Returns the first failure.
 status_t double_software_init(subsystem_t* subsystem);
+/// Set the initial values of a configuration.
 void double_set_initials(subsystem_t* subsystem, const descriptor_configuration_t* configuration);
-/// One cycle as the generic subsystem runs it: sense, the action once (may be null), control, emit. Returns
-/// the result of the action. The test advances the time.
+/// One cycle as the generic subsystem runs it: sense; the action once (may be null), or secure if sense has
+/// raised an event of high severity; control if `is_controlled`; emit. Returns the result of the action. The
+/// test advances the time.
 status_t double_cycle(subsystem_t* subsystem, status_t (*action)(void* self), bool is_controlled);
-/// Number of events with an id.
+/// Number of recorded events with this id.
 unsigned double_events(const subsystem_t* subsystem, uint16_t id);
-/// Last event with an id, or null.
+/// Last recorded event with this id, or null.
 const double_event_t* double_last_event(const subsystem_t* subsystem, uint16_t id);
 
 #endif // TEST_SUPPORT_SUBSYSTEM_DOUBLE_H

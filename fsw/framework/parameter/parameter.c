@@ -43,7 +43,7 @@ static void unlock_values(parameter_dictionary_t* const dictionary)
     unlock(dictionary);
 }
 
-/// There are as many places as entries; neighbours in number are spread over all of them.
+/// Hash of a key: there are as many places as entries, and consecutive keys are distributed over all of them.
 static uint16_t place_of(const parameter_dictionary_t* const dictionary, const uint32_t key)
 {
     const uint32_t spread = key * SPREAD;
@@ -322,7 +322,7 @@ static bool read_unlocked(const parameter_dictionary_t* const dictionary,
     return false;
 }
 #else
-/// Try to read without the lock. False if values change meanwhile, or do not fit; the writer stays then.
+/// Try to read without the lock. False if values change meanwhile or do not fit: the writer is unchanged.
 static bool read_unlocked(const parameter_dictionary_t* const dictionary,
                           const parameter_entry_t* const entry, octet_writer_t* const writer)
 {
@@ -376,7 +376,7 @@ static status_t decode(const parameter_entry_t* const entry, octet_reader_t* con
     return STATUS_OK;
 }
 
-/// Whether the value that follows may be written; the reader moves on.
+/// Check whether the value that follows may be written; advances the reader.
 static status_t check_write(const parameter_entry_t* const entry, octet_reader_t* const reader)
 {
     if (entry == NULL) {

@@ -8,10 +8,10 @@
 /// Ownership  The caller places entries, bounds and the published storage; all outlive the dictionary.
 /// Context    Any thread: a mutex with priority inheritance guards the content. The owner updates a published
 ///            structure between parameter_lock and parameter_unlock and calls no other function of this
-///            header in between. An entry found before is read without the lock unless values change
-///            meanwhile (docs/decisions/0023).
+///            header in between. parameter_read_entry reads without the mutex, and locks it only if values
+///            change at that time (docs/decisions/0023).
 /// Time       Finding O(1), by a hash of the id; reading and writing O(size); publishing O(size + count).
-/// Errors     Each function lists every status. Values from a wire are refused by status and counted.
+/// Errors     Each function lists every status. A refused value from the wire is also counted.
 #ifndef FSW_FRAMEWORK_PARAMETER_PARAMETER_H
 #define FSW_FRAMEWORK_PARAMETER_PARAMETER_H
 
@@ -47,7 +47,7 @@ typedef struct { // Generated; constant.
     uint32_t wire_size;   ///< Sum of the fields on the wire [octets].
 } parameter_definition_t;
 
-typedef struct { // Bounds of one field; -DBL_MAX and DBL_MAX if the descriptor gives none.
+typedef struct { // Bounds of one field; -DBL_MAX and DBL_MAX if the descriptor specifies none.
     double min;
     double max;
 } parameter_bounds_t;
@@ -57,7 +57,7 @@ typedef struct { // Placed by the caller, who may read the fields, but not write
     void* storage;
     parameter_bounds_t* bounds; ///< One per field.
     bool is_settable;
-    uint32_t writes; ///< Successful writes from the wire [calls, wraps]: the owner sees that it changed.
+    uint32_t writes; ///< Successful writes from the wire [calls, wraps]; shows the owner a change.
     // Private: entries whose ids have the same hash form a list. In entry i, `first_of_id` is the first entry
     // of the list of hash i, and `next_of_id` the entry after i in its own list; UINT16_MAX: none.
     uint16_t first_of_id;
@@ -66,13 +66,13 @@ typedef struct { // Placed by the caller, who may read the fields, but not write
 
 typedef struct {           // Refusals [calls, wraps], for telemetry.
     uint32_t unknown;      ///< No such id.
-    uint32_t read_only;    ///< Write to a parameter that may not be set.
+    uint32_t read_only;    ///< Write to a parameter that is not settable.
     uint32_t out_of_range; ///< Write outside the bounds, or not a finite number.
     uint32_t malformed;    ///< Write with too few octets, or a BOOL other than 0 and 1.
-    uint32_t no_room;      ///< Read that did not fit, or publishing beyond the capacity.
+    uint32_t no_room;      ///< Read that did not fit the buffer, or publishing beyond the capacity.
 } parameter_refusals_t;
 
-typedef struct { // All fields are private, except `count` and `refusals`: read-only.
+typedef struct { // All fields are private, except `count` and `refusals`, which are read-only.
     parameter_entry_t* entries;
     uint16_t capacity;
     uint16_t count;
@@ -84,43 +84,45 @@ typedef struct { // All fields are private, except `count` and `refusals`: read-
     parameter_refusals_t refusals;
 } parameter_dictionary_t;
 
-/// An empty dictionary. capacity >= 1. `bounds` has room for the fields of all parameters together.
+/// Make an empty dictionary. capacity >= 1. `bounds` has room for the fields of all parameters together.
 /// STATUS_OK, STATUS_UNSUPPORTED (no mutex on this port).
 MUST_USE status_t parameter_init(parameter_dictionary_t* dictionary, parameter_entry_t* entries,
                                  uint16_t capacity, parameter_bounds_t* bounds, uint16_t bounds_capacity);
 
-/// Publish a structure; it starts not settable, unbounded, its content untouched.
+/// Publish a structure. The parameter is not settable and has no bounds; its content does not change.
 /// STATUS_OK; STATUS_EXISTS (id or name taken); STATUS_EXHAUSTED (entries or bounds used up).
 MUST_USE status_t parameter_publish(parameter_dictionary_t* dictionary,
                                     const parameter_definition_t* definition, void* storage);
-/// Withdraw every parameter (SOFTWARE_DEINIT); entries found before become invalid. Counters stay.
+/// Withdraw every parameter (SOFTWARE_DEINIT); entries found before become invalid; `refusals` is kept.
 void parameter_withdraw_all(parameter_dictionary_t* dictionary);
 
-/// Entry of an id; stays valid until parameter_withdraw_all. STATUS_OK, STATUS_NOT_FOUND.
+/// Find the entry of an id; it is valid until parameter_withdraw_all. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t parameter_find(parameter_dictionary_t* dictionary, uint32_t id,
                                  const parameter_entry_t** out_entry);
 
-/// Configuration, from the descriptor. STATUS_OK, STATUS_NOT_FOUND (id or field name).
+/// Set what the descriptor specifies. STATUS_OK, STATUS_NOT_FOUND (id or field name).
 MUST_USE status_t parameter_set_settable(parameter_dictionary_t* dictionary, uint32_t id, bool is_settable);
 MUST_USE status_t parameter_set_bounds(parameter_dictionary_t* dictionary, uint32_t id, const char* field,
                                        double min, double max);
-/// Initial values of one field from text ("0 0"); NULL = all zero. Exactly `count` numbers; bounds apply,
-/// settable does not. All or nothing. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_OUT_OF_RANGE.
+/// Set the initial values of one field from text with exactly `count` numbers ("0 0"); null: all zero. Bounds
+/// are checked, is_settable is not. After a failure the field is unchanged. STATUS_OK, STATUS_NOT_FOUND,
+/// STATUS_INVALID, STATUS_OUT_OF_RANGE.
 MUST_USE status_t parameter_set_initial(parameter_dictionary_t* dictionary, uint32_t id, const char* field,
                                         const char* text);
 
-/// Write a complete parameter to the wire. STATUS_OK; STATUS_NOT_FOUND; STATUS_TOO_LARGE (nothing written,
-/// writer not failed).
+/// Append the complete parameter to the writer. STATUS_OK; STATUS_NOT_FOUND; STATUS_TOO_LARGE (nothing is
+/// written, and `failed` of the writer is not set).
 MUST_USE status_t parameter_read(parameter_dictionary_t* dictionary, uint32_t id, octet_writer_t* writer);
 /// The same for an entry found before, as housekeeping does in each cycle. STATUS_OK, STATUS_TOO_LARGE.
 MUST_USE status_t parameter_read_entry(parameter_dictionary_t* dictionary, const parameter_entry_t* entry,
                                        octet_writer_t* writer);
 
-/// Set a complete parameter from the wire: all fields or none; only on success the reader moves behind it.
+/// Set the complete parameter from the wire. Success: all fields are set and the reader is behind them.
+/// Failure: neither the fields nor the reader change.
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_READ_ONLY, STATUS_TRUNCATED, STATUS_INVALID, STATUS_OUT_OF_RANGE.
 MUST_USE status_t parameter_write(parameter_dictionary_t* dictionary, uint32_t id, octet_reader_t* reader);
 
-/// Hold the content steady while its owner updates or a peer in the same component reads in place.
+/// Lock the content, while its owner updates it or another module of the same component reads it in place.
 void parameter_lock(parameter_dictionary_t* dictionary);
 void parameter_unlock(parameter_dictionary_t* dictionary);
 

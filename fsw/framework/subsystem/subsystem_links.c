@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#define METHOD_ANY 0xFFU                 ///< Wanted method: whatever both ends have.
+#define METHOD_ANY 0xFFU                 ///< Wanted method: any that both ends offer.
 #define ACCEPT_DEADLINE_NS 5000000000ULL ///< An accepted link that is not opened in time is closed.
 
 // ---- Terms ----

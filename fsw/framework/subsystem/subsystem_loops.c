@@ -133,8 +133,8 @@ void subsystem_begin_loops(subsystem_t* const subsystem)
     osal_mutex_unlock(&subsystem->loop_guard);
 }
 
-/// The oldest request of a loop, performed if the mailbox has room for whatever it brings. False if it waits
-/// or there is none.
+/// Perform the oldest request of a loop, if the mailbox has room for all its reports. False if there is no
+/// request or no room.
 static bool perform_one(subsystem_t* const subsystem, subsystem_loop_t* const loop, const uint64_t now_ns)
 {
     pus_app_process_t* const process = &subsystem->loop_process;

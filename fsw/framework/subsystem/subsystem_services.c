@@ -507,7 +507,7 @@ status_t subsystem_restore(subsystem_t* const subsystem, const uint8_t table, co
     return STATUS_NOT_FOUND;
 }
 
-/// Those of the configuration, of the links, and of the descriptor.
+/// Add the services of the configuration, ST[17] and service 130, and those that the descriptor lists.
 static void add_further(subsystem_t* const subsystem)
 {
     const subsystem_services_t* const optional = &subsystem->config.optional;

@@ -48,10 +48,10 @@ MUST_USE status_t communication_ground_security_next(communication_ground_securi
                                                      communication_ground_unit_t* out_unit);
 /// The packet returned last was processed. Without this call it is returned again.
 void communication_ground_security_accept(communication_ground_security_t* security, unsigned client);
-/// Once a cycle: counters into the parameter, which the caller has locked.
+/// Call once a cycle: write the counters to the parameter, which the caller has locked.
 void communication_ground_security_publish(const communication_ground_security_t* security,
                                            communication_security_t* out_parameter);
-/// Once a cycle: raise events for the frames refused since the last events.
+/// Call once a cycle: raise events for the frames refused since the last events.
 void communication_ground_security_report(communication_ground_security_t* security, subsystem_t* generic);
 
 #endif // FSW_SUBSYSTEMS_COMMUNICATION_GROUND_SECURITY_H

@@ -15,12 +15,12 @@
 typedef struct { // Read-only outside.
     double goal_nm[STICK_AXES];
     double torque_nm[STICK_AXES]; ///< To be displayed now.
-    double left_s;                ///< Until it has to be zero again.
-    bool is_lasting;              ///< Until stopped.
+    double left_s;                ///< Time until the torque has to be zero again.
+    bool is_lasting;              ///< Displayed until it is stopped.
     bool is_active;
 } joystick_force_display_t;
 
-/// Nothing, at once.
+/// Set the torque to zero at once.
 void joystick_force_display_clear(joystick_force_display_t* display);
 /// Display a torque for a duration, or until stopped (duration_s <= 0); begins at the displayed torque.
 void joystick_force_display_begin(joystick_force_display_t* display, const double torque_nm[STICK_AXES],

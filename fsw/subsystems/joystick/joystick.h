@@ -40,7 +40,7 @@ typedef struct {     // All fields are private.
 } joystick_t;
 CAPACITY_CHECK(joystick_begins_with_drives, offsetof(joystick_t, drives) == 0U);
 
-/// Once, before the generic subsystem runs. Pointers are kept.
+/// Call once, before the generic subsystem runs. Pointers are kept.
 void joystick_init(joystick_t* joystick, subsystem_t* generic, const flow_resolver_t* resolver);
 /// Callbacks for the generic subsystem; their context is the joystick_t.
 const subsystem_callbacks_t* joystick_callbacks(void);

@@ -60,8 +60,8 @@ void manipulator_arm_control_init(manipulator_arm_control_t* control);
 /// Take in motor angle and joint torque; estimates of link angle, velocities and external torque follow.
 void manipulator_arm_control_sense(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
                                    const double motor_rad[ARM_JOINTS], const double torque_nm[ARM_JOINTS]);
-/// Be coupled in the present pose: the hand's present angle (may be null: no hand) corresponds to it, and the
-/// commands are those that hold it as it is.
+/// Couple the arm to the hand in the present pose: the hand's present angle (null: no hand) corresponds to
+/// this pose, and the commands hold the arm in it.
 void manipulator_arm_control_hold(manipulator_arm_control_t* control, const manipulator_arm_setup_t* setup,
                                   const double* hand_rad);
 /// The desired motion that follows the hand: its angle, or null while it is not known (the arm is held).

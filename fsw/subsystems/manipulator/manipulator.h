@@ -47,7 +47,7 @@ typedef struct {     // All fields are private.
 } manipulator_t;
 CAPACITY_CHECK(manipulator_begins_with_drives, offsetof(manipulator_t, drives) == 0U);
 
-/// Once, before the generic subsystem runs. Pointers are kept.
+/// Call once, before the generic subsystem runs. Pointers are kept.
 void manipulator_init(manipulator_t* manipulator, subsystem_t* generic, const flow_resolver_t* resolver);
 /// Callbacks for the generic subsystem; their context is the manipulator_t.
 const subsystem_callbacks_t* manipulator_callbacks(void);

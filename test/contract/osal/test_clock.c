@@ -232,7 +232,7 @@ static void test_the_clock_returns_the_granted_time(void)
     TEST_ASSERT_EQUAL_UINT32(3U, osal_clock_octets_due(&clock));
     osal_clock_deliver(&clock, 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
     osal_clock_deliver(&clock, 1U, 3U, 1U, 20U);
-    TEST_ASSERT_EQUAL_UINT32(3U, told.lives[1]); // That of the last delivery.
+    TEST_ASSERT_EQUAL_UINT32(3U, told.lives[1]); // The life of the last delivery.
     osal_clock_deliver(&clock, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U, OSAL_LOCKSTEP_ANY_LIFE, UINT32_MAX, 5U);
     osal_clock_deliver(&clock, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
     TEST_ASSERT_EQUAL_UINT32(0U, told.messages[0]);

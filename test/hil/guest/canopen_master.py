@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""PyPI canopen as master of the simulated devices, in lock-step with the simulator.
+"""The Python package canopen as master of the simulated devices, in lock-step with the simulator.
 
-CANOPEN_INTERFACES=vcan-: the simulator is on vcan-robot and vcan-joystick, which are made here, and all
-frames pass there, recorded by candump into $OUT; without it they pass through the simulator's own port, on
-any kernel."""
+CANOPEN_INTERFACES=vcan-: this program creates the interfaces vcan-robot and vcan-joystick, the simulator
+publishes its buses there, and all frames pass through them; candump records vcan-robot into $OUT. Without the
+variable the frames pass through the simulator's own port, which works on any kernel."""
 
 import contextlib
 import os
@@ -31,13 +31,13 @@ SENTINEL = 0x7FF
 
 
 class Master:
-    """One bus: network, bus in lock-step, and the frames that are sent in each cycle."""
+    """Master of one bus: the network, the bus in lock-step, and the functions that are called in each cycle."""
 
     def __init__(self, port, bus):
         interface = PREFIX + bus if PREFIX else None
         self.bus = lock_step.LockStepBus(port, bus, interface, STEPS_PER_CYCLE)
         self.network = canopen.Network(self.bus)
-        self.cyclic = []  # Called once per cycle, then SYNC is sent; no SYNC while it is empty.
+        self.cyclic = []  # Functions that are called in each cycle before SYNC is sent; empty: no SYNC.
         self.bus.on_step.append(self._step)
         self.network.connect()
 
@@ -54,14 +54,14 @@ class Master:
         until(lambda: self.bus.steps >= wanted, f"{count} steps")
 
     def drive(self, number, sheet="joint-drive"):
-        """A node of the network with long time-outs; the network's only one with this number."""
+        """Add a CiA 402 node with long time-outs; it replaces an earlier node with this number."""
         node = simulated.patient(BaseNode402(number, str(simulated.SHEETS / f"{sheet}.eds")))
         self.network[number] = node
         return node
 
     @contextlib.contextmanager
     def cycles(self, *functions):
-        """Send these frames and SYNC in every cycle."""
+        """In the block, call these functions and send SYNC in every cycle."""
         self.cyclic[:] = functions or (lambda: None,)
         try:
             yield
@@ -71,7 +71,7 @@ class Master:
 
 
 class World:
-    """The simulator with its two masters, and the recorder."""
+    """The simulator, the master of one bus at a time, and the recorder."""
 
     def __init__(self):
         self.recorder = None
@@ -87,7 +87,7 @@ class World:
         self.bus, self._master = None, None
 
     def master(self, bus):
-        """The master of a bus. Only one exists at a time, because time waits for it."""
+        """The master of a bus. Only one exists at a time: the simulator waits for each master that is connected."""
         if self.bus != bus:
             self._leave()
             self.bus, self._master = bus, Master(self.simulator.port, bus)
@@ -105,7 +105,7 @@ class World:
         self._mark()
 
     def _mark(self):
-        """Wait until the recorder has this frame."""
+        """Send a frame that no device uses until it is in the log: all earlier frames are then in the log."""
         marks = self.log.read_text().count(f" {SENTINEL:03X}#")
 
         def seen():
@@ -123,7 +123,7 @@ class World:
 
 
 def refusal(call, *arguments):
-    """Abort code of an access; 0 if it succeeded."""
+    """SDO abort code of an access; 0 if it succeeded."""
     try:
         call(*arguments)
     except canopen.SdoAbortedError as aborted:
@@ -227,10 +227,10 @@ def case_emergency_of_a_drive_whose_master_falls_silent():
 
 
 def prepared(master, mode):
-    """Joint 1 in NMT OPERATIONAL, in a mode, its PDOs configured here."""
+    """Joint 1 in NMT OPERATIONAL and in this mode of operation, with the PDO configuration read from it."""
     drive = master.drive(0x11)
     drive.nmt.state = "PRE-OPERATIONAL"
-    drive.sdo[0x1400][5].raw = 0  # This master is no real-time master: no deadline.
+    drive.sdo[0x1400][5].raw = 0  # RPDO deadline off: this master does not run in real time.
     drive.sdo[0x6060].raw = mode
     drive.setup_402_state_machine()
     drive.rpdo[1]["Controlword"].raw = 0
@@ -311,6 +311,6 @@ def case_simulator_and_recorder_end_well():
 
 
 if __name__ == "__main__":
-    sys.setswitchinterval(0.0005)  # The bus and the task that waits for it take turns.
+    sys.setswitchinterval(0.0005)  # The default of 5 ms delays each switch between the threads.
     WORLD = World()
     cases.run(globals())

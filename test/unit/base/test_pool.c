@@ -245,7 +245,7 @@ static void self_test_finds_a_damaged_list(void)
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     slots[7].holders   = 0U;
     const pool_t whole = pool;
-    pool.free_block    = storage + 1; // That of another block than the index.
+    pool.free_block    = storage + 1; // This pointer and the index name different blocks.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     pool = whole;
     pool.stats.taken++;

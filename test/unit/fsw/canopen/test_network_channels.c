@@ -384,7 +384,7 @@ static void a_call_ends_when_every_node_was_heard_since_or_after_160_ms(void)
     scripted_bus_deliver(&bus[A], 0x712U, &alive, 1U);
     TEST_ASSERT_EQUAL_UINT(1U, cycles_to_reset(A));
     canopen_network_close(&network);
-    devices_on(NETWORK_CHANNELS); // Nobody answers.
+    devices_on(NETWORK_CHANNELS); // No device answers.
     open_network();
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     TEST_ASSERT_EQUAL_UINT(320U, cycles_to_reset(A));

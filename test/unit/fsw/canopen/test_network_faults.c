@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faults in the life of two drives.
+// Faults that a network of two drives reports, and the safe state.
 #include "test/unit/fsw/canopen/two_drives.h"
 
 #include "unity.h"
@@ -16,7 +16,7 @@ void tearDown(void)
 
 // ---- Faults ----
 
-static void three_missing_answers_are_a_lost_device(void)
+static void a_device_is_lost_after_three_missing_answers(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     joints[1]->is_pdo_mute = true;
@@ -56,7 +56,7 @@ static void process_data_of_a_wrong_length_count_as_missing(void)
     TEST_ASSERT_EQUAL_UINT32(4U, network.devices[0].device.malformed);
 }
 
-static void a_dead_bus_loses_every_device_in_that_cycle(void)
+static void bus_off_makes_every_device_lost_in_the_same_cycle(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     scripted_bus_error(&bus, OSAL_CAN_ERROR_BUS_OFF, 0U);
@@ -67,7 +67,7 @@ static void a_dead_bus_loses_every_device_in_that_cycle(void)
     expect_no_fault();
 }
 
-static void without_devices_every_device_is_lost(void)
+static void devices_that_acknowledge_no_frame_are_lost_and_securing_ends(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     joints[0]->is_plugged = false;
@@ -104,7 +104,7 @@ static void a_node_that_boots_again_is_lost(void)
     expect_fault(NETWORK_DEVICE_LOST, 0x11U, 0U);
 }
 
-static void heartbeats_watch_where_no_process_data_flow(void)
+static void a_missing_heartbeat_makes_a_device_lost_without_process_data(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
     idle(300U);
@@ -124,7 +124,7 @@ static void a_fault_is_reported_once_with_its_code(void)
     expect_no_fault();
 }
 
-static void leaving_operation_by_itself_is_a_fault(void)
+static void a_drive_that_leaves_operation_without_a_command_is_faulty(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     joints[0]->status[0] = 0x0250U;
@@ -135,13 +135,13 @@ static void leaving_operation_by_itself_is_a_fault(void)
     TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]); // The drive is not switched on again.
 }
 
-static void emergencies_go_by_their_class(void)
+static void an_emergency_is_reported_by_the_class_of_its_code(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     scripted_bus_emergency(&bus, 0x11U, 0x4310U);
     scripted_bus_emergency(&bus, 0x11U, 0x8120U);
     scripted_bus_emergency(&bus, 0x11U, 0x0000U);
-    scripted_bus_emergency(&bus, 0x13U, 0x2310U); // The emergency is of a node outside of the network.
+    scripted_bus_emergency(&bus, 0x13U, 0x2310U); // This node does not belong to the network.
     idle(1U);
     expect_fault(NETWORK_DRIVE_WARNING, 0x11U, 0x4310U);
     expect_fault(NETWORK_BUS_WARNING, 0x11U, 0x8120U);
@@ -170,7 +170,7 @@ static void a_fault_is_reset_only_for_the_goal_standby(void)
     TEST_ASSERT_EQUAL_HEX16(0x0233U, joints[0]->status[0]);
 }
 
-static void a_flood_of_faults_is_counted(void)
+static void faults_that_find_the_queue_full_are_counted(void)
 {
     run_to(CIA402_GOAL_DISABLED);
     for (unsigned k = 0U; k < 2U; k++) {
@@ -184,11 +184,11 @@ static void a_flood_of_faults_is_counted(void)
 
 // ---- Safe state ----
 
-static void securing_brakes_then_takes_the_voltage(void)
+static void securing_sends_quick_stop_and_then_disable_voltage(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
-    TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]); // Quick stop in the same cycle.
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]); // Quick stop is sent in the same cycle.
     TEST_ASSERT_EQUAL_HEX16(0x0217U, joints[0]->status[0]);
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
     joints[0]->status[0] = 0x0250U; // The drives have come to rest.
@@ -202,17 +202,17 @@ static void securing_brakes_then_takes_the_voltage(void)
 static void braking_ends_after_200_ms(void)
 {
     run_to(CIA402_GOAL_ENABLED);
-    for (unsigned i = 0U; i < 400U; i++) { // The drives stay in quick stop until they are ordered otherwise.
+    for (unsigned i = 0U; i < 400U; i++) { // The drives stay in QUICK STOP ACTIVE until another command.
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure));
         TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[0]->control[0]);
     }
-    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure)); // After 200 ms.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_secure)); // 200 ms have passed.
     TEST_ASSERT_EQUAL_HEX16(0x0000U, joints[0]->control[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, cycle(canopen_network_secure));
     TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[1]->status[0]);
 }
 
-static void securing_works_with_one_drive_mute(void)
+static void securing_works_with_one_drive_unplugged(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     joints[0]->is_plugged = false;
@@ -224,7 +224,7 @@ static void securing_works_with_one_drive_mute(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
 }
 
-static void securing_from_every_goal(void)
+static void securing_works_from_every_goal_and_keeps_a_fault(void)
 {
     run_to(CIA402_GOAL_DISABLED);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
@@ -234,11 +234,12 @@ static void securing_from_every_goal(void)
     joints[0]->status[0] = 0x0218U;
     idle(1U);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
-    // A drive in fault is safe as well, and keeps the fault for the report.
+    // A drive in state FAULT is safe; securing does not reset the fault, so that it can be reported.
     TEST_ASSERT_EQUAL_HEX16(0x0218U, joints[0]->status[0]);
 }
 
-/// A controller would repeat them, and the nodes would receive them whenever they are connected again.
+/// A controller repeats a frame that is not acknowledged: the nodes would receive an old command when they
+/// are connected again.
 static void no_command_is_queued_while_nobody_acknowledges(void)
 {
     run_to(CIA402_GOAL_ENABLED);
@@ -252,7 +253,7 @@ static void no_command_is_queued_while_nobody_acknowledges(void)
     TEST_ASSERT_EQUAL_UINT(0U, bus.seen_count);
 }
 
-static void an_unplugged_bus_comes_back_by_commissioning(void)
+static void unplugged_devices_work_again_after_commissioning(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     joints[0]->is_plugged = false;
@@ -268,7 +269,7 @@ static void an_unplugged_bus_comes_back_by_commissioning(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x11U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_add(&network, "cia402-drive", 0x12U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
-    expect_no_fault(); // Those of the time before are not reported again.
+    expect_no_fault(); // Faults from before canopen_network_close are not reported.
     run_to(CIA402_GOAL_ENABLED);
     idle(10U);
     expect_no_fault();
@@ -287,11 +288,11 @@ static void a_sync_of_another_node_is_reported_once_while_it_continues(void)
     expect_fault(NETWORK_FOREIGN_SYNC, 0U, 0U);
     expect_no_fault();
     TEST_ASSERT_EQUAL_UINT32(401U, network.master.counters.foreign_syncs);
-    idle(1998U); // Half a millisecond each: less than a second.
+    idle(1998U); // Cycles of 0.5 ms: the next SYNC comes less than one second later.
     scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
     idle(1U);
     expect_no_fault();
-    idle(1999U); // With the next cycle exactly a second.
+    idle(1999U); // The next cycle completes exactly one second.
     scripted_bus_deliver(&bus, 0x080U, NULL, 0U);
     idle(1U);
     expect_fault(NETWORK_FOREIGN_SYNC, 0U, 0U);
@@ -317,10 +318,10 @@ static void faults_keep_their_order_beyond_the_end_of_the_queue(void)
         scripted_bus_emergency(&bus, 0x11U, 0x4310U);
     }
     idle(1U);
-    TEST_ASSERT_EQUAL_UINT32(0U, network.faults_lost); // Exactly full.
+    TEST_ASSERT_EQUAL_UINT32(0U, network.faults_lost); // The queue is exactly full.
 }
 
-/// Once per device and commissioning: the next commissioning reports it again.
+/// A loss and a fault are reported once per device and commissioning, and again after the next commissioning.
 static void a_commissioned_device_can_be_lost_and_faulty_again(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
@@ -342,7 +343,7 @@ static void lost_frames_are_reported_again_after_a_second_without_loss(void)
     scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x01U);
     idle(1U);
     run_to(CIA402_GOAL_ENABLED);
-    expect_no_fault(); // It was lost before the commissioning.
+    expect_no_fault(); // A loss before the commissioning of the devices is not reported.
     idle(2000U);
     for (unsigned i = 0U; i < 20U; i++) {
         scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x01U);
@@ -350,7 +351,7 @@ static void lost_frames_are_reported_again_after_a_second_without_loss(void)
     }
     expect_fault(NETWORK_BUS_WARNING, 0U, NETWORK_BUS_OVERRUN);
     expect_no_fault();
-    idle(1899U); // With the 100 of the loop 1999 cycles of 0.5 ms.
+    idle(1899U); // 100 cycles of the loop and these are 1999 cycles of 0.5 ms.
     scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x01U);
     idle(1U);
     expect_no_fault();
@@ -360,7 +361,7 @@ static void lost_frames_are_reported_again_after_a_second_without_loss(void)
     expect_fault(NETWORK_BUS_WARNING, 0U, NETWORK_BUS_OVERRUN);
 }
 
-/// A stop ends securing as well: the next one begins with the quick stop.
+/// canopen_network_stop also ends securing: the next securing begins with the quick stop.
 static void securing_begins_anew_after_a_stop(void)
 {
     run_to(CIA402_GOAL_ENABLED);
@@ -373,7 +374,7 @@ static void securing_begins_anew_after_a_stop(void)
     TEST_ASSERT_EQUAL_HEX16(0x0002U, joints[1]->control[0]);
 }
 
-static void a_device_is_lost_at_the_syncs_that_the_mission_allows(void)
+static void a_device_is_lost_after_the_missing_answers_that_the_mission_sets(void)
 {
     for (uint32_t syncs = 1U; syncs <= 5U; syncs += 2U) {
         run_to(CIA402_GOAL_DISABLED);
@@ -391,31 +392,31 @@ static void a_device_is_lost_at_the_syncs_that_the_mission_allows(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(three_missing_answers_are_a_lost_device);
+    RUN_TEST(a_device_is_lost_after_three_missing_answers);
     RUN_TEST(two_missing_answers_are_tolerated);
     RUN_TEST(process_data_of_a_wrong_length_count_as_missing);
-    RUN_TEST(a_dead_bus_loses_every_device_in_that_cycle);
-    RUN_TEST(without_devices_every_device_is_lost);
+    RUN_TEST(bus_off_makes_every_device_lost_in_the_same_cycle);
+    RUN_TEST(devices_that_acknowledge_no_frame_are_lost_and_securing_ends);
     RUN_TEST(error_states_of_the_bus_are_reported_once_each);
     RUN_TEST(a_node_that_boots_again_is_lost);
-    RUN_TEST(heartbeats_watch_where_no_process_data_flow);
+    RUN_TEST(a_missing_heartbeat_makes_a_device_lost_without_process_data);
     RUN_TEST(a_fault_is_reported_once_with_its_code);
-    RUN_TEST(leaving_operation_by_itself_is_a_fault);
-    RUN_TEST(emergencies_go_by_their_class);
+    RUN_TEST(a_drive_that_leaves_operation_without_a_command_is_faulty);
+    RUN_TEST(an_emergency_is_reported_by_the_class_of_its_code);
     RUN_TEST(an_emergency_before_the_reset_is_no_fault);
     RUN_TEST(a_fault_is_reset_only_for_the_goal_standby);
-    RUN_TEST(a_flood_of_faults_is_counted);
-    RUN_TEST(securing_brakes_then_takes_the_voltage);
+    RUN_TEST(faults_that_find_the_queue_full_are_counted);
+    RUN_TEST(securing_sends_quick_stop_and_then_disable_voltage);
     RUN_TEST(braking_ends_after_200_ms);
-    RUN_TEST(securing_works_with_one_drive_mute);
-    RUN_TEST(securing_from_every_goal);
+    RUN_TEST(securing_works_with_one_drive_unplugged);
+    RUN_TEST(securing_works_from_every_goal_and_keeps_a_fault);
     RUN_TEST(no_command_is_queued_while_nobody_acknowledges);
-    RUN_TEST(an_unplugged_bus_comes_back_by_commissioning);
+    RUN_TEST(unplugged_devices_work_again_after_commissioning);
     RUN_TEST(a_sync_of_another_node_is_reported_once_while_it_continues);
     RUN_TEST(faults_keep_their_order_beyond_the_end_of_the_queue);
     RUN_TEST(a_commissioned_device_can_be_lost_and_faulty_again);
     RUN_TEST(lost_frames_are_reported_again_after_a_second_without_loss);
     RUN_TEST(securing_begins_anew_after_a_stop);
-    RUN_TEST(a_device_is_lost_at_the_syncs_that_the_mission_allows);
+    RUN_TEST(a_device_is_lost_after_the_missing_answers_that_the_mission_sets);
     return UNITY_END();
 }

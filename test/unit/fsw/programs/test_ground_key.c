@@ -194,7 +194,7 @@ static void a_receiver_that_was_open_is_closed_by_a_failure(void)
     refuses("chmod 600");
 }
 
-/// The storage of a program is zero when it begins; 0 is a descriptor of somebody else.
+/// Static storage is zero when a program begins, and 0 is the descriptor of standard input.
 static void a_key_that_was_never_opened_closes_no_descriptor(void)
 {
     static ground_key_t fresh;

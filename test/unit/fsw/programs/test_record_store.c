@@ -337,7 +337,7 @@ static void a_copy_that_is_cut_short_is_removed(void)
     TEST_ASSERT_EQUAL(STATUS_OK, status);
     TEST_ASSERT_TRUE(store.journal.damage.is_damaged && !store.journal.damage.is_kept);
     TEST_ASSERT_EQUAL(0, octet_of("ARM.journal.0.damaged.0", 0));
-    TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0)); // That of the short medium is whole.
+    TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0)); // Of the short medium: complete.
     record_store_close(&store);
 }
 

@@ -130,7 +130,7 @@ static void a_component_is_found_by_its_apid(void)
     for (unsigned i = 0U; i < 3U; i++) {
         block.components[i].apid = apids[i];
     }
-    block.components[3].apid = 18U; // Of nobody.
+    block.components[3].apid = 18U; // Beyond component_count.
     TEST_ASSERT_FALSE(run_state_find(&block, 18U, &index));
     TEST_ASSERT_EQUAL_UINT(99U, index);
     for (unsigned i = 0U; i < 3U; i++) {

@@ -225,7 +225,7 @@ static void queues_are_refused_for_a_reason(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, sender.link.failure);
     quota_init(&quota, 1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // That of the receiver.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // The quota of the receiver.
     begin(&sender, "commands", false, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, sender.link.failure);

@@ -205,7 +205,7 @@ static void opening_is_refused_for_a_reason_and_counted(void)
         TEST_ASSERT_EQUAL_UINT32(1U, reader.link.reconnect.failed);
     }
     quota_init(&quota, 1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // That of the writer.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // The quota of the writer.
     begin(&reader, "x", false, queue);
     expect_refusal(&reader, 0U, STATUS_EXHAUSTED);
 }

@@ -108,7 +108,7 @@ static void frames_have_the_documented_octets(void)
     }
 }
 
-/// Two cuts at every pair of places, and every octet by itself.
+/// The stream is cut at every pair of positions, and into single octets.
 static void frames_may_be_cut_anywhere(void)
 {
     for (size_t f = 0U; f < FORMATS; f++) {

@@ -76,7 +76,7 @@ static void each_refusal_names_its_field(void)
     expect_refusal(&spoiled, 7U, 9U);
 }
 
-/// A request that fits, with one field wrong. False: this port accepts it as well.
+/// Make one field of an acceptable request wrong. False: this port accepts the request also with that value.
 static bool spoil(pus_link_request_t* request, unsigned what, bool is_producer)
 {
     switch (what) {

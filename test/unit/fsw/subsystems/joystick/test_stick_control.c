@@ -83,7 +83,7 @@ static void contact_rises_fast_and_falls_slowly(void)
     still();
     reflect(9.0, 0.0);
     EXPECT_WITHIN(0.8, 1.0e-12, control.contact[0]);
-    EXPECT_WITHIN(0.0, 1.0e-12, control.contact[1]); // Each axis by itself.
+    EXPECT_WITHIN(0.0, 1.0e-12, control.contact[1]); // The axes are independent.
     reflect(9.0, 0.0);
     EXPECT_ABOVE(0.95, control.contact[0]);
     for (unsigned i = 0U; i < 50U; i++) { // 25 ms = one time constant.
