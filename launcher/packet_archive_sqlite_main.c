@@ -160,7 +160,7 @@ static void insert(archive_t* const archive, const uint8_t* const record, const 
     const uint8_t* const packet = &record[RECORD_HEADER];
     const header_t header       = header_of(packet, packet_size, is_tc);
     sqlite3_stmt* const row     = archive->insert;
-    if (direction == DIRECTION_GAP) { // From the first number to the second.
+    if (direction == DIRECTION_GAP) { // Numbers that are missing: `number` to `time_ns`.
         archive->gaps += (time_ns >= number) ? ((time_ns - number) + 1U) : 0U;
         return;
     }

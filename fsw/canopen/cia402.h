@@ -21,7 +21,7 @@ typedef enum {
     CIA402_QUICK_STOP_ACTIVE,  ///< 0x07
     CIA402_FAULT_REACTION,     ///< 0x0F
     CIA402_FAULT,              ///< 0x08
-    CIA402_UNKNOWN             ///< No such pattern.
+    CIA402_UNKNOWN             ///< The statusword matches no state.
 } canopen_cia402_state_t;
 
 typedef enum {

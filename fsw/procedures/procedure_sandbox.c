@@ -492,7 +492,7 @@ void procedure_sandbox_open(lua_State* const state)
     open_strings(state);
     open_rest(state);
     procedure_calls_open(state);
-    // Nothing leads back to the whole libraries.
+    // Remove the registry's reference to the complete libraries.
     lua_pushnil(state);
     lua_setfield(state, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
     lua_pushvalue(state, -1);

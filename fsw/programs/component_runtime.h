@@ -53,7 +53,7 @@ typedef struct { // Private, except the members named below.
     } peers[MISSION_SUBSYSTEMS_MAX];
     uint32_t pumps;
     uint32_t owed; // Datagrams that were announced and not received yet: the connection may be cut.
-    uint32_t vain; // Intakes in a row that missed some.
+    uint32_t vain; // Consecutive intakes that received less than was announced.
     osal_socket_t message_socket;
     osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Sockets of links that this component consumes.
     uint32_t link_socket_count;                           // Number of link_sockets in use.

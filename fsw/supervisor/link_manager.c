@@ -457,7 +457,7 @@ static void end_changed(supervisor_t* const supervisor, const uint16_t apid,
             give_up(supervisor, session, apid, PUS_FAILURE_IO, apid);
         }
         break;
-    default: // Requested, accepted: on the way.
+    default: // Requested or accepted: not open yet.
         break;
     }
 }

@@ -88,7 +88,7 @@ static void carry_out(supervisor_t* const supervisor, const uint8_t* const octet
     const uint64_t boot_ns                      = octet_read_u64(&reader);
     registry_entry_t* const entry               = supervisor_registry_find(supervisor, apid);
     if (entry == NULL) {
-        return; // Only a damaged commit names it.
+        return; // Only a damaged commit names an unknown APID.
     }
     entry->presumed = PRESUMED_NOTHING;
     if (order == (uint8_t)ORDER_START) {

@@ -41,7 +41,7 @@ void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_
     const registry_entry_t* const first = supervisor_registry_find(supervisor, apid);
     FSW_ASSERT(first != NULL);
     if (!first->mission->is_recommissioned || (supervisor->shutdown_step != 0U)) {
-        return; // Without it its network is not returned either.
+        return; // Its network is recommissioned only together with it.
     }
     for (uint16_t i = 0U; i < count; i++) {
         registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);

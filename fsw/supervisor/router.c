@@ -354,7 +354,7 @@ void supervisor_router_take_in(supervisor_t* const supervisor)
             *taken = (uint16_t)(*taken + 1U);
         }
     }
-    message_take_control(supervisor->config.endpoint); // Also from peers whose packets wait.
+    message_take_control(supervisor->config.endpoint); // Control frames also of peers whose packets wait.
 }
 
 // ---- Packets of the supervisor itself ----

@@ -286,7 +286,7 @@ void supervisor_telemetry_cache_observe(telemetry_cache_t* const cache, const pu
     } else if ((tm->service == PUS_SERVICE_PARAMETERS) && (tm->subtype == (uint8_t)VALUE_REPORT)) {
         observe_values(cache, tm);
     } else {
-        // Nothing of interest.
+        // The cache evaluates no other reports.
     }
 }
 

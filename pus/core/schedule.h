@@ -131,8 +131,8 @@ MUST_USE status_t pus_schedule_restore(pus_schedule_t* schedule, uint32_t key, c
                                        size_t size);
 /// Release due activities, and continue a report.
 void pus_schedule_step(pus_schedule_t* schedule, uint64_t now_ns);
-/// True if the next step has something to do whatever the time: the port did not take everything, or there
-/// was more than one step may do.
+/// True if the next step has something to do at any time: the port did not take everything, or more was due
+/// than one step may do.
 bool pus_schedule_is_waiting(const pus_schedule_t* schedule);
 /// Tag of the next activity; UINT64_MAX if there is none.
 uint64_t pus_schedule_next(const pus_schedule_t* schedule);

@@ -12,8 +12,8 @@ typedef struct {
     bool is_object;
     uint32_t base_id; ///< Id of the object.
     uint32_t origin;  ///< Address = origin + offset in the request.
-    uint32_t first;   ///< Least that a request may give.
-    uint32_t size;    ///< From there on [octets].
+    uint32_t first;   ///< Lowest offset that a request may contain.
+    uint32_t size;    ///< Size from `first` on [octets].
 } memory_target_t;
 
 /// Read memory id and, for objects, base id. PUS_FAILURE_NONE, or PUS_FAILURE_UNKNOWN_ID.

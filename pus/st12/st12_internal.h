@@ -51,9 +51,9 @@ pus_failure_t monitoring_save(pus_monitoring_t* self, uint32_t kind, uint16_t id
 pus_failure_t monitoring_forget(pus_monitoring_t* self, uint32_t kind, uint16_t id);
 pus_failure_t monitoring_save_settings(pus_monitoring_t* self, bool is_enabled, bool is_functional,
                                        uint32_t reporting_delay);
-/// Done, or refused as the failure says.
+/// PUS_DONE if there is no failure, otherwise PUS_REFUSED with the failure, which is counted.
 pus_reply_t monitoring_reply(pus_monitoring_t* self, const pus_failure_t* failure);
-/// Refuse or perform an instruction, as its failure says.
+/// Perform an instruction if there is no failure, otherwise refuse it and count that.
 void monitoring_settle(pus_monitoring_t* self, pus_request_t* request, uint16_t instruction,
                        const pus_failure_t* failure);
 /// Apply a function to each id of a request.

@@ -264,7 +264,7 @@ static uint16_t carry_out(order_t* const order)
         return code;
     }
     order->status = STATUS_OK;
-    if (order->subtype == (uint8_t)CREATE) { // Nothing is selected in the beginning.
+    if (order->subtype == (uint8_t)CREATE) { // A new store selects no reports.
         pus_selection_t none = store->selection;
         none.count           = 0U;
         order->status = pus_selection_put(&storage->editor, &none, PUS_STORE_SELECTION_KEY + order->number);

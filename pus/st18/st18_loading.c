@@ -186,7 +186,7 @@ static pus_failure_t prepare(const pus_procedures_t* const self, const uint8_t* 
                        self->config.capacity);
 }
 
-/// The code is in its place.
+/// Complete the loading of a procedure whose code is in `place`.
 static pus_failure_t settle(pus_procedures_t* const self, pus_procedure_t* const place,
                             const uint8_t* const id, const size_t size)
 {

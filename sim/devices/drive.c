@@ -215,7 +215,7 @@ static void on_sample(void* const context, const uint64_t now_ns)
     drive_truth_t truth;
     look(drive, &truth);
     if (!axis_moves(drive->axis.state)) {
-        hold_here(drive); // Without control the position is its own target.
+        hold_here(drive); // Not controlled: the target follows the actual position.
     }
     const uint64_t step = now_ns / drive->config.step_ns;
     const double torque =

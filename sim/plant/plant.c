@@ -179,7 +179,7 @@ static void read_links(plant_t* const plant)
     memcpy(plant->truth.tip_m, tip, sizeof plant->truth.tip_m);
 }
 
-/// Rotors through one step of dt_s; the gear sees the link moving on at its present speed.
+/// Integrate the rotors over one step of dt_s; the gear torque assumes that the link keeps its present speed.
 static void step_rotors(plant_t* const plant, const plant_input_t* const input, const unsigned substep,
                         const double h_s)
 {

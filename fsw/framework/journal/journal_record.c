@@ -172,7 +172,7 @@ static size_t candidate_in(const uint8_t* const buffer, const size_t size, const
 {
     const uint64_t left = end - place->offset;
     const uint64_t sequence =
-        place->sequence + (left / JOURNAL_RECORD_SIZE(0U)); // Not more can have been there.
+        place->sequence + (left / JOURNAL_RECORD_SIZE(0U)); // No more records fit in between.
     size_t at         = 0U;
     bool is_candidate = false;
     while (!is_candidate && ((at + JOURNAL_RECORD_SIZE(0U)) <= size)) {

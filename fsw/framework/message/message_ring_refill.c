@@ -23,7 +23,7 @@ void message_ring_refill(message_ring_t* const ring, const uint8_t* const octets
             return;
         }
         if (message_ring_put(ring, &octets[place + LENGTH_OCTETS], length) != STATUS_OK) {
-            return; // In order or not at all.
+            return; // Later blocks must not overtake this one.
         }
         place += LENGTH_OCTETS + length;
     }

@@ -76,9 +76,9 @@ typedef enum {
 
 typedef enum {
     ANSWER_DONE,    ///< The machine is in that state already.
-    ANSWER_STARTED, ///< On the way; ends in reached, failed or superseded.
+    ANSWER_STARTED, ///< The transition has begun; it ends as reached, failed or superseded.
     ANSWER_BUSY,    ///< An action is running that this request may not pre-empt.
-    ANSWER_NO       ///< Not allowed from the present state.
+    ANSWER_NO       ///< The present state does not allow it.
 } state_answer_t;
 
 typedef enum {

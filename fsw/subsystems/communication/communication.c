@@ -187,9 +187,10 @@ static unsigned participant_client(const communication_t* const self)
     return NO_CLIENT;
 }
 
-/// With a key, a client that has not shown it is replaced by one that may have it, and one that has shown it
-/// only if it is silent. Without a key nothing tells the operator from others, so that all take turns. The
-/// participant of the scheduler gets a place at once: simulated time does not pass while it waits.
+/// Choose the client to disconnect for a new one. With a key: a client that has not proved that it has the
+/// key, otherwise one that is silent. Without a key the operator cannot be distinguished from other clients:
+/// a silent client, otherwise the one that has been connected longest. The participant of the scheduler gets
+/// a place at once, because simulated time does not pass while it waits.
 static unsigned make_room(void* const context)
 {
     const communication_t* const self = (const communication_t*)context;

@@ -38,7 +38,7 @@ static void widths_are_big_endian(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-static void every_16_bit_value_comes_back(void)
+static void every_16_bit_value_is_read_as_it_was_written(void)
 {
     for (uint32_t value = 0U; value <= 0xFFFFU; value++) {
         uint8_t octets[2];
@@ -102,7 +102,7 @@ static size_t read_width(octet_reader_t* reader, unsigned which)
     }
 }
 
-static void a_read_past_the_end_fails_for_good(void)
+static void after_a_read_past_the_end_the_reader_stays_failed(void)
 {
     uint8_t octets[16];
     (void)memset(octets, 0x40, sizeof octets); // As a real number this is not zero either.
@@ -152,7 +152,7 @@ static void sizes_near_the_limit_of_size_t_do_not_wrap(void)
     TEST_ASSERT_EQUAL_UINT64(1U, writer.position);
 }
 
-static void a_write_that_does_not_fit_changes_nothing_and_fails_for_good(void)
+static void a_write_that_does_not_fit_and_all_later_ones_change_nothing(void)
 {
     static const uint8_t more[8] = {9U, 9U, 9U, 9U, 9U, 9U, 9U, 9U};
     for (size_t capacity = 0U; capacity < 8U; capacity++) {
@@ -230,13 +230,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(widths_are_big_endian);
-    RUN_TEST(every_16_bit_value_comes_back);
+    RUN_TEST(every_16_bit_value_is_read_as_it_was_written);
     RUN_TEST(reals_are_ieee_754);
     RUN_TEST(bits_of_odd_reals_survive);
-    RUN_TEST(a_read_past_the_end_fails_for_good);
+    RUN_TEST(after_a_read_past_the_end_the_reader_stays_failed);
     RUN_TEST(octets_are_lent_not_copied);
     RUN_TEST(sizes_near_the_limit_of_size_t_do_not_wrap);
-    RUN_TEST(a_write_that_does_not_fit_changes_nothing_and_fails_for_good);
+    RUN_TEST(a_write_that_does_not_fit_and_all_later_ones_change_nothing);
     RUN_TEST(exactly_full_is_no_failure);
     RUN_TEST(blocks_of_octets_are_written_whole_or_not);
     RUN_TEST(null_is_a_coding_error);
