@@ -17,7 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define ARGUMENTS_MAX 96U ///< With the null at the end.
+#define ARGUMENTS_MAX 160U ///< With the null at the end.
 #define ARGUMENTS_TEXT_MAX 8192U
 
 typedef struct { // Private, except list and count: read-only.

@@ -47,7 +47,7 @@ def case_a_missing_object():
 
 
 def case_a_device_that_boots_again_and_again():
-    refused(drive_deviations.restless, (0x12, drive_deviations.REBOOTED, 0, 0))
+    refused(drive_deviations.reboots_repeatedly, (0x12, drive_deviations.REBOOTED, 0, 0))
 
 
 def case_the_flight_ends_well():
