@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Make the kept corpus of fuzz targets: seeds from our own vectors, the present corpus, and inputs that runs
-have found, reduced to those that add coverage (-merge=1), the smallest inputs first, within a share of 300
-KiB."""
+have found, reduced to those that add coverage (-merge=1), the smallest inputs first, at most SHARE for each
+target."""
 
+import binascii
 import pathlib
 import shutil
 import struct
@@ -11,7 +12,7 @@ import sys
 
 import run_fuzz
 
-BUDGET = 280 * 1024
+SHARE = 20 * 1024  # Octets.
 SEEDS = pathlib.Path("build/fuzz/seeds")
 LARGEST = {"subsystem_descriptor": 12000, "mission_descriptor": 6000, "eds": 4096, "world": 4096, "xml": 4096, "reload": 6000, "udp_carrier": 8192}
 SUBSYSTEMS = (1, 2, 16, 17)
@@ -22,22 +23,13 @@ def record(kind, octets=b"", argument=0):
     return struct.pack(">BBH", kind, argument, len(octets)) + octets
 
 
-def crc16(octets):
-    value = 0xFFFF
-    for octet in octets:
-        value ^= octet << 8
-        for _ in range(8):
-            value = ((value << 1) ^ 0x1021 if value & 0x8000 else value << 1) & 0xFFFF
-    return value
-
-
 def packet(apid, is_tc, service, subtype, data, user=1):
     """One packet as the ground, or a member, writes it."""
     head = struct.pack(">BBBHH", 0x2F if is_tc else 0x20, service, subtype, *((user, 0) if is_tc else (0, user)))
     body = (head[:5] if is_tc else head + bytes([0x1F]) + bytes(7)) + data
     first = (0x1800 if is_tc else 0x0800) | apid
     whole = struct.pack(">HHH", first, 0xC000, len(body) + 1) + body
-    return whole + struct.pack(">H", crc16(whole))
+    return whole + struct.pack(">H", binascii.crc_hqx(whole, 0xFFFF))
 
 
 def name(text):
@@ -265,7 +257,7 @@ def merge(target):
     return merged
 
 
-def keep(target, share):
+def keep(target):
     folder = run_fuzz.HERE / "corpus" / target
     merged = merge(target)
     shutil.rmtree(folder, ignore_errors=True)
@@ -273,16 +265,15 @@ def keep(target, share):
     size = 0
     for path in sorted(merged.iterdir(), key=lambda path: (path.stat().st_size, path.name)):
         size += path.stat().st_size
-        if size > share:
+        if size > SHARE:
             break
         shutil.copyfile(path, folder / path.name[:12])
-    print(f"{target:22} {len(list(folder.iterdir()))} of {len(list(merged.iterdir()))} inputs, {min(size, share)} octets")
+    print(f"{target:22} {len(list(folder.iterdir()))} of {len(list(merged.iterdir()))} inputs, {min(size, SHARE)} octets")
 
 
 def main():
-    share = BUDGET // len(VECTORS)
     for target in sys.argv[1:] or sorted(VECTORS):
-        keep(target, share)
+        keep(target)
 
 
 if __name__ == "__main__":
